@@ -30,8 +30,6 @@ from .features.review import feature as review
 from .features.review.feature import Review
 from .features.study import feature as study
 from .features.study.controller import StudyController
-from .features.sweep import feature as sweep
-from .features.sweep.controller import SweepController
 from .features.track import feature as track
 from .features.track.controller import RunsController
 from .features.tune import feature as tune
@@ -68,7 +66,6 @@ class Features:
     inspect: InspectController
     tune: TuneController
     review: Review
-    sweep: SweepController
     study: StudyController
 
 
@@ -89,7 +86,6 @@ def make_window(
         inspect=inspect.register(context),
         tune=tune.register(context),
         review=review.register(context),
-        sweep=sweep.register(context),
         study=study.register(context),
     )
     window.draw()

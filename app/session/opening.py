@@ -13,7 +13,7 @@ from stereotrack_core.interop.run_file import holds_run
 from stereotrack_core.interop.run_places import is_run_of, recording_of_run_file
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.importing.sources import is_media, is_unmade
-from stereotrack_core.study.file import SUFFIX as STUDY_SUFFIX
+from stereotrack_core.study.description import OLD_SUFFIX, SUFFIX
 
 from ..services.tasks.task import Task, TaskList
 from .document import DocumentPresenter
@@ -102,7 +102,7 @@ class Opening(QObject):
         if self._ended:
             return
         self._finding = None
-        if path.name.endswith(STUDY_SUFFIX) and path.is_file():
+        if path.name.endswith((SUFFIX, OLD_SUFFIX)) and path.is_file():
             self.study_wanted.emit(path)
             return
         if path.is_file() and holds_run(path):
@@ -182,5 +182,5 @@ def dropped_paths(data: QMimeData) -> tuple[Path, ...]:
 
 def _opens(path: Path) -> bool:
     known = path.name == DESCRIPTION or is_project(path) or is_media(path)
-    known |= path.name.endswith(STUDY_SUFFIX)
+    known |= path.name.endswith((SUFFIX, OLD_SUFFIX))
     return known or (path.is_file() and holds_run(path))

@@ -112,18 +112,6 @@ OF_RUN = option(
 )
 
 
-TLS = (
-    option(
-        "--tls-ca FILE",
-        "certificate of the authority that all of the Dask cluster trust, in PEM; the address "
-        "begins with tls://",
-        type=Path,
-    ),
-    option("--tls-cert FILE", "certificate for this program, in PEM", type=Path),
-    option("--tls-key FILE", "key of that certificate, in PEM, without a password", type=Path),
-)
-
-
 def check_least(least: int, **values: int | None) -> None:
     """Refuse numbers, by the names of their options, that are less than a least one.
 

@@ -1,1 +1,6 @@
-"""A study: many recordings with their projects and conditions, tracked and evaluated together."""
+"""Recordings x settings x seeds: one description, one store, one runner, one table.
+
+``description`` says what is tracked, ``plan`` makes jobs of it, ``workers`` do them, ``store``
+keeps their results and ``run`` brings these together. A sweep is a study whose recordings and
+settings come from the command line, and whose runs are not kept.
+"""

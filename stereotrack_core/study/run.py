@@ -1,114 +1,191 @@
-"""Track the recordings of a study: jobs of a sweep whose runs are kept, and pages about them."""
+"""Doing a study: known results are not computed again, new ones are kept at once."""
 
 from __future__ import annotations
 
-import dataclasses
-import hashlib
-import json
-import re
-from collections.abc import Callable, Mapping, Sequence
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, Finding, InputError
-from stereotrack_core.experiments.runner.job import Job, JobResult
-from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of
-from stereotrack_core.experiments.sweep.points import HowToTrack, SweepRequest
-from stereotrack_core.experiments.sweep.store import SweepPlaces
-from stereotrack_core.locks import refuse_second
-from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.selection import seeds_of
-from stereotrack_core.report.pages import write_page
-from stereotrack_core.report.reported import Source, gathered
-from stereotrack_core.study.cache import newest
-from stereotrack_core.study.evaluated import OWN_REFERENCE
-from stereotrack_core.study.facts import corrected, corrections_of
-from stereotrack_core.study.file import Study, StudyRow, read_study, selected
-from stereotrack_core.study.places import Finder, Place
-from stereotrack_core.study.status import RowStatus, RunStatus
-from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.evaluation.measures import MEASURES, measure_named
+from stereotrack_core.evaluation.summary import Spread
+from stereotrack_core.study.description import Study, StudyRecording
+from stereotrack_core.study.job import Job, JobResult, Workers, is_kept
+from stereotrack_core.study.plan import Source, jobs_of, source_of
+from stereotrack_core.study.points import Point
+from stereotrack_core.study.search import Range, Search
+from stereotrack_core.study.store import Store
 
-_TABLE = "runs.csv"
+_TABLE_SECONDS = 5.0
+
+Progress = Callable[[float, str], None]
+"""Is told the share that is done, 0 to 1, and what is being done."""
 
 
 @dataclass(frozen=True)
-class StudyRequest(HowToTrack):
-    """What to track of a study, in the words of a person; see ``stereotrack study run --help``."""
+class Plan:
+    """Jobs of a study, and the recordings that cannot be tracked, with the reason."""
 
-    study: Path
-    select: tuple[str, ...] = ()
-    """``COLUMN=VALUE`` of the rows; all of them without."""
-
-    def arguments(self) -> list[str]:
-        """The command that does it."""
-        return ["study", "run", str(self.study), *self.options_besides({"study"})]
-
-
-def selection_of(recordings: Sequence[str]) -> str:
-    """``recording=...`` that selects these recordings."""
-    return f"recording={','.join(re.sub(r'[,*[]', '?', name) for name in recordings)}"
-
-
-@dataclass(frozen=True)
-class StudyPlan:
-    """What a request comes to."""
-
-    study: Study
-    rows: tuple[StudyRow, ...]
-    sweep: SweepPlan
-    """With the jobs of all rows that can be tracked; each keeps its run."""
+    jobs: tuple[Job, ...]
     left_out: tuple[Finding, ...]
-    """Rows that cannot, and why."""
-    findings: tuple[Finding, ...]
-    """What else a person should know."""
-
-    def missing(self, known: Mapping[str, JobResult]) -> list[Job]:
-        """Jobs whose runs are not there, or are of other settings."""
-        return count_of(self.sweep.jobs, known, 1)[1]
 
 
 def plan_study(
-    request: StudyRequest,
+    study: Study,
+    rows: Sequence[StudyRecording],
     *,
-    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
+    on_progress: Progress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> StudyPlan:
-    """Make the jobs of a study; a recording that cannot be tracked does not stop the others.
+) -> Plan:
+    """Jobs of some recordings, whose runs are kept; one that cannot be tracked stops no other.
 
-    Raises InputError where the study cannot be read, or settings make no sense, and Cancelled.
+    Raises InputError if the settings make no sense, and Cancelled.
     """
-    study = read_study(request.study)
-    rows = selected(study, request.select)
-    table = study.runs / _TABLE
-    refuse_second(table)
-    asked = {one.name: getattr(request, one.name) for one in dataclasses.fields(HowToTrack)}
-    base = SweepRequest((), table, **asked)
-    base.check()
-    preset(request.preset, request.changes)
-    seeds_of(request.seeds)
-    finder = Finder(study)
-    jobs: list[Job] = []
-    left_out: list[Finding] = []
-    findings: list[Finding] = []
+    study.settings.check()
+    points, jobs, left_out = study.settings.all_points(), [], []
     for i, row in enumerate(rows):
         if cancelled():
             raise Cancelled
         on_progress(i / len(rows), row.recording)
-        place = finder.place(row)
-        findings += [one for one in place.findings if one.severity != "error"]
         try:
-            jobs += _jobs_of(study, row, place, base)
+            jobs += jobs_of(study, source_of(study, row), points, keep=True)
         except InputError as error:
             left_out.append(Finding.of(error))
-    sweep = SweepPlan(base, ())
-    sweep.jobs = tuple(jobs)
-    return StudyPlan(study, rows, sweep, tuple(left_out), tuple(findings))
+    return Plan(tuple(jobs), tuple(left_out))
 
 
-def places_of(study: Study) -> SweepPlaces:
-    """Where the state of a study's work is kept; the folder is made."""
+@dataclass(frozen=True)
+class Outcome:
+    """How a study ended."""
+
+    jobs: tuple[Job, ...]
+    """All that were wanted."""
+    reused: int
+    """Different jobs whose results were there already."""
+    computed: int
+    stopped: bool
+
+
+def missing(
+    jobs: Iterable[Job], results: Mapping[str, JobResult], *, again: bool = False
+) -> list[Job]:
+    """Jobs to be computed, each once; those that failed in earlier commands are tried again."""
+    wanted: dict[str, Job] = {}
+    for job in jobs:
+        result = results.get(job.identity)
+        if again or result is None or not result.done or not is_kept(job):
+            wanted.setdefault(job.identity, job)
+    return list(wanted.values())
+
+
+class StudyRun:
+    """One command's work on a study; leaves table and journal behind, however it ends."""
+
+    def __init__(
+        self,
+        store: Store,
+        workers: Workers,
+        *,
+        again: bool = False,
+        on_progress: Progress = lambda _share, _words: None,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._store, self._workers, self._again = store, workers, again
+        self._on_progress = on_progress
+        self.stopped = cancelled
+        self._jobs: list[Job] = []
+        self._fresh: set[str] = set()
+        self._reused: set[str] = set()
+        self._frames = self._wanted = 0
+        self._written = time.monotonic()
+
+    def do(self, jobs: Sequence[Job]) -> Outcome:
+        """Compute the jobs that are missing."""
+        return self._working(lambda: self._do(jobs))
+
+    def search(
+        self,
+        study: Study,
+        sources: Sequence[Source],
+        ranges: Sequence[Range],
+        *,
+        by: str,
+        trials: int,
+    ) -> Outcome:
+        """Look for the point that is best by a measure."""
+
+        def jobs_at(points: Sequence[Point]) -> list[Job]:
+            return [job for one in sources for job in jobs_of(study, one, points, keep=False)]
+
+        def search() -> None:
+            measure = measure_named(by)
+            proposer = Search(ranges, more_is_better=bool(measure and measure.more_is_better))
+            own = len(jobs_at([Point()]))
+            at_once = max(1, math.ceil(self._workers.count / own))
+            batch, tried = self._store.search_batch(repr((tuple(ranges), by)), at_once), 0
+            while tried < trials:
+                points = proposer.ask(min(batch, trials - tried))
+                jobs = jobs_at(points)
+                self._do(jobs)
+                proposer.tell([_value(jobs, self._store.results, point, by) for point in points])
+                tried += len(points)
+
+        return self._working(search)
+
+    # ---- what the workers tell
+
+    def on_frames(self, count: int) -> None:
+        """So many frames more were tracked."""
+        self._frames = min(self._frames + count, self._wanted)  # a second try counts no more
+        done = f"{len(self._fresh) + len(self._reused)} of {counted(len(self._jobs), 'run')}"
+        self._on_progress(self._frames / self._wanted if self._wanted else 0.0, done)
+
+    def on_result(self, job: Job, result: JobResult) -> None:
+        """Keep a result."""
+        self._store.keep(job, result)
+        self._fresh.add(job.identity)
+        if time.monotonic() - self._written > _TABLE_SECONDS:
+            self._store.write_table(self._jobs)
+            self._written = time.monotonic()
+
+    # ---- inside
+
+    def _working(self, work: Callable[[], object]) -> Outcome:
+        stopped = False
+        try:
+            work()
+        except Cancelled:
+            stopped = True
+        finally:
+            self._store.write_table(self._jobs)
+        return Outcome(tuple(self._jobs), len(self._reused), len(self._fresh), stopped)
+
+    def _do(self, jobs: Sequence[Job]) -> None:
+        waiting = missing(jobs, self._store.results, again=self._again)
+        waiting = [job for job in waiting if job.identity not in self._fresh]
+        names = {job.identity for job in waiting}
+        self._jobs += jobs
+        self._reused |= {job.identity for job in jobs} - names - self._fresh
+        self._wanted += sum(len(job.frames) for job in waiting)
+        if waiting:
+            self._workers.do(waiting, self)
+
+
+def run_study(
+    study: Study,
+    jobs: Sequence[Job],
+    workers: Workers,
+    *,
+    again: bool = False,
+    on_progress: Progress = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> tuple[Outcome, Mapping[str, JobResult]]:
+    """Compute the jobs that are missing and keep their runs beside the study file.
+
+    Raises InputError if nothing can be written there, or another process is at it.
+    """
     try:
         study.runs.mkdir(exist_ok=True)
     except OSError as error:
@@ -117,92 +194,50 @@ def places_of(study: Study) -> SweepPlaces:
             where=str(study.runs),
             remedy="Make it possible to write beside the study file.",
         ) from error
-    return SweepPlaces(study.runs / _TABLE)
+    with workers, Store(study.table) as store:
+        work = StudyRun(store, workers, again=again, on_progress=on_progress, cancelled=cancelled)
+        return work.do(jobs), store.results
 
 
-def _jobs_of(study: Study, row: StudyRow, place: Place, base: SweepRequest) -> list[Job]:
-    """Jobs of one recording, as its project corrects it."""
-    lost = [one for one in place.findings if one.severity == "error"]
-    if lost or place.folder is None:
-        raise InputError(lost[0].what, where=row.recording, remedy=lost[0].remedy)
-    corrections = corrections_of(place.project)
-    recording = corrected(open_recording(place.folder), corrections)
-    blind = dataclasses.replace(recording, reference=None)  # runs stay when it is mended
-    jobs = SweepPlan(dataclasses.replace(base, recordings=(place.folder,)), (blind,)).jobs
-    folder = study.runs_of(row)
-    return [
-        dataclasses.replace(
-            job,
-            identity=_identity(job, row),
-            recording=row.recording,
-            keep=str(folder / f"{_name(job, base)}.npz"),
-            corrections=corrections,
-        )
-        for job in jobs
-    ]
+def _value(jobs: Sequence[Job], results: Mapping[str, JobResult], point: Point, by: str) -> float:
+    """The mean of a measure at a point; NaN if any of its runs failed."""
+    found = summarised([job for job in jobs if job.point == point], results, by)
+    return math.nan if len(found) != 1 or found[0].failed else found[0].values[by].mean
 
 
-def _identity(job: Job, row: StudyRow) -> str:
-    """That of a job whose run is kept for a row: copies of a recording have runs of their own."""
-    text = f"{job.identity} {row.recording}"
-    return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+@dataclass(frozen=True)
+class PointSummary:
+    """All recordings and seeds of one point together."""
+
+    point: Point
+    """Without its seed."""
+    runs: int
+    failed: int
+    values: Mapping[str, Spread]
+    """By measure, over the runs that did not fail."""
 
 
-def _name(job: Job, base: SweepRequest) -> str:
-    """Name of a run: its preset and seed, and a few digits for everything else that was asked."""
-    name, settings = job.spec.preset, job.spec.settings
-    own = name not in PRESETS or settings.values() != preset(name).values()
-    asked = [settings.values() if own else None, base.views, base.frames, base.init, base.smooth]
-    words = [Path(name).stem if name.endswith(".toml") else name]
-    if asked != [None, None, None, "auto", False]:
-        text = json.dumps(asked, sort_keys=True)
-        words.append(hashlib.blake2b(text.encode(), digest_size=3).hexdigest())
-    return "-".join([*words, f"seed{job.seed}"])
+def summarised(
+    jobs: Iterable[Job], results: Mapping[str, JobResult], by: str
+) -> tuple[PointSummary, ...]:
+    """Summaries of all points that have a result, those best by a measure first."""
+    groups: dict[Point, list[JobResult]] = {}
+    for job in jobs:
+        if job.identity in results:
+            groups.setdefault(job.point.without_seed, []).append(results[job.identity])
+    found = []
+    for point, own in groups.items():
+        good = [result.measures for result in own if result.done]
+        values = {
+            measure.name: Spread.of(one.get(measure.name, math.nan) for one in good)
+            for measure in MEASURES
+        }
+        found.append(PointSummary(point, len(good), len(own) - len(good), values))
+    measure = measure_named(by)
+    sign = -1.0 if measure is not None and measure.more_is_better else 1.0
 
+    def cost(one: PointSummary) -> float:
+        mean = one.values[by].mean
+        return sign * mean if math.isfinite(mean) else math.inf
 
-def write_reports(
-    rows: Sequence[RowStatus],
-    files: Sequence[Path],
-    *,
-    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> tuple[Path, ...]:
-    """Write a page about each of these run files beside it; pages that are newer are left alone.
-
-    Raises InputError where one cannot be written, and Cancelled.
-    """
-    wanted = set(files)
-    runs = [(row, run) for row in rows for run in row.runs if run.place.path in wanted]
-    written = []
-    for i, (row, run) in enumerate(runs):
-        page = run.place.path.with_suffix(".html")
-        if newest([page]) > newest([run.place.path]) or run.facts.problem:
-            continue
-        on_progress(i / len(runs), row.row.recording)
-        reported = gathered(_source(row, run, page), cancelled=cancelled)
-        write_page(page, reported)
-        written.append(page)
-    return tuple(written)
-
-
-def _source(row: RowStatus, run: RunStatus, page: Path) -> Source:
-    """What the page of a run is made of."""
-    folder, project, states = row.place.folder, row.place.project, None
-    recording = None
-    if folder is not None:
-        recording = corrected(open_recording(folder), corrections_of(project))
-    truth = None if recording is None else recording.reference
-    said = OWN_REFERENCE if truth is not None else ""
-    if run.place.reference and project is not None:
-        with Project.open(project, read_only=True) as opened:
-            states = load_reference(opened.references, run.place.reference)
-        truth, said = states.trajectory(), f"the project's reference {run.place.reference}"
-    return Source(
-        name=f"{row.row.recording} {run.place.name}",
-        run=run.place.load(),
-        recording=recording,
-        reference=truth,
-        reference_name=said,
-        states=states,
-        command=f"stereotrack report {run.place.path} -o {page}",
-    )
+    return tuple(sorted(found, key=cost))

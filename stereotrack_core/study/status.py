@@ -1,216 +1,184 @@
-"""How far a study is: what is known of every recording, its project and its runs."""
+"""How far a study is: a row for each recording, in a terminal and in the window."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
-from stereotrack_core.errors import Cancelled, Finding
-from stereotrack_core.study.cache import StudyCache
-from stereotrack_core.study.evaluated import RunFacts, RunPlace
-from stereotrack_core.study.facts import (
-    ProjectFacts,
-    RecordingFacts,
-    read_project_facts,
-    read_recording_facts,
-)
-from stereotrack_core.study.file import Study, StudyRow
-from stereotrack_core.study.places import Finder, Place
-from stereotrack_core.version import __version__
-
-
-@dataclass(frozen=True)
-class RunStatus:
-    """A run of a recording."""
-
-    place: RunPlace
-    facts: RunFacts
-    outdated: tuple[str, ...] = ()
-    """Why it is not what tracking now would give, in words."""
-
-    @property
-    def failures(self) -> int | None:
-        """Failures against the reference, else by the run's own signs; None where not known."""
-        by = "failures_by_error" if self.facts.reference else "failures_by_signs"
-        count = self.facts.value(by, "count")
-        return None if count is None else int(count)
+from stereotrack_core.errors import Cancelled, Finding, InputError
+from stereotrack_core.evaluation.summary import Spread
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.findings import examine
+from stereotrack_core.study.description import Study, StudyRecording
+from stereotrack_core.study.job import Job, JobResult, is_kept
+from stereotrack_core.study.plan import jobs_of, source_of
 
 
 @dataclass(frozen=True)
 class RowStatus:
-    """What is known of a row; None for what was not read, or is not there."""
+    """What is known of a recording; None for what was not read, or is not there."""
 
-    row: StudyRow
-    place: Place
-    recording: RecordingFacts | None = None
-    project: ProjectFacts | None = None
-    runs: tuple[RunStatus, ...] = ()
-    """The project's, oldest first, then the study's own."""
+    row: StudyRecording
+    frames: int | None = None
+    views: str | None = None
+    annotated: float | None = None
+    """Share of the keyframes that are done, percent."""
+    clicks: int | None = None
+    jobs: tuple[Job, ...] = ()
+    results: tuple[JobResult, ...] = ()
+    """Of those of the jobs that are done."""
     findings: tuple[Finding, ...] = ()
-    """What is missing, has moved or is out of date."""
+    """Errors and warnings about the recording, its project and its runs."""
+
+    def mean(self, measure: str) -> float | None:
+        """Mean of a measure over the runs that are done; None if it is not known."""
+        values = [one.measures.get(measure, math.nan) for one in self.results]
+        found = Spread.of(values).mean
+        return found if math.isfinite(found) else None
 
     @property
-    def shown(self) -> RunStatus | None:
-        """The run that a table shows: of the study's own, else of all, the newest one."""
-        usable = [run for run in self.runs if not run.facts.problem]
-        own = [run for run in usable if run.place.kept_in == "study"]
-        return (own or usable or [None])[-1]  # type: ignore[list-item]  # None where there is none
+    def failures(self) -> float | None:
+        """Failures by error if there is a reference, else by the run's own signs; mean of runs."""
+        by_error = self.mean("failures_by_error:count")
+        return self.mean("failures_by_signs:count") if by_error is None else by_error
+
+    @property
+    def messages(self) -> list[str]:
+        """The findings as sentences."""
+        return [f"{one.severity}: {one.where}: {one.what}. {one.remedy}" for one in self.findings]
+
+
+def status_of(study: Study, row: StudyRecording, results: Mapping[str, JobResult]) -> RowStatus:
+    """Open a recording and its project, and find the results of its runs."""
+    findings = [one for one in examine(study.place(row.recording)) if one.severity != "note"]
+    annotated, clicks = None, None
+    try:
+        if row.project:
+            with Project.open(study.place(row.project), read_only=True) as project:
+                progress = project.progress()
+            clicks = progress.clicks
+            annotated = 100.0 * progress.done / progress.keyframes if progress.keyframes else None
+        source = source_of(study, row)
+    except InputError as error:
+        findings = list(dict.fromkeys((Finding.of(error), *findings)))
+        return RowStatus(row, annotated=annotated, clicks=clicks, findings=tuple(findings))
+    if row.fingerprint not in ("", source.facts["fingerprint"]):
+        what = "the recording has changed since it was listed"
+        remedy = "Check it, and delete its fingerprint from the study file."
+        findings.append(Finding("warning", row.recording, what, remedy))
+    jobs: tuple[Job, ...] = ()
+    try:
+        jobs = tuple(jobs_of(study, source, study.settings.all_points(), keep=True))
+    except InputError as error:
+        findings.append(Finding.of(error))
+    known = [results[job.identity] for job in jobs if job.identity in results and is_kept(job)]
+    for one in known:
+        if not one.done:
+            findings.append(Finding("error", row.recording, one.error, "Track again."))
+    return RowStatus(
+        row,
+        source.frames,
+        " ".join(view.name for view in source.recording.views),
+        annotated,
+        clicks,
+        jobs,
+        tuple(one for one in known if one.done),
+        tuple(findings),
+    )
 
 
 def study_status(
     study: Study,
-    cache: StudyCache,
-    rows: Sequence[StudyRow] | None = None,
+    rows: Sequence[StudyRecording],
+    results: Mapping[str, JobResult],
     *,
     on_row: Callable[[RowStatus], None] = lambda _: None,
     on_progress: Callable[[float, str], None] = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[RowStatus, ...]:
-    """The status of rows (all of them where not given); files that have not changed are not read.
-
-    What was read is in the cache, which the caller saves. Raises Cancelled.
-    """
-    wanted = study.rows if rows is None else rows
-    reader = _Reader(study, cache)
-    found = []
-    for i, row in enumerate(wanted):
+    """The status of recordings, one after the other. Raises Cancelled."""
+    found: list[RowStatus] = []
+    listed = [row.fingerprint for row in study.rows]
+    for i, row in enumerate(rows):
         if cancelled():
             raise Cancelled
-        on_progress(i / len(wanted), row.recording)
-        found.append(reader.row(row))
-        on_row(found[-1])
+        on_progress(i / len(rows), row.recording)
+        status = status_of(study, row, results)
+        if row.fingerprint and listed.count(row.fingerprint) > 1:
+            what = "the same recording is listed twice, under two folders"
+            remedy = "Remove one of the two, else the results contain it twice."
+            finding = Finding("warning", row.recording, what, remedy)
+            status = RowStatus(**{**vars(status), "findings": (*status.findings, finding)})
+        found.append(status)
+        on_row(status)
     return tuple(found)
 
 
-def remembered_status(study: Study, cache: StudyCache) -> tuple[RowStatus, ...]:
-    """What was known of all rows when they were read last; no file is looked at."""
-    found = []
-    for row in study.rows:
-        folder = study.place(row.recording)
-        place = Place(folder, study.place(row.project) if row.project else None)
-        recording = cache.known(_name(study, "recording", folder), RecordingFacts.of)
-        project = None
-        if place.project is not None:
-            project = cache.known(_name(study, "project", place.project), ProjectFacts.of)
-        runs = []
-        for run in _runs_of(study, row, place, project):
-            facts = cache.known(_name(study, "run", run.path, run.name), RunFacts.of)
-            if facts is not None:
-                runs.append(RunStatus(run, facts))
-        found.append(RowStatus(row, place, recording, project, tuple(runs)))
-    return tuple(found)
+@dataclass(frozen=True)
+class Column:
+    """A column of the table; its value is None if nothing is known."""
+
+    name: str
+    label: str
+    value: Callable[[RowStatus], float | str | None]
+    help: str
+    digits: int = 0
+
+    def text(self, row: RowStatus) -> str:
+        """A cell; a dash if nothing is known."""
+        value = self.value(row)
+        if value is None:
+            return "-"
+        return value if isinstance(value, str) else f"{value:.{self.digits}f}"
 
 
-class _Reader:
-    """Reads what is known of rows, by way of a cache."""
-
-    def __init__(self, study: Study, cache: StudyCache) -> None:
-        self._study = study
-        self._cache = cache
-        self._finder = Finder(study, lambda folder: self._recording(folder).fingerprint)
-        self._listed: dict[str, list[str]] = defaultdict(list)
-        for row in study.rows:
-            if row.fingerprint:
-                self._listed[row.fingerprint].append(row.recording)
-
-    def row(self, row: StudyRow) -> RowStatus:
-        """All that is known of a row."""
-        place = self._finder.place(row)
-        recording = None if place.folder is None else self._recording(place.folder)
-        project = None if place.project is None else self._project(place.project, place.folder)
-        runs = tuple(
-            self._run(run, recording, project) for run in _runs_of(self._study, row, place, project)
-        )
-        alike = [name for name in self._listed.get(row.fingerprint, ()) if name != row.recording]
-        findings = (*place.findings, *_findings(row, recording, project, runs, alike))
-        return RowStatus(row, place, recording, project, runs, findings)
-
-    def _recording(self, folder: Path) -> RecordingFacts:
-        name = _name(self._study, "recording", folder)
-        return self._cache.facts(name, lambda: read_recording_facts(folder), RecordingFacts.of)
-
-    def _project(self, path: Path, folder: Path | None) -> ProjectFacts:
-        name = _name(self._study, "project", path)
-        also = "" if folder is None else self._study.relative(folder)
-        return self._cache.facts(
-            name, lambda: read_project_facts(path, folder), ProjectFacts.of, also
-        )
-
-    def _run(
-        self, run: RunPlace, recording: RecordingFacts | None, project: ProjectFacts | None
-    ) -> RunStatus:
-        contents = {} if project is None else {one.name: one.content for one in project.runs}
-        own = contents.get(run.name, "") if run.kept_in == "project" else ""
-        truth = "" if project is None or not run.reference else project.reference_content
-        also = f"{own} {truth} {'' if run.folder is None else self._study.relative(run.folder)}"
-        name = _name(self._study, "run", run.path, run.name)
-        facts = self._cache.facts(name, run.read, RunFacts.of, also)
-        return RunStatus(run, facts, tuple(_outdated(facts, recording, project)))
+def _mean(measure: str) -> Callable[[RowStatus], float | None]:
+    return lambda row: row.mean(measure)
 
 
-def _name(study: Study, what: str, path: Path, inner: str = "") -> str:
-    """Under which something is remembered; the same when the study moves with its files."""
-    return f"{what} {study.relative(path)} {inner}".strip()
+def _runs(row: RowStatus) -> str | None:
+    return f"{len(row.results)} of {len(row.jobs)}" if row.jobs else None
 
 
-def _runs_of(
-    study: Study, row: StudyRow, place: Place, project: ProjectFacts | None
-) -> Iterator[RunPlace]:
-    """Runs of a row: the project's, oldest first, then the study's own, oldest first."""
-    reference = "" if project is None else project.reference
-    against = (place.folder, reference, place.project)
-    if project is not None and place.project is not None:
-        for run in project.runs:
-            yield RunPlace(run.name, "project", place.project, *against)
-    folder = study.runs_of(row)
-    files = [path for path in folder.glob("*.npz") if not path.name.startswith(".")]
-    for path in sorted(files, key=lambda path: (path.stat().st_mtime_ns, path.name)):
-        yield RunPlace(path.stem, "study", path, *against)
+def _tracked(row: RowStatus) -> float | None:
+    gaps = row.mean("gaps")
+    return None if gaps is None else 100.0 - gaps
 
 
-def _outdated(
-    run: RunFacts, recording: RecordingFacts | None, project: ProjectFacts | None
-) -> Iterator[str]:
-    if run.problem:
-        return
-    if recording is not None and recording.fingerprint:
-        calibration = (project.calibration if project is not None else "") or recording.calibration
-        if run.fingerprint and run.fingerprint != recording.fingerprint:
-            yield "the recording has changed since"
-        elif run.calibration and run.calibration != calibration:
-            yield "the calibration has changed since"
-    if run.version and run.version != __version__:
-        yield f"tracked by version {run.version} of this program"
+COLUMNS: tuple[Column, ...] = (
+    Column("frames", "frames", lambda row: row.frames, "Frame sets of the recording."),
+    Column("views", "views", lambda row: row.views, "Views of the recording."),
+    Column("problems", "problems", lambda row: len(row.findings),
+           "Errors and warnings about the recording, its project and its runs."),
+    Column("annotated", "annotated %", lambda row: row.annotated,
+           "Share of the keyframes that are done."),
+    Column("clicks", "clicks", lambda row: row.clicks, "Clicked landmarks in the project."),
+    Column("runs", "runs", _runs, "Runs that are done, of those that the study asks for. "
+           "The following columns are means over them."),
+    Column("tracked", "tracked %", _tracked, "Share of frames with a pose."),
+    Column("torso_position", "torso mm", _mean("torso_position"),
+           "Mean error of the torso's position.", 1),
+    Column("upper_arms", "upper arms deg", _mean("upper_arms"),
+           "Mean angular error of both upper arms.", 1),
+    Column("forearms", "forearms deg", _mean("forearms"),
+           "Mean angular error of both forearms.", 1),
+    Column("lost", "lost %", _mean("lost"),
+           "Share of arm segments that are more than 45 degrees off.", 1),
+    Column("failures", "failures", lambda row: row.failures,
+           "Failures by error if there is a reference, else by the run's own signs.", 1),
+)  # fmt: skip
+"""Columns behind the recording and its factors."""
 
 
-def _findings(
-    row: StudyRow,
-    recording: RecordingFacts | None,
-    project: ProjectFacts | None,
-    runs: Sequence[RunStatus],
-    alike: Sequence[str],
-) -> Iterator[Finding]:
-    if alike:
-        yield Finding(
-            "warning",
-            row.recording,
-            f"the same recording is also listed as {alike[0]}",
-            "Remove one of the two, else the results contain it twice.",
-        )
-    if recording is not None and row.fingerprint not in ("", recording.fingerprint):
-        yield Finding(
-            "warning",
-            row.recording,
-            "the recording has changed since it was listed",
-            "Check it. Empty the cell `fingerprint` and list it again to take it as it is.",
-        )
-    if project is not None and project.problem:
-        yield Finding("error", row.project, project.problem, "Open the project to see more.")
-    for run in runs:
-        where = f"{row.recording}, run {run.place.name}"
-        if run.facts.problem:
-            yield Finding("error", where, run.facts.problem, "Delete it, or track again.")
-        for reason in run.outdated:
-            yield Finding("warning", where, reason, "Track again to have it up to date.")
+def row_facts(row: RowStatus) -> dict[str, Any]:
+    """A row for JSON."""
+    return {
+        "recording": row.row.recording,
+        "project": row.row.project,
+        "factors": dict(row.row.factors),
+        **{column.name: column.value(row) for column in COLUMNS},
+        "messages": row.messages,
+        "files": [job.keep for job in row.jobs if is_kept(job)],
+    }

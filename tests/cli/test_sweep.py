@@ -17,46 +17,23 @@ from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import sweep
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.runner.job import do_batch
-from stereotrack_core.experiments.sweep.store import (
-    SweepPlaces,
-    SweepStore,
-    is_running,
-    read_state,
-    stored_results,
-)
-from stereotrack_core.locks import FileLock
+from stereotrack_core.locks import FileLock, is_held
 from stereotrack_core.program import main
+from stereotrack_core.study.store import Store, journal_of, stored_results
+from tests.study.conftest import InThisProcess
 
 pytestmark = pytest.mark.xdist_group("cli")
 QUICK = (
     *("--preset", "fast", "--frames", "0:3", "--init", "tpose", "--set", "search_arms=no"),
     *("--set", "data_points=200", "--set", "fit_shape=no"),
 )
-GRID = ("--grid", "iterations=2,3", "--grid", "views=N,NS", "--seeds", "0,1", "--together", 4)
-
-
-class HereWorkers:
-    """Does jobs in this process, which needs no time to start."""
-
-    count = 1
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        return None
-
-    def do(self, jobs, watcher):
-        for job in jobs:
-            (result,) = do_batch([job], on_frames=watcher.on_frames)
-            watcher.on_result(job, result)
+GRID = ("--grid", "iterations=2,3", "--grid", "views=N,NS", "--seeds", "0,1")
 
 
 @pytest.fixture
 def here(monkeypatch):
     """Lets sweeps compute in this process."""
-    monkeypatch.setattr(sweep, "executor_of", lambda args: HereWorkers())
+    monkeypatch.setattr(sweep, "workers_of", lambda _: InThisProcess())
 
 
 def rows_of(table):
@@ -68,7 +45,7 @@ def swept(recording, tmp_path_factory):
     """A finished sweep of eight jobs."""
     table = tmp_path_factory.mktemp("sweep") / "sweep.csv"
     patch = pytest.MonkeyPatch()
-    patch.setattr(sweep, "executor_of", lambda args: HereWorkers())
+    patch.setattr(sweep, "workers_of", lambda _: InThisProcess())
     words = ("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1)
     assert main([str(word) for word in words]) == 0
     patch.undo()
@@ -87,9 +64,7 @@ def test_the_table_has_a_row_for_every_job(swept, recording):
         assert float(row["forearms"]) >= 0
         assert float(row["frames_per_second"]) > 0
         assert row["frames"] == "3"
-    state = read_state(SweepPlaces(swept))
-    assert (state.jobs, state.computed, state.failed, state.ended) == (8, 8, 0, "done")
-    assert not is_running(SweepPlaces(swept))
+    assert not is_held(swept, unsure=False)
 
 
 def test_the_same_command_computes_nothing_and_more_computes_the_rest(run, recording, swept):
@@ -105,19 +80,10 @@ def test_the_same_command_computes_nothing_and_more_computes_the_rest(run, recor
     assert best == sorted(best)
     assert all(point["runs"] == 2 for point in told["points"])
     more = run(*command, "--grid", "init=tpose,auto", "--dry-run").json
-    assert (more["jobs"], more["in_table"], more["to_compute"]) == (16, 8, 8)
-    assert more["seconds"] > 0
+    assert (more["jobs"], more["there"], more["to_compute"]) == (16, 8, 8)
     table = run(*(word for word in command if word != "--json"), "--minimise", "frames_per_second")
     assert "0 computed, 8 reused" in table.out
     assert "best fps first" in table.out
-
-
-def test_an_estimate_is_made_where_nothing_is_known(run, recording, tmp_path):
-    table = tmp_path / "new.csv"
-    ended = run("sweep", recording, *QUICK, *GRID, "-o", table, "--dry-run", "--workers", 2)
-    assert ended.status == 0, ended.err
-    assert "rough estimate" in ended.out
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_list_names_its_points_and_failures_their_words(run, recording, tmp_path, here):
@@ -128,7 +94,7 @@ def test_a_list_names_its_points_and_failures_their_words(run, recording, tmp_pa
     assert run(*command).status == 0
     assert [(row["iterations"], row["views"]) for row in rows_of(table)] == [("2", "N"), ("", "S")]
     # a result that failed in an earlier command is tried again
-    journal = SweepPlaces(table).journal
+    journal = journal_of(table)
     lines = journal.read_text().splitlines()
     spoilt = {**json.loads(lines[0]), "status": "failed", "error": "no room", "measures": {}}
     journal.write_text("\n".join([*lines[1:], json.dumps(spoilt)]) + "\n")
@@ -163,9 +129,9 @@ def started(recording, table, *more):
     )  # fmt: skip
 
 
-def wait_for_results(process, places, seconds=120):
+def wait_for_results(process, table, seconds=120):
     until = time.monotonic() + seconds
-    while not stored_results(places):
+    while not stored_results(table):
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < until
         time.sleep(0.02)
@@ -175,34 +141,30 @@ def wait_for_results(process, places, seconds=120):
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
 def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, tmp_path):
     table = tmp_path / "sweep.csv"
-    places = SweepPlaces(table)
-    process = started(recording, table, "--together", 1)
-    wait_for_results(process, places)
-    assert is_running(places)
+    process = started(recording, table)
+    wait_for_results(process, table)
+    assert is_held(table, unsure=False)
     other = run("sweep", recording, *QUICK, *GRID, "-o", table)
     assert other.status == 2
     assert f"process {process.pid}" in other.err
     process.kill()
     process.communicate()
-    assert not is_running(places)
-    kept = stored_results(places)
-    # stopped by whoever makes the sign, as the window does
-    process = started(recording, table, "--together", 1)
-    while len(stored_results(places)) == len(kept) and process.poll() is None:
+    assert not is_held(table, unsure=False)
+    kept = stored_results(table)
+    process = started(recording, table)
+    while len(stored_results(table)) == len(kept) and process.poll() is None:
         time.sleep(0.02)
-    places.stop_sign.touch()
+    process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=120)
-    more = stored_results(places)
-    assert len(more) > len(kept)
+    more = stored_results(table)
+    assert len(more) >= len(kept)
     if len(more) < 8:
         assert process.returncode == 1
         assert "run the same command again to continue" in err
-        assert read_state(places).ended == "stopped"
     told = run("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1, "--json").json
     assert (told["computed"], told["reused"]) == (8 - len(more), len(more))
-    identities = [json.loads(line)["job"] for line in places.journal.read_text().splitlines()]
+    identities = [json.loads(line)["job"] for line in journal_of(table).read_text().splitlines()]
     assert len(identities) == len(set(identities)) == 8, "nothing was computed twice"
-    assert not places.stop_sign.exists()
 
 
 def children_of(pid):
@@ -218,7 +180,7 @@ def children_of(pid):
 @pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc")
 def test_no_process_of_a_sweep_outlives_the_command_that_is_killed(recording, tmp_path):
     process = started(recording, tmp_path / "sweep.csv", "--workers", 2)
-    wait_for_results(process, SweepPlaces(tmp_path / "sweep.csv"))
+    wait_for_results(process, tmp_path / "sweep.csv")
     children = children_of(process.pid)
     assert len(children) >= 2
     process.kill()
@@ -244,7 +206,8 @@ def test_no_process_of_a_sweep_outlives_the_command_that_is_killed(recording, tm
         (("--seeds", "0,0"), "list of seeds"),
         (("--set", "iterations=many"), "whole number"),
         (("--list", "none.csv"), "no such file"),
-        (("-o", "sweep.txt"), "ends in .csv"),
+        (("-o", "sweep.txt"), "must end in .csv"),
+        (("--keypoints", "a.csv", "--keypoints", "b.csv"), "2 times for 1 recording"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, words):
@@ -256,8 +219,8 @@ def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, wo
 
 
 def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_path, monkeypatch):
-    places = SweepPlaces(tmp_path / "sweep.csv")
-    asking = FileLock(places.table)
+    table = tmp_path / "sweep.csv"
+    asking = FileLock(table)
     waited = []
 
     def answered_meanwhile(seconds):
@@ -265,33 +228,32 @@ def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_
         asking.release()
 
     monkeypatch.setattr(locks.time, "sleep", answered_meanwhile)
-    SweepStore(places).close()
+    with Store(table):
+        pass
     assert len(waited) == 1
 
 
 def test_what_a_killed_sweep_left_half_written_is_cleared_away(tmp_path):
-    places = SweepPlaces(tmp_path / "mein [1] sweep.csv")
-    left = []
-    for path in (places.table, places.state):
-        with replacing(path) as temporary:
-            left.append(temporary)
-        path.unlink()
-    for path in left:
-        path.touch()
+    table = tmp_path / "mein [1] sweep.csv"
+    with replacing(table) as left:
+        pass
+    table.unlink()
+    left.touch()
     others = [tmp_path / ".mein [1] sweep-1.csv", tmp_path / "other.csv"]
     for path in others:
         path.touch()
-    SweepStore(places).close()
-    assert not any(path.exists() for path in left)
+    with Store(table):
+        pass
+    assert not left.exists()
     assert all(path.exists() for path in others)
 
 
 def test_a_sweep_that_cannot_begin_leaves_no_lock(tmp_path):
-    places = SweepPlaces(tmp_path / "sweep.csv")
-    places.journal.mkdir()
+    table = tmp_path / "sweep.csv"
+    journal_of(table).mkdir()
     with pytest.raises(InputError, match="this is a folder"):
-        SweepStore(places)
-    assert not is_running(places)
+        Store(table)
+    assert not is_held(table, unsure=False)
 
 
 def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_path):

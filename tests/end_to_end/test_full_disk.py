@@ -133,7 +133,7 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.project.database": "tests/project",
         "stereotrack_core.project.rescue": "tests/project/test_project_damaged.py",
         "stereotrack_core.recording.importing.files": "part of importing.making",
-        "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
+        "stereotrack_core.study.store": "a text of its own, tests/cli/test_sweep.py",
         "app.features.review.controller": "a text of its own, tests/gui/test_review.py",
     }
     by_commands = {"stereotrack_core.report.pages"}

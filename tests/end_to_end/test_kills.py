@@ -18,12 +18,12 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import has_frames
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.project import Project
+from stereotrack_core.study.store import journal_of, stored_results
 from stereotrack_core.tracking.repeating import sameness
 from tests.end_to_end.conftest import FAST
 
@@ -145,18 +145,18 @@ def test_an_export_is_the_older_file_or_the_newer(victims, sound, tmp_path):
 
 def test_a_sweep_goes_on_from_every_result_that_it_has_told(victims, sound, tmp_path):
     quick = ("--preset", "fast", "--set", "fit_shape=no", "--frames", "0:3", "--init", "tpose")
-    grid = ("--grid", "iterations=2,3", "--workers", 1, "--together", 1)
+    grid = ("--grid", "iterations=2,3", "--workers", 1)
     longest = victims.seconds_of("sweep", sound, *quick, *grid, "-o", tmp_path / "whole.csv")
     table = tmp_path / "sweep.csv"
-    places = SweepPlaces(table)
+    journal = journal_of(table)
     known: dict[str, object] = {}
     for seconds in moments("sweep", longest):
         victims.do(seconds, "sweep", sound, *quick, *grid, "-o", table)
-        found = {one.job: one for one in stored_results(places)} if places.journal.exists() else {}
+        found = stored_results(table)
         assert known.keys() <= found.keys()
         known = found
         if len(known) == 2:
-            for path in (places.journal, table):
+            for path in (journal, table):
                 path.unlink(missing_ok=True)
             known = {}
 

@@ -13,9 +13,6 @@ from app.features.review.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.summary import limb_statistics
-from stereotrack_core.experiments.runner.job import Job, JobResult
-from stereotrack_core.experiments.sweep.points import Point
-from stereotrack_core.experiments.sweep.store import table_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
@@ -32,6 +29,9 @@ from stereotrack_core.recording.description import (
 )
 from stereotrack_core.recording.detections import Detection, read_detections, write_detections
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.study.job import Job, JobResult
+from stereotrack_core.study.points import Point
+from stereotrack_core.study.store import table_of
 from stereotrack_core.tables import csv_text, read_csv_table
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -121,7 +121,7 @@ def test_a_trajectory_in_a_file_of_that_name(name, tmp_path):
 def _sweep(name: str) -> str:
     point = Point((("views", name),))
     spec = RunSpec(preset("fast"), preset="fast", frames=range(3))
-    job = Job("x", "", name, "", "", point, spec)
+    job = Job("x", "", "", name, "", "", point, spec)
     return csv_text(*table_of([job], {"x": JobResult("x", "failed", error=name)}))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,14 +21,6 @@ from stereotrack_core.evaluation.failure_segments.export import film_of, write_s
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
-from stereotrack_core.experiments.sweep.table import (
-    axis_of,
-    curves_of,
-    draw_curves,
-    draw_heat,
-    heat_of,
-    table_of_cells,
-)
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.calibrations.formats import write_foreign
@@ -63,15 +54,15 @@ from stereotrack_core.recording.writing import VideoWriter, write_png, write_rec
 from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
-from stereotrack_core.study.cache import Read, StudyCache
-from stereotrack_core.study.evaluated import RunFacts, RunPlace, values_of
-from stereotrack_core.study.file import Study, StudyRow, write_study
-from stereotrack_core.study.places import Place
-from stereotrack_core.study.results import write_result_table
-from stereotrack_core.study.status import RowStatus, RunStatus
-from stereotrack_core.study.stored import StoredStudy
+from stereotrack_core.study.description import Study, StudyRecording, write_study
+from stereotrack_core.study.export import write_result_table
+from stereotrack_core.study.job import Job, JobResult
+from stereotrack_core.study.points import Point
+from stereotrack_core.study.table import RunTable, axis_of, curves_of, draw_curves
+from stereotrack_core.study.values import values_of
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import named, preset, write_preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.trace import StepTrace
 
 
@@ -194,25 +185,20 @@ def _scene(path: Path, things: Things) -> None:
     write_rerun(path, things.run, things.recording, frames, {})
 
 
-def _sweep_table() -> object:
+def _run_table() -> RunTable:
     columns = ("recording", "model_points", "views", "seed", "status", "forearms", "job")
-    rows = [
+    rows = tuple(
         ("r", str(points), views, "0", "done", str(points / 7), "x")
         for points in (24, 120, 1000)
         for views in ("NS", "NOSW")
-    ]
-    return table_of_cells(columns, rows, "sweep.csv")
+    )
+    return RunTable(columns, rows)
 
 
 def _curves(path: Path, _things: Things) -> None:
-    table = _sweep_table()
+    table = _run_table()
     curves = curves_of(table, "model_points", "forearms", "views")
     draw_curves(path, axis_of(table, "model_points"), "forearms", curves)
-
-
-def _heat(path: Path, _things: Things) -> None:
-    heat = heat_of(_sweep_table(), "model_points", "views", "forearms")
-    draw_heat(path, ("model_points", "views"), "forearms", heat)
 
 
 def _cloud(path: Path, _things: Things) -> None:
@@ -226,29 +212,16 @@ def _detections(path: Path, _things: Things) -> None:
 
 
 def _study(path: Path) -> Study:
-    rows = tuple(StudyRow(f"data/r{k}", "", "f" * 32, {"subject": f"s{k}"}) for k in range(40))
-    return Study(path, ("subject",), rows)
-
-
-def _edited_study(path: Path, _things: Things) -> None:
-    found = hashlib.blake2b(path.read_bytes()).hexdigest() if path.exists() else ""
-    StoredStudy(_study(path), found).saved(_study(path))
-
-
-def _study_cache(path: Path, _things: Things) -> None:
-    cache = StudyCache(path)
-    cache.facts(
-        "recording r", lambda: Read({"diagnostics": ["a sentence"] * 40}, (path.parent,)), dict
-    )
-    cache.save()
+    rows = (StudyRecording(f"data/r{k}", "", "", "f" * 32, {"subject": f"s{k}"}) for k in range(40))
+    return Study(path, tuple(rows))
 
 
 def _results(path: Path, things: Things) -> None:
-    study, truth = _study(Path("walks.study.csv")), things.truth
-    facts = RunFacts(values=tuple(values_of(things.run, things.recording.fps, truth)))
-    run = RunStatus(RunPlace("run", "study", things.run_file, None), facts)
-    rows = [RowStatus(row, Place(None, None), runs=(run,)) for row in study.rows]
-    write_result_table(path, study, rows)
+    study, truth = _study(Path("walks.study.toml")), things.truth
+    result = JobResult("x", "done", values_of(things.run, things.recording.fps, truth))
+    spec = RunSpec(preset("fast"), "fast")
+    jobs = [Job("x", "", "", row.recording, "", "", Point(), spec) for row in study.rows]
+    write_result_table(path, study, jobs, {"x": result})
 
 
 def _pdf(path: Path, _things: Things) -> None:
@@ -297,16 +270,14 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "film.mp4": _film,
     "curves.png": _curves,
     "curves.svg": _curves,
-    "heat.pdf": _heat,
+    "curves.pdf": _curves,
     "report.pdf": _pdf,
     "calibration-report.html": lambda path, _: write_calibration_page(
         path, "rig", Verdict("good", "Good."), ()
     ),
     "window.png": _window,
     "angles.csv": _angles,
-    "walks.study.csv": lambda path, _: write_study(_study(path)),
-    "edited.study.csv": _edited_study,
-    "walks.study-cache.json": _study_cache,
+    "walks.study.toml": lambda path, _: write_study(_study(path)),
     "results.csv": _results,
 }
 """What writes one file (and perhaps another one beside it), by the file's name."""

@@ -36,8 +36,6 @@ def sound(qtbot, tmp_path) -> bytes:
     settings.setValue("workspaces/track", widget.saveState(1))
     settings.setValue("recent", [str(tmp_path), str(tmp_path / "b")])
     settings.setValue("overlays_shown", ["model", "points"])
-    settings.setValue("sweep/table", str(tmp_path / "s.csv"))
-    settings.setValue("sweep/goes_on", False)
     settings.setValue("tune/live", True)
     settings.setValue("shortcuts/open", "Ctrl+O")
     for key in ("annotator", "theme", "workspace", "projects_folder", "annotate/advance"):

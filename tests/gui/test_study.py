@@ -1,116 +1,212 @@
-"""Studies in the window: the table, its filter and order, opening, what is asked for."""
+"""Studies in the window: recordings, settings, tracking, results."""
+
+import csv
+import dataclasses
 
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, Qt, QUrl
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication
 
-from app.features.study.track_dialog import TrackDialog
-from app.features.study.window import StudyWindow
+from app.features.study import controller as controller_module
+from app.features.study.results import ResultsPanel
+from app.features.study.settings_form import SettingsForm
 from app.session.opening import dropped_paths
-from stereotrack_core.cli.commands import command_named, parser_of
-from stereotrack_core.study.cache import StudyCache
-from stereotrack_core.study.status import study_status
-from stereotrack_core.study.tasks import remembered
-from tests.study.conftest import study, walks  # noqa: F401 - fixtures
+from stereotrack_core.errors import InputError
+from stereotrack_core.study.description import StudySettings, read_study, write_study
+from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
 
 pytestmark = pytest.mark.window
 
+COLUMNS = ("recording", "data_points", "preset", "seed", "status", "forearms", "lost", "job")
+
 
 @pytest.fixture
-def known(study):  # noqa: F811
-    """The study, read before."""
-    cache = StudyCache(study.cache)
-    study_status(study, cache)
-    cache.save()
-    return study
+def table(tmp_path):
+    """A table of twelve runs whose forearms are 10 deg at 300 points and 5 deg at 900."""
+    path = tmp_path / "sweep.csv"
+    rows = [
+        ("r", points, preset, seed, "done", error + seed + (preset == "fast"), 1.0, "x")
+        for points, error in ((300, 10.0), (600, 7.0), (900, 5.0))
+        for preset in ("accurate", "fast")
+        for seed in (0, 1)
+    ]
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([COLUMNS, *rows])
+    return path
+
+
+@pytest.fixture
+def studies(window, qtbot, study, monkeypatch):  # noqa: F811
+    """The window of a study that was read; runs are made without processes."""
+    monkeypatch.setattr(controller_module, "LocalWorkers", lambda _: InThisProcess())
+    window.context.session.opening.open(study.path)
+    studies = window.features.study
+    qtbot.waitUntil(lambda: studies.window is not None and not studies.working, timeout=30_000)
+    return studies
 
 
 def names(window):
-    return [row.row.recording.removeprefix("data/") for row in window.model.rows]
+    rows = range(window.proxy.rowCount())
+    return [window.proxy.index(k, 0).data().removeprefix("data/") for k in rows]
 
 
-def button(dialog, text):
-    return next(one for one in dialog.findChildren(QPushButton) if one.text() == text)
+def cell(window, recording, heading):
+    """Index of a cell as the table shows it."""
+    column = [one.heading for one in window.model.columns].index(heading)
+    return window.proxy.index(names(window).index(recording), column)
 
 
-def test_the_table_is_filtered_sorted_and_keeps_what_is_selected(shown, qtbot, known, tmp_path):
-    window = shown(StudyWindow(), 1100, 500)
-    found = remembered(known.path)
-    window.show_study(found.study, found.rows)
-    assert names(window) == ["anna/fast", "anna/slow", "ben/slow"]
-    header = window.view.horizontalHeader()
-    frames = [column.heading for column in window.model.columns].index("frames")
+def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, window, qtbot):
+    shown = studies.window
+    assert names(shown) == ["anna/fast", "anna/slow", "ben/slow"]
+    assert cell(shown, "ben/slow", "frames").data() == "6"
+    header = shown.view.horizontalHeader()
+    frames = cell(shown, "ben/slow", "frames").column()
     where = header.sectionViewportPosition(frames) + header.sectionSize(frames) // 2
     for order in (["anna/slow", "anna/fast", "ben/slow"], ["ben/slow", "anna/fast", "anna/slow"]):
         QTest.mouseClick(
-            header.viewport(),
-            Qt.MouseButton.LeftButton,
-            pos=QPoint(where, header.height() // 2),
+            header.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(where, header.height() // 2)
         )
-        assert names(window) == order
-    cell = window.view.visualRect(window.model.index(1, 0)).center()
-    QTest.mouseClick(window.view.viewport(), Qt.MouseButton.LeftButton, pos=cell)
-    assert window.chosen() == ("data/anna/fast",)
-    window.filter.setFocus()
-    qtbot.keyClicks(window.filter, "subject=anna")
-    assert names(window) == ["anna/fast", "anna/slow"]
-    assert window.chosen() == ("data/anna/fast",), "the same recording at another place"
-    assert window.count.text() == "2 of 3 recordings"
-    qtbot.keyClicks(window.filter, " slow")
-    assert names(window) == ["anna/slow"]
-    assert window.chosen() == ("data/anna/slow",), "all that are shown, where none is selected"
-
-
-def test_a_study_is_opened_read_and_its_recordings_open(window, qtbot, known, tmp_path):
-    (tmp_path / "data/anna/fast/calibration.toml").unlink()
-    opening = window.context.session.opening
-    opening.open(known.path)
-    studies = next(
-        one for one in window.context.session.children() if type(one).__name__ == "StudyController"
-    )
-    qtbot.waitUntil(lambda: studies.window is not None and bool(studies.window.rows))
-    table = studies.window
-    qtbot.waitUntil(lambda: not studies.working)
-    spoilt = table.rows[0]
-    assert spoilt.recording.errors >= 1
-    QTest.keyClick(table.filter, Qt.Key.Key_B)
-    assert names(table) == ["ben/slow"]
-    cell = table.view.visualRect(table.model.index(0, 0)).center()
-    QTest.mouseClick(table.view.viewport(), Qt.MouseButton.LeftButton, pos=cell)
-    assert table.messages.text() == "No problems are known."
-    with qtbot.waitSignal(window.context.session.document.opened):
-        QTest.keyClick(table.view, Qt.Key.Key_Return)
-        QApplication.processEvents()
-    assert window.context.session.document.recording.folder == tmp_path / "data/ben/slow"
-    table.close()
+        assert names(shown) == order
+    qtbot.keyClicks(shown.filter, "ben")
+    assert names(shown) == ["ben/slow"]
+    assert shown.chosen() == ("data/ben/slow",), "all that are shown, if none is selected"
+    shown.select(shown.chosen())
+    assert shown.messages.text() == "No problems are known."
+    with qtbot.waitSignal(window.context.session.document.opened, timeout=30_000):
+        QTest.mouseClick(shown.open_button, Qt.MouseButton.LeftButton)
+    folder = window.context.session.document.recording.folder
+    assert folder == shown.study.place("data/ben/slow")
     qtbot.waitUntil(window.context.tasks.settled)
 
 
-def test_what_is_asked_for_is_a_command(shown, qtbot, known):
-    begun = []
-    dialog = shown(
-        TrackDialog(known.path, ("data/ben/slow",), 3, ("fast", ["iterations=3"]), begun.append),
-        520,
-        320,
-    )
-    dialog.seeds.selectAll()
-    qtbot.keyClicks(dialog.seeds, "0,x")
-    start = button(dialog, "&Start")
-    QTest.mouseClick(start, Qt.MouseButton.LeftButton)
-    assert "list of seeds" in dialog.words.text()
-    dialog.seeds.selectAll()
-    qtbot.keyClicks(dialog.seeds, "0,1")
-    dialog.report.setFocus()
-    QTest.keyClick(dialog.report, Qt.Key.Key_Space)
-    QTest.mouseClick(start, Qt.MouseButton.LeftButton)
-    (arguments,) = begun
-    args = parser_of(command_named("study")).parse_args(arguments[1:])
-    assert (args.study, args.preset, args.changes) == (known.path, "fast", ["iterations=3"])
-    assert (args.select, args.seeds, args.report) == (["recording=data/ben/slow"], "0,1", True)
+def test_factors_are_edited_in_place_and_undone(studies, qtbot):
+    shown = studies.window
+    shown.select(["data/anna/slow", "data/ben/slow"])
+    index = cell(shown, "anna/slow", "condition")
+    shown.proxy.setData(index, "very slow")
+    found = {row.recording: row.cell("condition") for row in read_study(shown.study.path).rows}
+    assert found == {
+        "data/anna/fast": "fast", "data/anna/slow": "very slow", "data/ben/slow": "very slow",
+    }  # fmt: skip
+    studies.remove(("data/anna/fast",))
+    assert names(shown) == ["anna/slow", "ben/slow"]
+    studies.undo()
+    studies.undo()
+    assert cell(shown, "ben/slow", "condition").data() == "slow"
+    assert len(read_study(shown.study.path).rows) == 3
+    studies.add((shown.study.place("data/anna"),))
+    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
+    assert "0 recordings added" in shown.words.text()
 
 
-def test_a_study_can_be_dropped_on_the_window(known):
+def test_what_another_program_wrote_is_never_overwritten(studies, qtbot):
+    shown = studies.window
+    other = dataclasses.replace(shown.study, rows=shown.study.rows[:1])
+    write_study(other)
+    studies.set_factor(("data/ben/slow",), "subject", "Ben")
+    assert "another program has changed" in shown.words.text()
+    assert read_study(shown.study.path) == other
+    studies.refresh()
+    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
+    assert names(shown) == ["anna/fast"]
+
+
+def test_settings_are_tracked_plotted_and_applied(studies, window, qtbot, tmp_path):
+    shown = studies.window
+    shown.tabs.setCurrentWidget(shown.form)
+    shown.form.add("iterations", "many")
+    assert "not a valid value" in shown.count.text()
+    shown.form.field("iterations").setText("2,3")
+    shown.form.frames.setText("0:2")
+    shown.form.changed.emit()
+    assert shown.count.text() == "6 runs: 2 points, 3 recordings, 1 seed."
+    shown.select(["data/ben/slow"])
+    QTest.mouseClick(shown.track_button, Qt.MouseButton.LeftButton)
+    assert studies.working
+    assert not shown.track_button.isEnabled()
+    qtbot.waitUntil(lambda: not studies.working, timeout=120_000)
+    assert read_study(shown.study.path).settings.grid == ("iterations=2,3",)
+    assert cell(shown, "ben/slow", "runs").data() == "2 of 2"
+    assert cell(shown, "anna/slow", "runs").data() == "0 of 2"
+    results = shown.results
+    assert results.path == shown.study.table
+    assert results.across.currentData() == "iterations"
+    shown.tabs.setCurrentWidget(results)
+    QTest.mouseClick(results.best_button, Qt.MouseButton.LeftButton)
+    best = results.table.common(results.table.best("forearms"))
+    QTest.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
+    tracking = window.context.session.track.settings.tracking
+    assert str(tracking.iterations) == best["iterations"]
+    studies.export(("data/ben/slow",), tmp_path / "out.csv")
+    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
+    assert (tmp_path / "out.csv").read_text("utf-8").count("forearms,mean") == 2
+
+
+def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
+    w = newly_opened
+    w.context.actions.action("sweep").trigger()
+    studies = w.features.study
+    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
+    shown = studies.window
+    assert shown.tabs.currentWidget() is shown.form
+    (row,) = shown.study.rows
+    assert shown.study.place(row.recording) == w.context.session.document.recording.folder.resolve()
+    assert shown.study.settings.preset == w.context.session.track.preset
+    shown.study.path.unlink()
+    shown.close()
+
+
+def test_fields_say_the_settings(shown, qtbot):
+    form = shown(SettingsForm(), 900, 500)
+    before = StudySettings(preset="fast", grid=("views=N,NS",), seeds="0,1", changes=("grid_x=1",))
+    form.show_settings(dataclasses.replace(before, changes=("iterations=3",)))
+    assert "fast with iterations 3" in form.base.text()
+    assert form.field("views").text() == "N,NS"
+    qtbot.keyClicks(form.chooser.lineEdit(), "data points")
+    qtbot.keyClick(form.chooser.lineEdit(), Qt.Key.Key_Return)
+    qtbot.keyClicks(form.field("data_points"), "100,200")
+    form.seeds.setText("0, 2")
+    found = form.settings()
+    assert (found.grid, found.seeds) == (("views=N,NS", "data_points=100,200"), "0,2")
+    form.seeds.setText("a")
+    with pytest.raises(InputError, match="list of seeds"):
+        form.settings()
+
+
+def test_points_tell_their_runs(shown, qtbot, table, tmp_path):
+    results = shown(ResultsPanel(), 900, 640)
+    results.show_table(table)
+    assert results.across.currentData() == "data_points"
+    assert results.second.currentData() == "preset"
+    assert "mean and standard deviation over seed" in results.averaged_label.text()
+    results.second.setCurrentIndex(0)
+    results.draw()
+    QApplication.processEvents()
+    with qtbot.waitSignal(results.plot.rows_chosen) as chosen:
+        view = results.plot._plot.viewport()
+        where = view.mapFrom(results.plot, results.plot.place_of(900, 6.0))
+        QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=where)
+    assert len(chosen.args[0]) == 4, "the mean's mark stands for all its runs"
+    assert "data points 900" in results.chosen_label.text()
+    assert "forearms 6.0" in results.chosen_label.text()
+    with qtbot.waitSignal(results.applied) as taken:
+        QTest.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
+    assert taken.args[0] == {"data_points": "900"}
+    QTest.mouseClick(results.best_button, Qt.MouseButton.LeftButton)
+    assert "data points 900, preset accurate – 2 runs" in results.chosen_label.text()
+    results.save_picture(tmp_path / "curves.svg")
+    assert (tmp_path / "curves.svg").stat().st_size > 2000
+    results.measure.setCurrentIndex(results.measure.findData("lost"))
+    with table.open("a", newline="") as file:
+        csv.writer(file).writerow(("r", 1200, "fast", 0, "done", 4.0, 1.0, "y"))
+    results.follow(table)
+    assert "13 runs" in results.file_label.text(), "a table that grows is read again"
+    assert results.measure.currentData() == "lost"
+
+
+def test_a_study_can_be_dropped_on_the_window(study):  # noqa: F811
     data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(known.path))])
-    assert dropped_paths(data) == (known.path,)
+    data.setUrls([QUrl.fromLocalFile(str(study.path))])
+    assert dropped_paths(data) == (study.path,)

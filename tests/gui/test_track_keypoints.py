@@ -86,14 +86,15 @@ def tried_and_inspected(window, qtbot):
 
 
 def swept(window, qtbot):
-    """The dialog of sweeps takes the keypoints of the project."""
-    sweep, project = window.features.sweep, window.context.session.project.path
-    sweep.show_dialog()
-    assert sweep.dialog.form.request().keypoints == (project,)
-    qtbot.waitUntil(lambda: sweep.dialog.settled)
-    assert sweep.dialog.count_label.text().startswith("3 runs (1 point)")
-    assert not sweep.dialog.error_label.text()
-    sweep.dialog.close()
+    """A sweep takes the keypoints of the project."""
+    studies, project = window.features.study, window.context.session.project.path
+    window.context.actions.action("sweep").trigger()
+    qtbot.waitUntil(lambda: not studies.working)
+    (row,) = studies.window.study.rows
+    assert studies.window.study.place(row.keypoints) == project
+    assert studies.window.rows[0].messages == []
+    assert len(studies.window.rows[0].jobs) == 1
+    studies.window.close()
 
 
 @pytest.fixture

@@ -157,7 +157,6 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},
     "app/shell/dialogs.py": {"save"},
-    "app/session/sweeping.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
 }
 """What does not go through :mod:`stereotrack_core.atomic`, and need not."""
 

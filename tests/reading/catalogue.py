@@ -21,14 +21,6 @@ from scipy.io import savemat
 from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, write_landmark_set
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.series import angles_of_reference, angles_of_run
-from stereotrack_core.experiments.sweep.points import listed_points
-from stereotrack_core.experiments.sweep.store import (
-    SweepPlaces,
-    SweepState,
-    read_state,
-    stored_results,
-)
-from stereotrack_core.experiments.sweep.table import curves_of, table_of_cells
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.calibrations.deciding import completed, decide
 from stereotrack_core.interop.calibrations.evidence import Evidence
@@ -55,6 +47,9 @@ from stereotrack_core.recording.folder import describe, open_recording
 from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
+from stereotrack_core.study.points import listed_points
+from stereotrack_core.study.store import stored_results
+from stereotrack_core.study.table import curves_of, read_table
 from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
@@ -343,14 +338,12 @@ def _of_calibrations(folder: Path) -> dict[str, Reader]:
 
 
 def _of_sweeps(folder: Path) -> dict[str, Reader]:
-    places = SweepPlaces(folder / "s.csv")
     result = {
         "job": "a", "status": "done", "measures": {"unexplained_fraction": 0.1}, "frames": 3,
         "error": "", "attempts": 1, "recording": "r", "seed": 0, "point": {"iterations": 3},
     }  # fmt: skip
     search = {"search": "abc", "batch": 4}
     journal = "".join(json.dumps(line) + "\n" for line in (result, search, result)).encode()
-    state = json.dumps(vars(SweepState(jobs=3, share=0.5, seconds_left=2.0))).encode()
     rows = (
         "recording,iterations,legs,seed,status,unexplained_fraction,forearms,frames,attempts,"
         "error,job\n"
@@ -358,26 +351,20 @@ def _of_sweeps(folder: Path) -> dict[str, Reader]:
     )
 
     def table(path: Path) -> object:
-        columns, cells = read_csv_table(path)
-        found = table_of_cells(columns, cells, str(path))
-        for x in found.parameters:
+        found = read_table(path)
+        for x in found.varied:
             for measure in found.measures:
                 curves_of(found, x, measure)
         return found.settled
-
-    def going(path: Path) -> object:
-        state = read_state(SweepPlaces(path.with_name("s.csv")))
-        return state and (f"{state.share:.0%} {state.jobs + state.computed}", state.seconds_left)
 
     def points(path: Path) -> object:
         return listed_points(*read_csv_table(path), str(path))
 
     return {
         "sweep journal": Reader(
-            places.journal.name, journal, mutated_json_lines,
-            lambda path: stored_results(SweepPlaces(path.with_name("s.csv"))),
+            "s.jobs.jsonl", journal, mutated_json_lines,
+            lambda path: stored_results(path.with_name("s.csv")),
         ),
-        "sweep state": Reader(places.state.name, state, mutated_json, going),
         "sweep table": Reader("s.csv", rows.encode(), mutated_table, table),
         "sweep points": Reader(
             "p.csv", b"iterations,legs,views\n3,yes,NS\n4,no,N\n,,S\n", mutated_table, points

@@ -6,6 +6,7 @@ import io
 import json
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -25,14 +26,21 @@ from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17, MEDIAPIPE_33
 from stereotrack_core.recording.keypoints import keypoints_of
-from stereotrack_core.study.cache import Read, StudyCache
-from stereotrack_core.study.file import Study, StudyRow, read_study, selected, write_study
+from stereotrack_core.study.description import (
+    Study,
+    StudyRecording,
+    StudySettings,
+    read_study,
+    selected,
+    write_study,
+)
 from tests.reading.mutations import (
     Mutation,
     mutated_array,
     mutated_bytes,
     mutated_json,
     mutated_table,
+    mutated_toml,
 )
 from tests.reading.samples import FRAMES, Samples
 
@@ -147,33 +155,22 @@ def _array() -> bytes:
 
 def _of_studies(folder: Path) -> dict[str, Entry]:
     rows = (
-        StudyRow("a/one", "one.stereotrack", "", {"gait": "slow"}),
-        StudyRow("a/two", factors={"gait": "fast"}),
+        StudyRecording("a/one", "one.stereotrack", factors={"gait": "slow"}),
+        StudyRecording("a/two", factors={"gait": "fast"}),
     )
-    file = _written(folder / "s.study.csv", lambda path: write_study(Study(path, ("gait",), rows)))
+    settings = StudySettings(changes=("iterations=3",), grid=("views=N,NS",), seeds="0,1")
+    made = Study(folder / "s.study.toml", rows, settings)
+    file = _written(made.path, lambda path: write_study(replace(made, path=path)))
 
     def study(path: Path) -> object:
         found = read_study(path)
-        return [found.runs_of(row) for row in selected(found, ["gait=slow"])], found.cache
+        return [found.runs_of(row) for row in selected(found, ["gait=slow"])]
 
-    def cache(path: Path) -> object:
-        opened = StudyCache(path)
-        opened.known("a", dict)
-        opened.facts("a", lambda: Read({"frames": 3}, (path,)), dict)
-        opened.save(forget=True)
-        return opened
-
-    def known(path: Path) -> None:
-        made = StudyCache(path)
-        made.facts("a", lambda: Read({"frames": 3, "fps": 10.0}, (folder / "s.study.csv",)), dict)
-        made.save()
-
+    table = b"recording,project,gait\na/one,one.stereotrack,slow\na/two,,fast\n"
     return {
-        "study": ("s.study.csv", file, mutated_table, study),
-        "study cache": (
-            "s.study-cache.json", _written(folder / "c.json", known), mutated_json, cache
-        ),
-    }  # fmt: skip
+        "study": ("s.study.toml", file, mutated_toml, study),
+        "study table": ("s.study.csv", table, mutated_table, study),
+    }
 
 
 # ---- tables of points, bags

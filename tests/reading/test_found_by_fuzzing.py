@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.version import __version__
 
 
 def _array(values) -> bytes:
@@ -78,13 +77,3 @@ def test_a_point_without_a_name_is_one_that_is_not_known(catalogue, tmp_path):
     notes["points"]["pt1"] = None
     (tmp_path / reader.file).write_text(json.dumps(notes))
     reader.read(tmp_path / reader.file)
-
-
-@pytest.mark.parametrize("lost", ["sources", "also", "facts", "entries"])
-def test_an_entry_of_a_cache_that_lacks_something_is_none(lost, catalogue, tmp_path):
-    entry = {"sources": {}, "also": "", "facts": {"frames": 3}}
-    content = {"format": 1, "version": __version__, "entries": {"a": entry}}
-    (content if lost == "entries" else entry).pop(lost)
-    reader = catalogue["study cache"]
-    (tmp_path / reader.file).write_text(json.dumps(content))
-    assert reader.read(tmp_path / reader.file).reads == 1

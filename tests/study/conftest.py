@@ -1,36 +1,119 @@
-"""Small recordings in folders of subjects and conditions, and a project with a run."""
+"""Small recordings of cones, alone and as a study, and jobs on them."""
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.experiments.runner.job import do_batch
-from stereotrack_core.study.create import Pattern, create_study
+from stereotrack_core.parameters import value_text
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.study.create import Pattern, with_recordings
+from stereotrack_core.study.description import (
+    Study,
+    StudyRecording,
+    StudySettings,
+    write_study,
+)
+from stereotrack_core.study.job import do_batch
+from stereotrack_core.study.plan import Source, jobs_of
 from stereotrack_core.tracking.presets import preset
-from tests.experiments.conftest import SMALL, pose
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import pose_with_arms
 
-SETTINGS = {
-    "preset": "fast",
-    "changes": tuple(f"{name}={value}" for name, value in SMALL.items()),
-    "init": "tpose",
+FRAMES = 6
+SMALL = {
+    "pixel_step": 1,
+    "speckle_size": 0,
+    "search_arms": False,
+    "data_points": 200,
+    "fit_shape": False,
 }
 WALKS = {"anna/slow": 2, "anna/fast": 3, "ben/slow": 6}
 """Numbers of frames by folder."""
 
 
+def settings(changes=SMALL, **more):
+    texts = tuple(f"{name}={value_text(value)}" for name, value in changes.items())
+    return StudySettings(**{"preset": "fast", "init": "tpose", "changes": texts, **more})
+
+
+def pose(k):
+    return pose_with_arms([1, 0.1 * k, 0], [1, 0.2 * k, 0], [-1, 0.1 * k, 0], [-1, 0.2 * k, 0.1])
+
+
 class InThisProcess:
-    """An executor without processes."""
+    """Does jobs without processes."""
 
     count = 1
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
 
     def do(self, jobs, watcher):
         for job in jobs:
             for result in do_batch((job,), on_frames=watcher.on_frames):
                 watcher.on_result(job, result)
+
+
+@pytest.fixture(scope="session")
+def cones(tmp_path_factory):
+    """Six frames of a body of cones in four depth views, with a reference."""
+    body = body_model(AVERAGE, preset("fast").body)
+    folder = tmp_path_factory.mktemp("sweeps") / "cones"
+    return write_depth_recording(folder, body, [pose(k) for k in range(FRAMES)])
+
+
+@pytest.fixture(scope="session")
+def plan(cones):
+    """Function that makes jobs of points on the cones."""
+
+    def jobs(*points, recording=cones, changes=SMALL, seeds=(0,), **more):
+        asked = {"frames": "0:4", "seeds": ",".join(map(str, seeds)), **more}
+        study = Study(Path("sweep.csv"), settings=settings(changes, **asked))
+        row = StudyRecording(str(recording.folder))
+        return jobs_of(study, Source(row, recording, None, None, FRAMES), points, keep=False)
+
+    return jobs
+
+
+@pytest.fixture
+def copied(cones, tmp_path):
+    """The recording at another place, where it may be spoilt."""
+    folder = tmp_path / "elsewhere"
+    shutil.copytree(cones.folder, folder)
+    return SimpleNamespace(folder=folder, open=lambda: open_recording(folder))
+
+
+class Watched:
+    """A watcher that remembers; asks to stop after so many results."""
+
+    def __init__(self, enough=None):
+        self.results = {}
+        self.frames = 0
+        self.told = []
+        self._enough = enough
+
+    def on_frames(self, count):
+        self.frames += count
+
+    def on_result(self, job, result):
+        assert job.identity == result.identity
+        self.told.append(job.identity)
+        self.results[job.identity] = result
+
+    def stopped(self):
+        return self._enough is not None and len(self.told) >= self._enough
+
+
+@pytest.fixture
+def watched():
+    return Watched
 
 
 @pytest.fixture(scope="session")
@@ -47,10 +130,12 @@ def walks(tmp_path_factory):
 
 @pytest.fixture
 def study(walks, tmp_path, monkeypatch):
-    """The same in a place of their own, listed."""
+    """The same in a place of their own, listed, with settings that are quick."""
     monkeypatch.setattr(
-        "stereotrack_core.study.places.documents_folder", lambda: Path("/no documents")
+        "stereotrack_core.project.whereabouts.documents_folder", lambda: Path("/no documents")
     )
     shutil.copytree(walks, tmp_path / "data")
-    path = tmp_path / "walks.study.csv"
-    return create_study(path, [tmp_path / "data"], Pattern("subject/condition")).study
+    bare = Study(tmp_path / "walks.study.toml", settings=settings())
+    made = with_recordings(bare, [tmp_path / "data"], Pattern("subject/condition")).study
+    write_study(made)
+    return made

@@ -1,42 +1,45 @@
+"""A study from its description to its tables."""
+
 import csv
 import dataclasses
+import math
 import shutil
 
 import pytest
 
+from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.run import SweepRun
-from stereotrack_core.experiments.sweep.store import SweepStore
-from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.runs import keep_run
 from stereotrack_core.project.setups import Corrections, save_corrections, save_reference
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.study.cache import StudyCache
-from stereotrack_core.study.create import create_study
-from stereotrack_core.study.results import result_columns, write_result_table
-from stereotrack_core.study.run import StudyRequest, places_of, plan_study, write_reports
+from stereotrack_core.study import job as job_module
+from stereotrack_core.study.create import with_recordings
+from stereotrack_core.study.export import write_pages, write_result_table
+from stereotrack_core.study.job import JobResult, failure
+from stereotrack_core.study.points import grid_points, parsed_axis
+from stereotrack_core.study.run import StudyRun, plan_study, summarised
 from stereotrack_core.study.status import study_status
-from tests.study.conftest import SETTINGS, InThisProcess
+from stereotrack_core.study.store import Store, stored_results
+from tests.study.conftest import InThisProcess, settings
 
 
-def track(study, **more):
-    """Track; how many were computed, and the runs' files."""
-    plan = plan_study(StudyRequest(study.path, **{**SETTINGS, **more}))
-    store = SweepStore(places_of(study))
-    try:
-        outcome = SweepRun(plan.sweep, store, InThisProcess()).do()
-    finally:
-        store.close()
-    assert all(result.done for result in store.results.values())
-    return outcome.computed, [job.keep for job in plan.sweep.jobs], plan
+def track(study, rows=None):
+    """Track; how many were computed, and the plan."""
+    plan = plan_study(study, study.rows if rows is None else rows)
+    study.runs.mkdir(exist_ok=True)
+    with Store(study.table) as store:
+        outcome = StudyRun(store, InThisProcess()).do(plan.jobs)
+        assert all(result.done for result in store.results.values())
+    return outcome.computed, plan
 
 
 def status_of(study):
-    cache = StudyCache(study.cache)
-    return {row.row.recording: row for row in study_status(study, cache)}
+    found = study_status(study, study.rows, stored_results(study.table))
+    return {row.row.recording: row for row in found}
 
 
 @pytest.fixture
@@ -55,53 +58,62 @@ def ben(study, tmp_path):
         project.apply(Choose("reference", "by hand"))
         project.apply(save_corrections("better", Corrections("a board", cameras=cameras)))
         project.apply(Choose("description", "better"))
-    return create_study(study.path, [tmp_path / "data"]).study
+        project.apply(SetKeyframes((0, 2, 4)))
+        project.apply(SetKeyframes((2,), "done"))
+        project.apply(PlaceClicks((Click(0, "N", "left_wrist", (3.0, 4.0), Visibility.SEEN),)))
+    return with_recordings(study, [tmp_path / "data"]).study
 
 
-def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path):
-    computed, files, plan = track(ben)
+def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path, monkeypatch):
+    computed, plan = track(ben)
     assert (computed, plan.left_out) == (3, ())
     assert track(ben)[0] == 0
 
     rows = status_of(ben)
-    slow = rows["data/ben/slow"].shown
-    assert str(slow.place.path) in files
-    assert (slow.outdated, slow.failures, slow.facts.reference) == ((), 0, "by hand")
-    assert slow.facts.value("torso_position", "mean") == pytest.approx(100, abs=10)
-    other = rows["data/anna/slow"].shown
-    assert other.facts.reference == "the recording's reference"
-    assert other.facts.value("torso_position", "mean") < 10
+    slow, other = rows["data/ben/slow"], rows["data/anna/slow"]
+    assert (len(slow.results), slow.failures) == (1, 0)
+    assert slow.mean("torso_position") == pytest.approx(100, abs=10), "the project's reference"
+    assert other.mean("torso_position") < 10
+    assert (slow.clicks, slow.annotated) == (1, pytest.approx(100 / 3))
 
-    (tmp_path / "data/anna/slow/reference.csv").unlink(missing_ok=True)
-    slow.place.path.unlink()
-    assert track(ben, select=("condition=slow",))[0] == 1, "only the run that is missing"
-    (tmp_path / "data/ben/slow.stereotrack").unlink()
-    ben = dataclasses.replace(
-        ben, rows=tuple(dataclasses.replace(row, project="") for row in ben.rows)
-    )
-    assert status_of(ben)["data/ben/slow"].shown.outdated == ("the calibration has changed since",)
-    results(ben, tmp_path)
+    # another reference: the run is only measured again
+    with Project.open(tmp_path / "data/ben/slow.stereotrack") as project:
+        project.apply(Choose("reference", None))
+    assert status_of(ben)["data/ben/slow"].results == ()
+    with monkeypatch.context() as patch:
+        patch.setattr(job_module, "track_together", lambda *_, **__: pytest.fail("tracked again"))
+        assert track(ben)[0] == 1
+    assert status_of(ben)["data/ben/slow"].mean("torso_position") < 10
+    assert {len(row.messages) for row in status_of(ben).values()} == {0}
+
+    # a run that is missing is tracked again, and so are runs with other cameras
+    (ben.runs / "data/ben/slow/").rename(tmp_path / "away")
+    assert track(ben)[0] == 1
+    bare = [dataclasses.replace(row, project="") for row in ben.rows]
+    assert status_of(dataclasses.replace(ben, rows=bare))["data/ben/slow"].results == ()
+    results(ben, plan_study(ben, ben.rows).jobs, tmp_path)
 
 
-def results(study, tmp_path):
-    """All numbers of its runs are one table, in both formats."""
-    rows = tuple(status_of(study).values())
-    written = write_result_table(tmp_path / "results.csv", study, rows)
+def results(study, jobs, tmp_path):
+    """All values of its runs are one table, in both formats."""
+    known = stored_results(study.table)
+    written = write_result_table(tmp_path / "results.csv", study, jobs, known)
     with (tmp_path / "results.csv").open(newline="") as file:
         found = list(csv.DictReader(file))
     assert len(found) == written
-    assert tuple(found[0]) == result_columns(study)
+    assert list(found[0])[:4] == ["recording", "project", "subject", "condition"]
     assert {row["unit"] for row in found} >= {"mm", "deg", "deg/s", "%", "1", "s"}
     assert {row["subject"] for row in found} == {"anna", "ben"}
     ranges = [row for row in found if row["measure"] == "left_elbow_flexion"]
     assert {row["statistic"] for row in ranges} >= {"minimum", "maximum", "range"}
-    assert {row["up_to_date"] for row in found if row["subject"] == "ben"} == {"no"}
+    p95 = [row for row in found if row["statistic"] == "95th percentile"]
+    assert {row["unit"] for row in p95 if row["measure"] == "forearms"} == {"deg"}
     with pytest.raises(InputError, match="type of file"):
-        write_result_table(tmp_path / "results.xlsx", study, rows)
+        write_result_table(tmp_path / "results.xlsx", study, jobs, known)
     pytest.importorskip("pyarrow")
     from pyarrow import parquet
 
-    assert write_result_table(tmp_path / "results.parquet", study, rows) == written
+    assert write_result_table(tmp_path / "results.parquet", study, jobs, known) == written
     table = parquet.read_table(tmp_path / "results.parquet").to_pylist()
     assert [row["value"] for row in table] == [float(row["value"]) for row in found]
     assert {row["seed"] for row in table} == {0}
@@ -109,56 +121,74 @@ def results(study, tmp_path):
 
 @pytest.mark.slow
 def test_a_page_about_a_run_is_written_once(study):
-    track(study, select=("subject=ben",))
-    row = status_of(study)["data/ben/slow"]
-    files = [run.place.path for run in row.runs]
-    assert write_reports([row], files) == (files[0].with_suffix(".html"),)
-    assert write_reports([row], files) == ()
+    _, plan = track(study, study.rows[-1:])
+    assert [path.suffix for path in write_pages(plan.jobs)] == [".html"]
+    assert write_pages(plan.jobs) == ()
 
 
 def test_a_recording_that_cannot_be_tracked_does_not_stop_the_others(study, tmp_path):
     (tmp_path / "data/ben/slow/calibration.toml").unlink()
     (tmp_path / "data/anna/fast").rename(tmp_path / "data/anna/.gone")
-    plan = plan_study(StudyRequest(study.path, **SETTINGS))
-    assert [job.recording for job in plan.sweep.jobs] == ["data/anna/slow"]
+    plan = plan_study(study, study.rows)
+    assert [job.recording for job in plan.jobs] == ["data/anna/slow"]
     assert len(plan.left_out) == 2
+    rows = status_of(study)
+    assert "was not found" in rows["data/anna/fast"].messages[0]
+    assert "calibration.toml" in rows["data/ben/slow"].messages[0]
     with pytest.raises(InputError, match="accurat"):
-        plan_study(StudyRequest(study.path, preset="accurat"))
+        plan_study(dataclasses.replace(study, settings=settings(preset="accurat")), study.rows)
 
 
 def test_a_copy_has_a_run_of_its_own_and_is_told_of(study, tmp_path):
     shutil.copytree(tmp_path / "data/anna/slow", tmp_path / "data/carl/slow")
-    with_copy = create_study(study.path, [tmp_path / "data"]).study
+    with_copy = with_recordings(study, [tmp_path / "data"]).study
     assert track(with_copy)[0] == 4
-    assert track(with_copy)[0] == 0
     rows = status_of(with_copy)
-    for one, other in (("anna", "carl"), ("carl", "anna")):
-        row = rows[f"data/{one}/slow"]
-        assert row.shown is not None
-        assert [finding.what for finding in row.findings] == [
-            f"the same recording is also listed as data/{other}/slow"
-        ]
-    assert not rows["data/ben/slow"].findings
+    for name in ("anna", "carl"):
+        assert len(rows[f"data/{name}/slow"].results) == 1
+        assert "listed twice" in rows[f"data/{name}/slow"].messages[0]
+    assert not rows["data/ben/slow"].messages
 
 
 def test_different_settings_are_kept_side_by_side(study):
     def names(**more):
-        plan = plan_study(StudyRequest(study.path, select=("subject=ben",), **more))
-        return {job.keep.rpartition("/")[2] for job in plan.sweep.jobs}
+        asked = dataclasses.replace(study, settings=settings({}, **{"init": "auto", **more}))
+        return {job.keep.rpartition("/")[2] for job in plan_study(asked, study.rows[-1:]).jobs}
 
-    assert names() == {"accurate-seed0.npz"}
-    assert names(seeds="0,1") == {"accurate-seed0.npz", "accurate-seed1.npz"}
-    others = [{"views": "NS"}, {"frames": "0:3"}, {"changes": ("iterations=3",)}, {"smooth": True}]
-    assert len(set.union(*(names(**more) for more in others))) == len(others)
+    assert names() == {"fast-seed0.npz"}
+    assert names(seeds="0,1") == {"fast-seed0.npz", "fast-seed1.npz"}
+    others = [
+        *({"views": "NS"}, {"frames": "0:3"}, {"changes": ("iterations=3",)}, {"smooth": True}),
+        {"grid": ("iterations=4,5",)},
+    ]
+    made = [
+        dataclasses.replace(study, settings=dataclasses.replace(settings({}), **one))
+        for one in others
+    ]
+    found = [{job.keep for job in plan_study(one, study.rows[-1:]).jobs} for one in made]
+    assert len(set.union(*found)) == len(others) + 1
 
 
-def test_runs_of_the_project_are_measured_as_well(ben, tmp_path):
-    _, files, _ = track(ben, select=("subject=anna", "condition=slow"))
-    run = read_run(files[0])
-    with Project.open(tmp_path / "data/ben/slow.stereotrack") as project:
-        project.apply(keep_run("by window", run))
-    row = status_of(ben)["data/ben/slow"]
-    (own,) = row.runs
-    assert (own.place.name, own.place.kept_in) == ("by window", "project")
-    assert own.outdated == ("the recording has changed since",)
-    assert own.facts.value("torso_position", "mean") == pytest.approx(100, abs=10)
+@pytest.fixture
+def jobs(plan):
+    return plan(*grid_points([parsed_axis("iterations=2,3,4,5")]), seeds=(0, 1, 2))
+
+
+def test_points_are_sorted_with_the_best_first(jobs):
+    values = [5, 6, 7, 1, 2, None, 9, 9, 9, None, None, None]
+    known = {
+        job.identity: failure(job.identity, ValueError("bad"))
+        if value is None
+        else JobResult(job.identity, "done", {"forearms": value, "frames_per_second": value})
+        for job, value in zip(jobs, values, strict=True)
+    }
+    found = summarised(jobs, known, "forearms")
+    assert [one.point.by_name["iterations"] for one in found] == [3, 2, 4, 5]
+    assert [(one.runs, one.failed) for one in found] == [(2, 1), (3, 0), (3, 0), (0, 3)]
+    assert found[1].values["forearms"].mean == 6.0
+    assert found[1].values["forearms"].deviation == 1.0
+    assert math.isnan(found[1].values["unexplained_fraction"].mean)
+    fast = summarised(jobs, known, "frames_per_second")
+    assert [one.point.by_name["iterations"] for one in fast] == [4, 2, 3, 5]
+    known.pop(jobs[0].identity)
+    assert summarised(jobs[:2], known, "forearms")[0].runs == 1

@@ -10,7 +10,6 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import SHANKS
 from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Z_UP
@@ -29,6 +28,7 @@ from stereotrack_core.tracking.initialise.heading import (
 )
 from stereotrack_core.tracking.initialise.heading_watch import WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.lockstep import RunInput, track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found

@@ -17,15 +17,14 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.experiments.runner import lockstep
-from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking import second_look
+from stereotrack_core.tracking import lockstep, second_look
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
+from stereotrack_core.tracking.lockstep import RunInput, track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness, stored_spec
 from stereotrack_core.tracking.run import track

@@ -1,1 +1,1 @@
-"""Study: many recordings with their conditions in one table."""
+"""Studies: recordings, settings and seeds, tracked and evaluated together."""

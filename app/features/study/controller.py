@@ -1,47 +1,47 @@
-"""Studies in the window: their table, and work on them by processes of their own."""
+"""Studies in the window: one study is open, its edits are saved at once, its work is one task."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, QUrl, Slot
+from PySide6.QtCore import QObject, QUrl, Slot
 from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QDialog, QInputDialog
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import value_text
-from stereotrack_core.study.create import Found
-from stereotrack_core.study.file import SUFFIX
-from stereotrack_core.study.run import places_of
-from stereotrack_core.study.status import RowStatus
-from stereotrack_core.study.stored import StoredStudy
-from stereotrack_core.study.tasks import (
-    ExportResults,
-    FindRecordings,
-    ReadStatus,
-    Remembered,
-    Share,
-    WritePages,
-    remembered,
+from stereotrack_core.study.create import Listed, with_recordings
+from stereotrack_core.study.description import (
+    OLD_SUFFIX,
+    SUFFIX,
+    Study,
+    StudySettings,
+    read_study,
+    with_factor,
+    write_study,
 )
-from stereotrack_core.task_process import TaskProcess
-from stereotrack_core.tracking.presets import preset
+from stereotrack_core.study.export import check_results, write_pages, write_result_table
+from stereotrack_core.study.run import Outcome, plan_study, run_study
+from stereotrack_core.study.status import RowStatus, study_status
+from stereotrack_core.study.store import stored_results
+from stereotrack_core.study.workers import LocalWorkers
 
 from ...context import Context
 from ...services.tasks.task import Task
-from ...session.sweeping import SweepNow, SweepPresenter
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
-from .editing import StudyEditing
-from .rows import is_unread
-from .track_dialog import TrackDialog
+from ...widgets.style.building import vbox
+from .panel import apply_to_panel, ask_for_folders, panel_settings, study_of_open
+from .results import ResultsPanel
 from .window import StudyWindow
+from .work import Work
 
-_SAID_MS = 10_000
-_BUSY = "Something is being written or looked for. Wait, or stop it."
-_FILTER = f"Study (*{SUFFIX})"
+_FILTER = f"Study (*{SUFFIX} *{OLD_SUFFIX})"
 _TABLES = "Table (*.csv);;Parquet (*.parquet)"
 
 
@@ -51,169 +51,338 @@ class StudyController(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self._process = TaskProcess()
-        self._task: Task | None = None
-        self._reading = self._read_again = self._reopening = False
-        self._tracked = ""
+        self.work = Work(context.tasks, self)
+        self.work.told.connect(self._on_told)
+        self.work.progressed.connect(self._on_progress)
+        self.work.failed.connect(self._on_failed)
+        self.work.ended.connect(self._on_ended)
+        self._before: list[Study] = []
+        self._content = b""
         self.window: StudyWindow | None = None
-        self.editing: StudyEditing | None = None
-        self.presenter = SweepPresenter(context.settings, self, "study")
-        self.presenter.changed.connect(self._on_tracking)
+        self.results: ResultsPanel | None = None
         context.session.opening.study_wanted.connect(self.open_study)
-        context.session.closing.connect(self.presenter.leave)
-        context.session.closing.connect(self._process.close)
 
     @property
     def working(self) -> bool:
-        """Whether something is being read or written."""
-        return self._task is not None
+        """Whether something is being read, tracked or written."""
+        return self.work.busy or self.work.reading
+
+    # ---- which study
 
     def ask_for_study(self) -> None:
         """Let the person choose a study file."""
         parent = self._context.docks.dialog_parent
-        ask_to_open(parent, "Open a study", self._last_folder(), _FILTER, self.open_study)
+        ask_to_open(parent, "Open a study", self._folder(), _FILTER, self.open_study)
 
     def ask_for_new(self) -> None:
         """Let the person choose where a new study is kept, and show it; nothing is overwritten."""
-        start = self._last_folder()
-        parent = self._context.docks.dialog_parent
-        proposed = start / f"{start.name or 'walks'}{SUFFIX}"
+        folder, parent = self._folder(), self._context.docks.dialog_parent
+        proposed = folder / f"{folder.name or 'walks'}{SUFFIX}"
         ask_to_save(parent, "New study", proposed, _FILTER, self.new_study, goes_on=True)
-
-    def _last_folder(self) -> Path:
-        """Where studies are, as far as that is known."""
-        if self.window is not None:
-            return self.window.study.folder
-        table, recording = self.presenter.last_table, self._session.document.recording
-        if table is not None:
-            return table.parent.parent
-        return Path.home() if recording is None else recording.folder.resolve().parent
 
     def new_study(self, path: Path) -> None:
         """Write a study without recordings and show it."""
-        stem = path.name.removesuffix(".csv").removesuffix(".study")
-        named = path.with_name(f"{stem}{SUFFIX}")
-        if self._context.notifier.attempt(lambda: StoredStudy.new(named)):
-            self.open_study(named)
+        path = path.with_name(path.name.removesuffix(".toml").removesuffix(".study") + SUFFIX)
+        study = Study(path, settings=panel_settings(self._session, StudySettings()))
+        if path.exists() or self._context.notifier.attempt(lambda: write_study(study)):
+            self.open_study(path)
+
+    def sweep(self) -> None:
+        """Show a study of the open recording alone, which is made if there is none yet."""
+        recording = self._session.document.recording
+        if recording is None:
+            return
+        folder = recording.folder.resolve()
+        beside = folder.parent if os.access(folder.parent, os.W_OK) else Path.home()
+        path = beside / f"{folder.name}-sweep{SUFFIX}"
+        made = study_of_open(self._context, path)
+        if path.exists() or self._context.notifier.attempt(lambda: write_study(made)):
+            self.open_study(path)
+            if self.window is not None:
+                self.window.tabs.setCurrentWidget(self.window.form)
+
+    def ask_for_results(self) -> None:
+        """Let the person choose a table of a sweep, and plot it."""
+        parent, start = self._context.docks.dialog_parent, self._folder()
+        ask_to_open(parent, "Open sweep results", start, "Table (*.csv)", self.show_results)
+
+    @Slot(object)
+    def show_results(self, table: Path) -> None:
+        """Plot a table that belongs to no study."""
+        if self.results is None:
+            dialog = QDialog(self._context.docks.dialog_parent)
+            self.results = ResultsPanel(dialog)
+            self.results.applied.connect(self._apply)
+            dialog.setLayout(vbox(self.results))
+            dialog.resize(900, 600)
+        panel = self.results
+        if self._context.notifier.attempt(lambda: panel.show_table(table)):
+            panel.window().setWindowTitle(f"Sweep results: {table.name}")
+            panel.window().show()
+            panel.window().raise_()
 
     @Slot(object)
     def open_study(self, path: Path) -> None:
-        """Show what is remembered of a study at once, and read what has changed."""
-        path = path.resolve()
-        task = self._context.tasks
-        task.begin(f"opening {path.name}", lambda _: remembered(path), self._show)
+        """Show a study, and read its recordings."""
+        if self.work.busy:
+            words = "A study is at work. Wait, or stop it before another one is opened."
+            self._context.notifier.say(words, 6000)
+        elif self._context.notifier.attempt(partial(self._read, path.resolve())):
+            self._show()
 
-    @Slot(object)
-    def _show(self, found: Remembered) -> None:
+    def _read(self, path: Path) -> None:
+        study = read_study(path)
+        self._content = _content(study.path)
+        self._before.clear()
         if self.window is None:
             self.window = self._made()
-        self._give_up()
-        self._put(found)
-        self.window.show()
-        self.window.raise_()
-        self.window.activateWindow()
-        self.refresh()
+        self.window.show_study(study, [RowStatus(row) for row in study.rows])
 
-    def _put(self, found: Remembered) -> None:
-        if self.window is not None and self.editing is not None:
-            self.editing.editor.show(found.stored)
-            self.window.show_study(found.study, found.rows)
+    def _show(self) -> None:
+        if self.window is not None:
+            self.window.say("")
+            self.window.show()
+            self.window.raise_()
+            self.refresh()
+
+    def _folder(self) -> Path:
+        """Where studies are, as far as that is known."""
+        if self.window is not None:
+            return self.window.study.folder
+        recording = self._session.document.recording
+        return Path.home() if recording is None else recording.folder.resolve().parent
 
     def _made(self) -> StudyWindow:
         window = StudyWindow(self._context.docks.dialog_parent)
         window.open_wanted.connect(self._open_row)
-        window.track_wanted.connect(self._ask_how_to_track)
+        window.add_wanted.connect(self._ask_for_folders)
+        window.dropped.connect(self.add)
+        window.remove_wanted.connect(self.remove)
+        window.column_wanted.connect(self._ask_for_column)
+        window.undo_wanted.connect(self.undo)
+        window.edited.connect(self.set_factor)
+        window.track_wanted.connect(self.track)
         window.pages_wanted.connect(self._write_pages)
         window.export_wanted.connect(self._ask_where_to_export)
         window.refresh_wanted.connect(self.refresh)
-        window.stop_wanted.connect(self._stop)
+        window.stop_wanted.connect(self.work.stop)
         window.came_back.connect(self._look)
-        self.editing = StudyEditing(window, self._context.settings)
-        self.editing.add_wanted.connect(self._add)
-        self.editing.editor.changed.connect(self._read_what_is_new)
+        window.form.panel_wanted.connect(self._take_panel)
+        window.results.applied.connect(self._apply)
         return window
 
-    # ---- edits, and what others wrote
+    # ---- edits
+
+    def edit(self, change: Callable[[Study], Study]) -> bool:
+        """Make an edit and save it; what another program has written is never overwritten."""
+        window = self.window
+        if window is None:
+            return False
+        before, study = window.study, window.study
+        try:
+            study = change(before)
+            if study == before:
+                return True
+            if _content(study.path) != self._content:
+                raise InputError(
+                    "another program has changed the study file, so nothing was written",
+                    where=str(study.path),
+                    remedy="Refresh reads it again; then make the edit again.",
+                )
+            write_study(study)
+        except InputError as error:
+            window.say(str(error), error=True)
+            return False
+        self._content = _content(study.path)
+        self._before.append(before)
+        known = {row.row.recording: row for row in window.rows}
+        rows = [
+            replace(known[row.recording], row=row) if row.recording in known else RowStatus(row)
+            for row in study.rows
+        ]
+        window.show_study(study, rows)
+        return True
+
+    @Slot()
+    def undo(self) -> None:
+        """Undo the last edit since the study was opened."""
+        if not self._before or self.window is None:
+            return
+        study = self._before.pop()
+        if self.edit(lambda _: study):
+            self._before.pop()
+            self.window.say("The last edit is undone.")
+            self.refresh()
+
+    @Slot(object, str, str)
+    def set_factor(self, recordings: tuple[str, ...], name: str, value: str) -> None:
+        """Write a value into a column of some recordings."""
+        if self.edit(lambda study: with_factor(study, recordings, name, value)) and self.window:
+            self.window.say(f"{name} set in {counted(len(recordings), 'recording')}.")
 
     @Slot(object)
-    def _add(self, paths: tuple[Path, ...]) -> None:
-        """Look for the recordings of folders and projects, and add them."""
+    def remove(self, recordings: tuple[str, ...]) -> None:
+        """Take recordings out of the study; their files stay."""
+
+        def without(study: Study) -> Study:
+            return replace(
+                study, rows=tuple(r for r in study.rows if r.recording not in recordings)
+            )
+
+        if self.edit(without) and self.window is not None:
+            count = counted(len(recordings), "recording")
+            self.window.say(f"{count} removed from the study. No file was deleted.")
+
+    def _ask_for_column(self) -> None:
+        window = self.window
+        if window is None:
+            return
+        name, accepted = QInputDialog.getText(window, "New column", "Name, such as subject:")
+        if accepted:
+            self.set_factor(window.chosen(), name.strip(), "")
+
+    def _ask_for_folders(self) -> None:
         if self.window is not None:
-            study = self.window.study.path
-            todo = FindRecordings(study, tuple(sorted(path.resolve() for path in paths)))
-            self._begin("looking for recordings", todo, partial(self._on_found, study))
+            ask_for_folders(self.window, self.window.study.folder, self.add)
 
-    def _on_found(self, path: Path, found: Found) -> None:
-        if self.editing is not None and self.editing.editor.study.path == path:
-            self._say("")
-            self.editing.add(found)
-
-    @Slot()
-    def _read_what_is_new(self) -> None:
-        if self.window is not None and any(map(is_unread, self.window.rows)):
-            self.refresh()
-
-    @Slot()
-    def _look(self) -> None:
-        """Read a study that another program has changed, when a person comes back to it."""
-        editing = self.editing
-        if editing is not None and self._task is None and not editing.editor.is_current:
-            self.refresh()
-
-    def _reopen(self, path: Path) -> None:
-        if self._reopening:
+    @Slot(object)
+    def add(self, folders: Sequence[Path]) -> None:
+        """Look for the recordings in and below folders, and list them."""
+        window = self.window
+        if window is None or self.work.busy:
             return
-        self._reopening = True
-        task = Task(f"opening {path.name}", lambda _: remembered(path))
-        task.finished.connect(partial(self._take_over, path))
-        task.failed.connect(self._on_unreadable)
-        task.ended.connect(self._on_reopened)
-        self._context.tasks.start(task)
+        study = window.study
 
-    @Slot()
-    def _on_reopened(self) -> None:
-        self._reopening = False
+        def look(task: Task) -> Listed:
+            return with_recordings(
+                study, folders, on_progress=task.report, cancelled=task.token.cancelled
+            )
 
-    def _take_over(self, path: Path, found: Remembered) -> None:
-        """Show a study that another program has changed."""
-        editing, window = self.editing, self.window
-        if editing is None or window is None or window.study.path != path:
-            return
-        lost = editing.editor.stack.to_undo() is not None
-        self._put(found)
-        more = " Edits before that can no longer be undone." if lost else ""
-        window.say(f"Another program has changed the study file; it was read again.{more}")
-        self.refresh()
+        def done(listed: Listed) -> None:
+            if self.edit(lambda _: listed.study):
+                listed.move_runs()
+                told = [f"{counted(len(listed.added), 'recording')} added."]
+                told += [f"{one.where}: {one.what}. {one.remedy}" for one in listed.findings]
+                window.say(" ".join(told))
+                window.select(listed.added)
 
-    def _on_unreadable(self, error: Exception) -> None:
-        if self.window is None or not isinstance(error, InputError):
-            self._context.notifier.error(error)
-        else:
-            self.window.say(str(error), error=True)
+        self._begin("looking for recordings", look, done)
 
-    # ---- work in a process
+    # ---- settings and values
+
+    def _take_panel(self) -> None:
+        window = self.window
+        if window is not None:
+            settings = panel_settings(self._session, window.form.settings())
+            self.edit(lambda study: replace(study, settings=settings))
+
+    @Slot(object)
+    def _apply(self, values: dict[str, str]) -> None:
+        apply_to_panel(self._context, values)
+
+    # ---- work
 
     @Slot()
     def refresh(self) -> None:
-        """Read what has changed of the study, evaluate new runs, and show it row by row."""
-        window, editing = self.window, self.editing
-        if window is None or editing is None:
+        """Read the recordings of the study and the results of its runs, row by row."""
+        window = self.window
+        if window is None or self.work.busy:
             return
-        path = window.study.path
-        if not editing.editor.is_current:
-            self._reopen(path)
-        elif self._task is None:
-            self._begin("reading the study", ReadStatus(path), self._on_read)
-            self._reading = True
-            self._show_working()
-        else:
-            self._read_again = True
+        if _content(window.study.path) != self._content and not self._reread(window):
+            return
+        study = window.study
+
+        def read(task: Task) -> None:
+            study_status(
+                study,
+                study.rows,
+                stored_results(study.table),
+                on_row=task.tell,
+                on_progress=task.report,
+                cancelled=task.token.cancelled,
+            )
+
+        self.work.begin("reading the study", read, lambda _: None, reads=True)
+
+    def _reread(self, window: StudyWindow) -> bool:
+        try:
+            self._read(window.study.path)
+        except InputError as error:
+            window.say(str(error), error=True)
+            return False
+        return True
+
+    @Slot()
+    def _look(self) -> None:
+        """Read a study that another program has changed, when the person comes back to it."""
+        window = self.window
+        if window is not None and _content(window.study.path) not in (self._content, b""):
+            self.refresh()
+
+    @Slot(object)
+    def track(self, recordings: tuple[str, ...]) -> None:
+        """Track recordings with the settings of the form, in processes of their own."""
+        window = self.window
+        if window is None or self.work.busy:
+            return
+        try:
+            settings = window.form.settings()
+        except InputError as error:
+            window.say(str(error), error=True)
+            return
+        if not self.edit(lambda study: replace(study, settings=settings)):
+            return
+        study, processes = window.study, window.form.processes.value()
+        rows = [row for row in study.rows if row.recording in recordings]
+
+        def work(task: Task) -> tuple[Outcome, int]:
+            stopped = task.token.cancelled
+            plan = plan_study(study, rows, on_progress=task.report, cancelled=stopped)
+            workers = LocalWorkers(processes)
+            outcome, results = run_study(
+                study, plan.jobs, workers, on_progress=task.report, cancelled=stopped
+            )
+            known = [results.get(job.identity) for job in plan.jobs]
+            failed = sum(one is not None and not one.done for one in known)
+            return outcome, failed + len(plan.left_out)
+
+        self._begin("tracking the study", work, self._on_tracked)
+
+    def _on_tracked(self, done: tuple[Outcome, int]) -> None:
+        outcome, failed = done
+        words = f"{counted(outcome.computed, 'run')} computed, {outcome.reused} there already"
+        if failed:
+            words += f", {failed} failed; select a recording to see why"
+        if outcome.stopped:
+            words = f"Stopped. Finished runs are kept; Track goes on. {words}"
+        if self.window is not None:
+            self.window.say(f"{words}.")
+        self._context.notifier.say(f"Study: {words}.", 10_000)
 
     @Slot(object)
     def _write_pages(self, recordings: tuple[str, ...]) -> None:
-        if self.window is not None:
-            todo = WritePages(self.window.study.path, recordings)
-            self._begin("writing pages", todo, self._on_pages)
+        window = self.window
+        if window is None:
+            return
+        study = window.study
+        rows = [row for row in study.rows if row.recording in recordings]
+
+        def work(task: Task) -> tuple[Path, ...]:
+            stopped = task.token.cancelled
+            plan = plan_study(study, rows, cancelled=stopped)
+            return write_pages(plan.jobs, on_progress=task.report, cancelled=stopped)
+
+        def done(pages: tuple[Path, ...]) -> None:
+            window.say(f"{counted(len(pages), 'page')} written beside the runs in {study.runs}.")
+            if pages:
+
+                def show() -> None:
+                    QDesktopServices.openUrl(QUrl.fromLocalFile(str(pages[0])))
+
+                said = f"{counted(len(pages), 'page')} written"
+                self._context.notifier.show(Message("note", said, button="Open", do=show))
+
+        self._begin("writing pages", work, done)
 
     @Slot(object)
     def _ask_where_to_export(self, recordings: tuple[str, ...]) -> None:
@@ -221,167 +390,70 @@ class StudyController(QObject):
         if window is None:
             return
         study = window.study
-
-        def export(path: Path) -> None:
-            target = path if path.suffix else path.with_suffix(".csv")
-            todo = ExportResults(study.path, recordings, target)
-            self._begin("exporting results", todo, partial(self._on_exported, target))
-
         proposed = study.folder / f"{study.stem}-results.csv"
+        export = partial(self.export, recordings)
         ask_to_save(window, "Export table", proposed, _TABLES, export)
 
-    def _begin(self, title: str, todo: Any, done: Any) -> None:
-        """Have something done by the process; what it tells is shown. Reading is given up for it,
-        and begins again when it is done.
-        """
-        if self._reading:
-            self._give_up()
-            self._read_again = True
-        if self._task is not None:
+    def export(self, recordings: tuple[str, ...], path: Path) -> None:
+        """Write the results of recordings as one table."""
+        window = self.window
+        if window is None:
             return
-        process = self._process
-        task = Task(title, lambda task: process(todo, task.tell, task.token.cancelled))
-        task.told.connect(self._on_told)
-        task.finished.connect(done)
-        task.failed.connect(self._on_failed)
-        task.stopped.connect(self._on_stopped)
-        task.ended.connect(self._on_ended)
-        self._task = task
-        self._context.tasks.start(task)
-        self._show_working()
+        study, target = window.study, path if path.suffix else path.with_suffix(".csv")
+        rows = [row for row in study.rows if row.recording in recordings]
+
+        def work(task: Task) -> int:
+            check_results(target)
+            plan = plan_study(study, rows, on_progress=task.report, cancelled=task.token.cancelled)
+            return write_result_table(target, study, plan.jobs, stored_results(study.table))
+
+        def done(count: int) -> None:
+            window.say(f"{counted(count, 'value')} written to {target}.")
+
+        self._begin("exporting results", work, done)
+
+    def _begin(self, title: str, work: Callable[[Task], Any], done: Callable[[Any], None]) -> None:
+        self.work.begin(title, work, done)
+        if self.window is not None:
+            self.window.show_working(title)
 
     @Slot(list)
-    def _on_told(self, words: list[Any]) -> None:
-        if self.window is None or self.sender() is not self._task:
-            return
-        self.window.take([word for word in words if isinstance(word, RowStatus)])
-        shares = [word for word in words if isinstance(word, Share)]
-        if shares and self._task is not None:
-            title = self._task.title.capitalize()
-            self._task.report(shares[-1].share, shares[-1].words)
-            self.window.show_work(f"{title}: {shares[-1].words}", shares[-1].share)
+    def _on_told(self, rows: list[RowStatus]) -> None:
+        if self.window is not None:
+            for row in rows:
+                self.window.show_row(row)
 
-    @Slot(object)
-    def _on_read(self, _: object) -> None:
-        self._say(self._tracked)
-        self._tracked = ""
-
-    @Slot(object)
-    def _on_pages(self, pages: tuple[Path, ...]) -> None:
-        first = pages[0]
-        said = f"{counted(len(pages), 'page')} beside the runs, such as {first}"
-        self._say(f"{said}.")
-
-        def show() -> None:
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(first)))
-
-        self._context.notifier.show(Message("note", said, button="Open", do=show))
-
-    def _on_exported(self, target: Path, rows: int) -> None:
-        self._say(f"{counted(rows, 'value')} written to {target}.")
+    @Slot(str, float)
+    def _on_progress(self, words: str, share: float) -> None:
+        if self.window is not None:
+            self.window.show_progress(words, share)
 
     @Slot(object)
     def _on_failed(self, error: Exception) -> None:
-        if self.window is None or not isinstance(error, InputError):
-            self._context.notifier.error(error)
+        if self.window is not None and isinstance(error, InputError):
+            self.window.say(str(error), error=True)
         else:
-            self.window.show_work(str(error), error=True)
+            self._context.notifier.error(error)
 
-    @Slot()
-    def _on_stopped(self) -> None:
-        if self.sender() is self._task:
-            self._say("Stopped. What was read is remembered.")
-
-    @Slot()
-    def _on_ended(self) -> None:
-        if self.sender() is not self._task:
-            return
-        self._task, self._reading = None, False
-        self._show_working()
-        if self._read_again:
-            self._read_again = False
-            self.refresh()
-
-    def _give_up(self) -> None:
-        """Leave what is being done for something else, or for another study."""
-        if self._task is not None:
-            self._task.cancel()
-        self._task, self._reading, self._read_again = None, False, False
-
-    @Slot()
-    def _stop(self) -> None:
-        self._read_again = False
-        if self._task is not None:
-            self._task.cancel()
-        self.presenter.stop()
-
-    # ---- opening and tracking
+    @Slot(bool)
+    def _on_ended(self, read: bool) -> None:
+        if self.window is not None:
+            self.window.show_working("")
+            if not read:
+                self.refresh()
 
     @Slot(object)
     def _open_row(self, row: RowStatus) -> None:
-        """Open the project of a row, or its recording where there is none."""
-        place = row.place.project or row.place.folder
-        if place is not None:
-            self._session.opening.open(place)
+        """Open the project of a row, or its recording if there is none."""
+        if self.window is not None:
+            study = self.window.study
+            self._session.opening.open(study.place(row.row.project or row.row.recording))
             self._context.docks.dialog_parent.window().raise_()
 
-    @Slot(object)
-    def _ask_how_to_track(self, recordings: tuple[str, ...]) -> None:
-        window = self.window
-        if window is None or not recordings:
-            return
-        study, track = window.study, self._session.track
-        base = preset(track.preset).values()
-        changes = [
-            f"{name}={value!r}" if isinstance(value, float) else f"{name}={value_text(value)}"
-            for name, value in track.settings.values().items()
-            if value != base[name]
-        ]
-        settings = (track.preset, changes)
-        dialog = TrackDialog(study.path, recordings, len(study.rows), settings, self.track, window)
-        dialog.goes_on.setChecked(self.presenter.goes_on)
-        dialog.goes_on.toggled.connect(self._on_goes_on)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.open()
 
-    @Slot(bool)
-    def _on_goes_on(self, wanted: bool) -> None:
-        self.presenter.goes_on = wanted
-
-    def track(self, arguments: list[str]) -> None:
-        """Track with the words of a command, in processes of their own."""
-        if self.window is None or self.presenter.now.going:
-            return
-        try:
-            places = places_of(self.window.study)
-        except InputError as error:
-            self.window.show_work(str(error), error=True)
-            return
-        self.presenter.begin(arguments, places.table)
-        self._show_working()
-
-    @Slot(object)
-    def _on_tracking(self, now: SweepNow) -> None:
-        """Show how tracking goes; when it has ended, read the new runs."""
-        self._show_working()
-        if now.going:
-            self._say(f"Tracking: {now.words}", now.share)
-            return
-        self._context.notifier.say(f"Study: {now.words}", _SAID_MS)
-        if self.window is not None:
-            self.window.show_work(now.words, 1.0, error=now.phase == "failed")
-            if now.phase != "failed":
-                self._tracked = now.words
-                self.refresh()
-
-    def _say(self, words: str, share: float = 1.0) -> None:
-        if self.window is not None:
-            self.window.show_work(words or None, share)
-
-    def _show_working(self) -> None:
-        if self.window is not None:
-            self.window.show_working(reading=self.working, tracking=self.presenter.now.going)
-        if self.editing is not None:
-            busy = self.working and not self._reading
-            self.editing.busy = _BUSY if busy else ""
-            self.editing.refresh()
+def _content(path: Path) -> bytes:
+    """Content of a file; empty if it is not there."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""

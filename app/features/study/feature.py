@@ -1,4 +1,4 @@
-"""Studies: many recordings in one table, tracked and evaluated together."""
+"""Studies: many recordings or many values at once."""
 
 from __future__ import annotations
 
@@ -10,17 +10,32 @@ from .controller import StudyController
 def register(context: Context) -> StudyController:
     """Offer studies."""
     studies = StudyController(context)
-    new = Command(
-        "new_study", "&File", "New study …",
-        "Make a study file (.study.csv): a table of recordings with their subjects and "
-        "conditions. Recordings are added in its window.",
-        studies.ask_for_new, "Ctrl+Alt+Shift+N", "add", section=True,
+    context.actions.add(
+        [
+            Command(
+                "new_study", "&File", "New study …",
+                "Make a study file (.study.toml): recordings with their subjects and conditions, "
+                "and the settings that all are tracked with.",
+                studies.ask_for_new, "Ctrl+Alt+Shift+N", "add", section=True,
+            ),
+            Command(
+                "open_study", "&File", "Open a study …",
+                "Show the recordings of a study file (.study.toml) in one table: annotation, runs, "
+                "errors, failures and problems. Track, evaluate and export them together.",
+                studies.ask_for_study, "Ctrl+Alt+Shift+O", "table",
+            ),
+            Command(
+                "sweep", "&Track", "Sweep …",
+                "Track the open recording with several parameter values and seeds in the "
+                "background, and compare the results: a study of one recording.",
+                studies.sweep, "Ctrl+Alt+S", "grid", section=True,
+                why_not=context.session.no_recording,
+            ),
+            Command(
+                "sweep_results", "&Track", "Sweep results …",
+                "Plot a table that `stereotrack sweep` has written: a measure over one parameter.",
+                studies.ask_for_results, "Ctrl+Alt+R", "table",
+            ),
+        ]
     )  # fmt: skip
-    command = Command(
-        "open_study", "&File", "Open a study …",
-        "Show the recordings of a study file (.study.csv) in one table: annotation, runs, errors, "
-        "failures and problems. Track, evaluate and export them together.",
-        studies.ask_for_study, "Ctrl+Alt+Shift+O", "table",
-    )  # fmt: skip
-    context.actions.add([new, command])
     return studies

@@ -198,8 +198,9 @@ class TuneController(QObject):
     def show_series(self) -> None:
         """Show what the values of one parameter give."""
         series = self.series
+        name = "" if series.row is None else series.row.name
         self.series_panel.show_series(
-            series.multiples(), series.shown, series.share, running=series.running
+            name, series.values(), series.shown, share=series.share, running=series.running
         )
 
     @Slot()

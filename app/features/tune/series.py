@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.parameters import ParameterRow, Value
+from stereotrack_core.parameters import ParameterRow, Value, value_text
 from stereotrack_core.tracking.parameters import Settings
 
-from ...session.judgement import MEASURED_LIMBS, Judgement
+from ...session.judgement import Judgement
 from ...session.runs import RunEntry
 from ...session.session import Session
-from ...widgets.plots.small_multiples import Multiple
+from ...widgets.forms.series_panel import SeriesValue
 from .numbers import Summary, summary_of
 from .runner import TrialRunner, Trials
 from .trials import TrialPresenter, entry_of
@@ -93,10 +93,10 @@ class SeriesPresenter(QObject):
         known = [(summary.order, place) for place, summary in complete if summary is not None]
         return min(known)[1] if len(known) > 1 else None
 
-    def multiples(self) -> tuple[Multiple, ...]:
-        """A small plot for each value."""
+    def values(self) -> tuple[SeriesValue, ...]:
+        """What the panel shows of each value."""
         best = self.best()
-        return tuple(_multiple(one, best=place == best) for place, one in enumerate(self.tried))
+        return tuple(_shown(one, best=place == best) for place, one in enumerate(self.tried))
 
     # ---- what a person does
 
@@ -170,23 +170,16 @@ class SeriesPresenter(QObject):
         self.changed.emit()
 
 
-def _multiple(one: Tried, *, best: bool) -> Multiple:
-    """The small plot of one value."""
+def _shown(one: Tried, *, best: bool) -> SeriesValue:
     judgement, summary = one.judgement, one.summary
     if judgement is None or summary is None:
-        return Multiple(one.words, "waits", (), {}, float("nan"), best=False)
-    first, span = one.entry.wanted.start, len(one.entry.wanted)
+        return SeriesValue(one.words, value_text(one.value), "waits")
     numbers = [f"{summary.arms:.1f}°"]
     if judgement.measure == "error":
         numbers.append(f"{summary.lost:.0f} % lost")
     if summary.missing:
         numbers.append(f"{summary.missing} not tracked")
-    return Multiple(
-        title=one.words,
-        summary=", ".join(numbers) if one.complete else f"{len(one.entry.frames)} of {span}",
-        frames=tuple(int(frame) - first for frame in judgement.frame),
-        curves={limb: tuple(judgement.limbs[limb].tolist()) for limb in MEASURED_LIMBS},
-        mean=summary.arms if one.complete else float("nan"),
-        best=best,
-        span=span,
-    )
+    done = f"{len(one.entry.frames)} of {len(one.entry.wanted)} frames"
+    said = ", ".join(numbers) if one.complete else done
+    mean = summary.arms if one.complete else float("nan")
+    return SeriesValue(one.words, value_text(one.value), said, mean, best=best)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
+import numpy as np
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -17,10 +21,11 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.counting import typed_number
 from stereotrack_core.parameters import ParameterRow, Value, value_text
+from stereotrack_core.study.table import RunTable, axis_of, curve_of
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
 
-from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
-from ..style.building import choice, hbox, label, scrolled, searchable, thin_progress, vbox
+from ..plots.study_plot import StudyPlot
+from ..style.building import choice, hbox, label, searchable, thin_progress, vbox
 from .numbers import WholeNumberField
 
 _NOTHING = (
@@ -29,15 +34,34 @@ _NOTHING = (
 )
 
 
+@dataclass(frozen=True)
+class SeriesValue:
+    """What was found with one value of the parameter."""
+
+    words: str
+    """The value with its unit."""
+    text: str
+    """The value as it is typed."""
+    summary: str
+    mean: float = math.nan
+    """Mean of the arms in degrees; NaN while frames are missing."""
+    best: bool = False
+
+
 class ValueSlider(QSlider):
     """A slider whose arrow keys move it, while they go to other frames elsewhere."""
 
     def event(self, event: QEvent) -> bool:
-        return keeps_arrows(event) or super().event(event)
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            arrow = event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right)
+            if arrow and not event.modifiers():
+                event.accept()
+                return True
+        return super().event(event)
 
 
 class SeriesPanel(QWidget):
-    """Chooser, small multiples, the curve of their means, and a slider along the values."""
+    """Chooser, the plot of a study of this one parameter, and a slider along the values."""
 
     begin_requested = Signal(object, float, float, int, bool)
     """Parameter, range, number of values, and whether by even factors; range and number do not
@@ -58,10 +82,9 @@ class SeriesPanel(QWidget):
         self.words = label(_NOTHING, "muted")
         self.progress = thin_progress()
         self.progress.setRange(0, 100)
-        self.multiples = SmallMultiples(self)
-        self.multiples.chosen.connect(self.shown)
-        self.multiples.taken.connect(self.taken)
-        self.means = MeansCurve(self)
+        self.plot = StudyPlot(self)
+        self.plot.setToolTip("Mean over the arm segments and frames. Click a point to show it.")
+        self.plot.rows_chosen.connect(lambda rows: self.shown.emit(rows[0]))
         self.slider = ValueSlider(Qt.Orientation.Horizontal, self)
         self.slider.setAccessibleName("Value whose model is shown")
         self.slider.setTickPosition(QSlider.TickPosition.TicksBelow)
@@ -71,7 +94,7 @@ class SeriesPanel(QWidget):
         self.take.setToolTip("Set the parameter to this value")
         self.take.clicked.connect(lambda: self.taken.emit(self.slider.value()))
         self._lay_out()
-        self.show_series((), None, 0.0, running=False)
+        self.show_series("", (), None)
 
     def set_rows(self, rows: Sequence[ParameterRow]) -> None:
         """Offer these parameters."""
@@ -116,9 +139,15 @@ class SeriesPanel(QWidget):
         self._write(sentence, "error")
 
     def show_series(
-        self, multiples: Sequence[Multiple], current: int | None, share: float, *, running: bool
+        self,
+        name: str,
+        values: Sequence[SeriesValue],
+        current: int | None,
+        *,
+        share: float = 0.0,
+        running: bool = False,
     ) -> None:
-        """Show what was found with each value, and which of them is shown in the views."""
+        """Show what was found with each value of a parameter, and which is shown in the views."""
         self._running = running
         self.begin.setText("Stop" if running else "Track")
         self.begin.setToolTip(
@@ -128,26 +157,36 @@ class SeriesPanel(QWidget):
             "which cannot be undone."
         )
         self.progress.setValue(round(100 * share) if running else 0)
-        self.multiples.show_multiples(multiples, current)
-        self.means.show_means(multiples, current)
-        for widget in (self.means, self.slider, self.take):
-            widget.setVisible(bool(multiples))
+        for widget in (self.plot, self.slider, self.take):
+            widget.setVisible(bool(values))
         with QSignalBlocker(self.slider):
-            self.slider.setRange(0, max(len(multiples) - 1, 0))
+            self.slider.setRange(0, max(len(values) - 1, 0))
             self.slider.setValue(current if current is not None else 0)
         self.take.setEnabled(current is not None)
-        self._say(multiples, current)
+        self._draw(name, values)
+        self._say(values, current)
 
-    def _say(self, multiples: Sequence[Multiple], current: int | None) -> None:
-        best = next((m for m in multiples if m.best), None)
+    def _draw(self, name: str, values: Sequence[SeriesValue]) -> None:
+        known = [place for place, one in enumerate(values) if math.isfinite(one.mean)]
+        if not known:
+            self.plot.clear()
+            return
+        axis = axis_of(RunTable((name,), tuple((one.text,) for one in values)), name)
+        x = np.array([axis.places[values[place].text] for place in known])
+        mean = np.array([values[place].mean for place in known])
+        curve = curve_of("", x, mean, np.array(known))
+        self.plot.show_curves(axis, "arms, mean [deg]", (curve,))
+
+    def _say(self, values: Sequence[SeriesValue], current: int | None) -> None:
+        best = next((one for one in values if one.best), None)
         said = _NOTHING
-        if multiples:
-            said = "Click a plot or move the slider to show the model for a value in the views."
+        if values:
+            said = "Click a point or move the slider to show the model for a value in the views."
         if best is not None:
-            said = f"Best: {best.title} ({best.summary})."
-        if current is not None and current < len(multiples):
-            shown = multiples[current]
-            said = f"Shown: {shown.title} ({shown.summary}). {said if best is not None else ''}"
+            said = f"Best: {best.words} ({best.summary})."
+        if current is not None and current < len(values):
+            shown = values[current]
+            said = f"Shown: {shown.words} ({shown.summary}). {said if best is not None else ''}"
         self._write(said.strip(), "muted")
 
     def _write(self, text: str, role: str) -> None:
@@ -188,8 +227,7 @@ class SeriesPanel(QWidget):
             many,
             self.progress,
             self.words,
-            (scrolled(self.multiples, "Trials of the series"), 1),
-            self.means,
+            (self.plot, 1),
             last,
         )
         self.setLayout(vbox(*parts, margins=(6, 6, 6, 4), spacing=4))

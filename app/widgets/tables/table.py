@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from PySide6.QtCore import (
+    QAbstractItemModel,
     QAbstractTableModel,
     QModelIndex,
     QPersistentModelIndex,
@@ -201,7 +202,7 @@ def dress_table(table: QTableView, name: str, room: int = 8) -> None:
 
 
 def new_table(
-    model: QAbstractTableModel, name: str, room: int = 8, view: QTableView | None = None
+    model: QAbstractItemModel, name: str, room: int = 8, view: QTableView | None = None
 ) -> QTableView:
     """Make a view of rows that are read, or dress this one; see :func:`dress_table`."""
     table = view or QTableView()

@@ -7,10 +7,13 @@ from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, check_output, option
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.studies.shared import SELECT, STUDY, read_status, say_findings
+from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.studies.shared import SELECT, STUDY, say_findings
 from stereotrack_core.counting import counted
-from stereotrack_core.study.file import read_study, selected
-from stereotrack_core.study.results import check_results, write_result_table
+from stereotrack_core.study.description import read_study, selected
+from stereotrack_core.study.export import check_results, write_result_table
+from stereotrack_core.study.run import plan_study
+from stereotrack_core.study.store import stored_results
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
@@ -34,23 +37,28 @@ OPTIONS = (
 
 
 def run(args: Namespace) -> int:
-    """Read what has changed and write the tables."""
+    """Find the results of the study's runs and write the tables."""
     study = read_study(args.study)
     for path in args.output:
         check_results(path)
         check_output(path)
-    status = read_status(study, selected(study, args.select))
-    say_findings(finding for row in status for finding in row.findings)
-    without = [row.row.recording for row in status if row.shown is None]
+    rows = selected(study, args.select)
+    with watched("Reading", "Nothing was written.") as (report, stopped):
+        plan = plan_study(study, rows, on_progress=report, cancelled=stopped)
+    say_findings(plan.left_out)
+    results = stored_results(study.table)
+    done = [job for job in plan.jobs if job.identity in results and results[job.identity].done]
+    there = {job.recording for job in done}
+    without = [row.recording for row in rows if row.recording not in there]
     if without:
         say(f"{counted(len(without), 'recording')} without a run: {', '.join(without)}.")
-    rows = [write_result_table(path, study, status) for path in args.output]
+    counts = [write_result_table(path, study, done, results) for path in args.output]
     facts = {
         "files": list(args.output),
-        "recordings": len(status),
+        "recordings": len(rows),
         "without_run": without,
-        "runs": sum(not run.facts.problem for row in status for run in row.runs),
-        "values": rows[0],
+        "runs": len(done),
+        "values": counts[0],
     }
     told = [(key.replace("_", " "), str(facts[key])) for key in ("recordings", "runs", "values")]
     title = f"Results in {', '.join(map(str, args.output))}"

@@ -1,19 +1,22 @@
-"""What the commands about studies share."""
+"""Options and steps that ``sweep`` and the commands of ``study`` share."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import dataclasses
+from argparse import Namespace
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
-from stereotrack_core.cli.arguments import option
+from stereotrack_core.cli.arguments import FRAMES, VIEWS, changes, check_least, flag, option
 from stereotrack_core.cli.output import say
-from stereotrack_core.cli.progress import watched
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.study.cache import StudyCache
-from stereotrack_core.study.file import Study, StudyRow
-from stereotrack_core.study.status import RowStatus, study_status
+from stereotrack_core.study.description import StudySettings
+from stereotrack_core.study.points import listed_points
+from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
+from stereotrack_core.tables import read_csv_table
 
-STUDY = option("study STUDY.study.csv", "study file", type=Path)
+STUDY = option("study STUDY.study.toml", "study file", type=Path)
 SELECT = option(
     "--select COLUMN=VALUE",
     "only recordings with this value, for example condition=slow; values are separated by commas, "
@@ -21,24 +24,73 @@ SELECT = option(
     action="append",
     default=[],
 )
+SETTINGS = (
+    option(
+        "--preset accurate|thesis|fast|FILE.toml",
+        "preset that the parameters come from (default: accurate), or a file with your own preset "
+        "as saved by the workbench",
+    ),
+    changes("change one parameter"),
+    option(
+        "--grid NAME=a,b,c",
+        "values of a parameter, or of views, preset, seed, frames, init or smooth; if given "
+        "several times, all combinations are tried",
+        action="append",
+        default=[],
+    ),
+    option(
+        "--list FILE.csv",
+        "file with the points to try: one column per name, one row per point",
+        type=Path,
+        dest="points",
+    ),
+    option("--seeds 0,1,2", "comma-separated seeds (default: 0)"),
+    FRAMES,
+    VIEWS,
+    option("--init auto|tpose|FILE", "initial pose, as for track (default: auto)"),
+    flag("--smooth", "smooth the runs"),
+)
+RUNNING = (
+    option("--workers N", "number of processes on this machine (default: one per core)", type=int),
+    option(
+        "--scheduler ADDRESS",
+        "compute on a Dask cluster: tcp://host:port, tls://host:port, or a scheduler file (.json); "
+        "all machines must see the recordings under the same path",
+    ),
+    flag("--again", "compute again what is there already"),
+    flag("--dry-run", "only print what would be computed"),
+)
 
 
-def read_status(study: Study, rows: Sequence[StudyRow]) -> tuple[RowStatus, ...]:
-    """The status of rows; what was read is remembered beside the study, also when stopped."""
-    cache = StudyCache(study.cache)
-    try:
-        with watched("Reading", "What was read is remembered.") as (report, stopped):
-            return study_status(study, cache, rows, on_progress=report, cancelled=stopped)
-    finally:
-        save_cache(cache, forget=len(rows) == len(study.rows))
+def settings_of(args: Namespace, base: StudySettings | None = None) -> StudySettings:
+    """The settings that options ask for, those of `base` for options that are not given.
+
+    Raises InputError if they make no sense.
+    """
+    base = base or StudySettings()
+    given: dict[str, Any] = {}
+    for field in dataclasses.fields(StudySettings):
+        value = getattr(args, field.name, None)
+        if value:
+            given[field.name] = tuple(value) if isinstance(value, list) else value
+    if isinstance(path := given.get("points"), Path):
+        columns, rows = read_csv_table(path)
+        given["points"] = listed_points(columns, rows, str(path))
+    settings = dataclasses.replace(base, **given)
+    settings.check()
+    return settings
 
 
-def save_cache(cache: StudyCache, *, forget: bool) -> None:
-    """Write what is known; a study on a drive that cannot be written to is read again next time."""
-    try:
-        cache.save(forget=forget)
-    except InputError as error:
-        say(f"note: {error} Files are read again next time.")
+def workers_of(args: Namespace) -> ClusterWorkers | LocalWorkers:
+    """A cluster, or processes of this machine. Raises InputError for both at once."""
+    check_least(1, workers=args.workers)
+    if args.scheduler and args.workers is not None:
+        raise InputError(
+            "runs are computed on this machine or on a cluster",
+            where="--workers, --scheduler",
+            remedy="Use only one of them.",
+        )
+    return ClusterWorkers(args.scheduler) if args.scheduler else LocalWorkers(args.workers)
 
 
 def say_findings(findings: Iterable[Finding]) -> None:

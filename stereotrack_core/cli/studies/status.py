@@ -6,37 +6,40 @@ from argparse import Namespace
 
 from stereotrack_core.cli.arguments import JSON
 from stereotrack_core.cli.output import OK, put_result
-from stereotrack_core.cli.studies.shared import SELECT, STUDY, read_status, say_findings
-from stereotrack_core.study.file import read_study, selected
-from stereotrack_core.study.shown import COLUMNS, row_facts, text_of
+from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.studies.shared import SELECT, STUDY, say_findings
+from stereotrack_core.study.description import read_study, selected
+from stereotrack_core.study.status import COLUMNS, row_facts, study_status
+from stereotrack_core.study.store import stored_results
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Print a table of all recordings of a study: frames and views, problems, progress of the "
-    "annotation, runs, and errors and failures of the newest run. Files that have not changed "
-    "since the last call are not read again."
+    "annotation, and runs with their errors and failures."
 )
 
 OPTIONS = (STUDY, SELECT, JSON)
 
 
 def run(args: Namespace) -> int:
-    """Read what has changed and print."""
+    """Read all recordings and print."""
     study = read_study(args.study)
-    status = read_status(study, selected(study, args.select))
+    rows, results = selected(study, args.select), stored_results(study.table)
+    with watched("Reading", "Nothing was printed.") as (report, stopped):
+        status = study_status(study, rows, results, on_progress=report, cancelled=stopped)
     shown = [one for one in COLUMNS if any(one.value(row) is not None for row in status)]
-    headings = [f">{one.label}" if one.is_number else one.label for one in shown]
-    columns = ("recording", *study.factors, *headings)
-    rows = [
+    headings = [one.label if one.name == "views" else f">{one.label}" for one in shown]
+    cells = [
         [
             row.row.recording,
-            *(row.row.factors.get(name, "") for name in study.factors),
-            *(text_of(column, row) for column in shown),
+            *(row.row.cell(name) for name in study.factors),
+            *(column.text(row) for column in shown),
         ]
         for row in status
     ]
-    table = Table(f"Study {study.path}: {len(rows)} recordings", columns, rows)
+    title = f"Study {study.path}: {len(cells)} recordings"
     facts = {"study": study.path, "recordings": [row_facts(row) for row in status]}
+    table = Table(title, ("recording", *study.factors, *headings), cells)
     put_result(facts, table, as_json=args.json)
     say_findings(finding for row in status for finding in row.findings)
     return OK

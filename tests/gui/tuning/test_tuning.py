@@ -16,7 +16,6 @@ from app.session import judgement
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
-from tests.gui.hands import double_click
 
 pytestmark = pytest.mark.window
 unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
@@ -358,19 +357,20 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot, monkeypatch):
     assert best == int(np.argmin(means))
     assert threads, "values are judged where runs are"
     assert threading.main_thread() not in threads
-    assert [m.best for m in series.multiples()].count(True) == 1
+    assert [one.best for one in series.values()].count(True) == 1
     run = tuning.context.session.runs.active
     panel.slider.setFocus()
     QTest.keyClick(panel.slider, Qt.Key.Key_Right)
     assert series.shown == 1
     assert tuning.context.session.runs.active is run
     assert series.tried[1].entry in tuning.context.session.runs.entries
-    area = panel.multiples.area(2).center().toPoint()
-    QTest.mouseClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
+    place = panel.plot.place_of(45.0, means[2])
+    view = panel.plot._plot.viewport()
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.mapFrom(panel.plot, place))
     assert series.shown == 2
     assert series.tried[1].entry not in tuning.context.session.runs.entries
     tuning.features.tune.trials.live = False
-    double_click(panel.multiples, area)
+    QTest.mouseClick(panel.take, Qt.MouseButton.LeftButton)
     assert tuning.context.session.track.settings.tracking.sigma_joint == 45.0
     assert series.tried[2].entry not in tuning.context.session.runs.entries
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
+from stereotrack_core.tracking.lockstep import RunInput, track_together
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec

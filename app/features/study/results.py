@@ -1,0 +1,217 @@
+"""The plot of a table of runs, with the values behind a point."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Signal, Slot
+from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QLabel, QWidget
+
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.measures import measure_named
+from stereotrack_core.study.table import (
+    AVERAGED,
+    RunTable,
+    axis_of,
+    curves_of,
+    draw_curves,
+    read_table,
+    words_of,
+)
+
+from ...widgets.forms.form_dialog import push_button
+from ...widgets.plots.study_plot import StudyPlot
+from ...widgets.style.building import choice, hbox, label, vbox
+
+_MOST_COLOURS = 8
+_FAVOURITES = ("forearms", "unexplained_fraction", "keypoint_error")
+_TOLD = (
+    *("torso_position", "upper_arms", "forearms", "lost", "unexplained_fraction"),
+    *("keypoint_error", "frames_per_second"),
+)
+_EMPTY = "No run is finished yet. Track the recordings to see their results here."
+
+
+class ResultsPanel(QWidget):
+    """Plots a table; a click on a point shows its values, which can be applied."""
+
+    applied = Signal(object)
+    """Dictionary of the values of a point, by name."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.table: RunTable | None = None
+        self.path: Path | None = None
+        self._read_at = 0
+        self._chosen: dict[str, str] = {}
+        self.file_label, self.averaged_label = label(_EMPTY, "muted"), label("", "muted")
+        self.plot = StudyPlot()
+        self.plot.rows_chosen.connect(self.choose)
+        self.chosen_label = label("")
+        self.take_button = push_button(
+            "Apply to &parameter panel", lambda: self.applied.emit(dict(self._chosen))
+        )
+        tip = "Select the point with the best mean over recordings and seeds"
+        self.best_button = push_button("&Best point", self.choose_best, tip)
+        self.save_button = push_button("&Save plot …", self._ask_picture)
+        chosen = hbox((self.chosen_label, 1), self.best_button, self.take_button, self.save_button)
+        self.setLayout(
+            vbox(
+                self.file_label, self._choices(), (self.plot, 1), self.averaged_label, chosen,
+                margins=(6, 6, 6, 6),
+            )
+        )  # fmt: skip
+        self._allow()
+
+    def show_table(self, path: Path) -> None:
+        """Show a table, or what has been added to it. Raises InputError if it is none."""
+        table, first = read_table(path), path != self.path
+        self._read_at = path.stat().st_mtime_ns
+        self.path, self.table = path, table
+        self._fill(table, keep=not first)
+        if first:
+            self._chosen = {}
+            self.chosen_label.setText("Click a point to see its values.")
+        settled = ", ".join(f"{name} {value}" for name, value in table.settled.items())
+        failed = f"; {table.failed} failed (not shown)" if table.failed else ""
+        count = counted(len(table.rows), "run")
+        self.file_label.setText(f"{path.name}: {count}{failed}. {settled}".strip())
+        self.file_label.setToolTip(str(path))
+        self._allow()
+        self.draw()
+
+    def follow(self, path: Path) -> None:
+        """Show a table if it is there and has changed; one that is being written is left alone."""
+        try:
+            if path != self.path:
+                self._clear()
+            if path.is_file() and (path != self.path or path.stat().st_mtime_ns != self._read_at):
+                self.show_table(path)
+        except (OSError, InputError):
+            return
+
+    @Slot()
+    def draw(self) -> None:
+        """Draw what the choices say."""
+        table, across, second, up = self._wanted()
+        if table is None or not across or not up:
+            self.plot.clear()
+            return
+        self.plot.show_curves(axis_of(table, across), up, curves_of(table, across, up, second))
+        over = [one.replace("_", " ") for one in table.varied if one not in (across, second)]
+        named = " and ".join(filter(None, (", ".join(over[:-1]), *over[-1:])))
+        self.averaged_label.setText(
+            "Each faint point is one run; lines and error bars are the mean and standard deviation "
+            f"over {named}."
+            if over
+            else "Each point is one run."
+        )
+
+    @Slot(object)
+    def choose(self, rows: tuple[int, ...]) -> None:
+        """Show the values of some runs."""
+        table = self.table
+        if table is None:
+            return
+        common = table.common(rows)
+        self._chosen = {name: value for name, value in common.items() if name != "recording"}
+        values = (f"{name.replace('_', ' ')} {value}" for name, value in self._chosen.items())
+        told = [_figures(table, rows, name) for name in _TOLD if name in table.measures]
+        count = counted(len(rows), "run")
+        self.chosen_label.setText(
+            f"{', '.join(values) or 'All runs'} – {count}: {', '.join(filter(None, told))}"
+        )
+        self._allow()
+
+    @Slot()
+    def choose_best(self) -> None:
+        """Show the point that has the best mean of the measure that is drawn."""
+        if self.table is not None:
+            self.choose(self.table.best(str(self.measure.currentData())))
+
+    def save_picture(self, path: Path) -> None:
+        """Write the plot as a picture for a paper. Raises InputError if it cannot be written."""
+        table, across, second, up = self._wanted()
+        if table is not None:
+            draw_curves(path, axis_of(table, across), up, curves_of(table, across, up, second))
+
+    # ---- inside
+
+    def _clear(self) -> None:
+        self.table = self.path = None
+        self.file_label.setText(_EMPTY)
+        for words in (self.chosen_label, self.averaged_label):
+            words.setText("")
+        self._chosen = {}
+        self._allow()
+        self.draw()
+
+    def _allow(self) -> None:
+        for button in (self.best_button, self.save_button):
+            button.setEnabled(self.table is not None)
+        self.take_button.setEnabled(bool(self._chosen))
+
+    def _wanted(self) -> tuple[RunTable | None, str, str, str]:
+        """The table, the name across, the name of the colours, and the measure."""
+        across, second = self.across.currentData() or "", self.second.currentData() or ""
+        up = self.measure.currentData() or ""
+        return self.table, across, second if second != across else "", up
+
+    def _choices(self) -> QHBoxLayout:
+        self.measure, self.across = choice("Measure"), choice("over")
+        self.second = choice("coloured by", tip="A curve for each value")
+        row = hbox()
+        for box in (self.measure, self.across, self.second):
+            row.addWidget(QLabel(box.accessibleName()))
+            row.addWidget(box)
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+            box.activated.connect(self.draw)
+        row.addStretch(1)
+        return row
+
+    def _fill(self, table: RunTable, *, keep: bool) -> None:
+        """Offer what the table has; what was chosen stays if it can."""
+        boxes = (self.across, self.second, self.measure)
+        old = [box.currentData() if keep else None for box in boxes]
+        names = table.varied or tuple(table.settled)[:1]
+        for box in boxes:
+            box.clear()
+        self.second.addItem("nothing", "")
+        for name in names:
+            self.across.addItem(words_of(name), name)
+            self.second.addItem(words_of(name), name)
+        for name in table.measures:
+            self.measure.addItem(words_of(name), name)
+        chosen = [name for name in names if name not in AVERAGED] or list(names)
+        few = [name for name in chosen[1:] if len(table.values(name)) <= _MOST_COLOURS]
+        favourite = [name for name in _FAVOURITES if name in table.measures]
+        usual = ([*chosen, None][0], [*few, ""][0], [*favourite, None][0])
+        for box, before, otherwise in zip(boxes, old, usual, strict=True):
+            place = box.findData(before) if before is not None else -1
+            box.setCurrentIndex(place if place >= 0 else max(0, box.findData(otherwise)))
+
+    @Slot()
+    def _ask_picture(self) -> None:
+        name = str(self.path.with_suffix(".svg")) if self.path is not None else "study.svg"
+        kinds = "SVG drawing (*.svg);;PNG image (*.png)"
+        chosen, _ = QFileDialog.getSaveFileName(self, "Save plot", name, kinds)
+        if chosen:
+            path = Path(chosen)
+            try:
+                self.save_picture(path if path.suffix else path.with_suffix(".svg"))
+            except InputError as error:
+                self.chosen_label.setText(str(error))
+
+
+def _figures(table: RunTable, rows: tuple[int, ...], name: str) -> str:
+    """Mean and spread of a measure: ``forearms 9.1 ± 0.5 deg``."""
+    measure, values = measure_named(name), table.numbers(name)[list(rows)]
+    values = values[np.isfinite(values)]
+    if measure is None or not values.size:
+        return ""
+    spread = float(values.std(ddof=1)) if values.size > 1 else math.nan
+    more = f" ± {spread:.1f}" if math.isfinite(spread) else ""
+    return f"{measure.short or measure.label} {values.mean():.1f}{more} {measure.unit}".strip()

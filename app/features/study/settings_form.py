@@ -1,0 +1,193 @@
+"""The settings of a study in its window: values that are varied, seeds, frames, processes."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFormLayout,
+    QGridLayout,
+    QGroupBox,
+    QLineEdit,
+    QWidget,
+)
+
+from stereotrack_core.study.description import StudySettings
+from stereotrack_core.study.points import SPECIAL, parameter_rows
+from stereotrack_core.worker_processes import usable_cores
+
+from ...widgets.forms.form_dialog import line_edit, push_button
+from ...widgets.forms.numbers import WholeNumberField
+from ...widgets.style.building import choice, hbox, label, scrolled, searchable, tool_button, vbox
+
+_EXAMPLES = {
+    "views": "for example NS,NOSW",
+    "preset": "for example accurate,fast",
+    "init": "auto,tpose",
+    "smooth": "yes,no",
+}
+_LISTED = "The points are listed one by one in the study file and can be changed there."
+
+
+class SettingsForm(QWidget):
+    """Shows the settings of a study and lets a person change them."""
+
+    changed = Signal()
+    panel_wanted = Signal()
+    """The person wants preset and parameters of the parameter panel."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._settings = StudySettings()
+        self._fields: dict[str, QLineEdit] = {}
+        self._lines: dict[str, list[QWidget]] = {}
+        self.base = label("")
+        self._take = push_button(
+            "&Use parameter panel",
+            self.panel_wanted.emit,
+            "Track with the preset and the parameters of the parameter panel",
+        )
+        box = QGroupBox("Values to try")
+        box.setLayout(vbox((self._values(), 1), self._adder(), margins=(9, 9, 9, 9)))
+        right = vbox(self._runs(), None)
+        self.setLayout(
+            vbox(
+                hbox((self.base, 1), self._take), (hbox((box, 3), (right, 2)), 1),
+                margins=(6, 6, 6, 6),
+            )
+        )  # fmt: skip
+
+    def show_settings(self, settings: StudySettings) -> None:
+        """Show the settings of a study."""
+        self._settings = settings
+        changes = ", ".join(one.replace("_", " ").replace("=", " ") for one in settings.changes)
+        self.base.setText(f"All runs use {settings.preset}{f' with {changes}' if changes else ''}.")
+        for name in list(self._fields):
+            self._remove(name)
+        for text in settings.grid:
+            name, _, values = text.partition("=")
+            self.add(name, values)
+        self._nothing.setText(_LISTED if settings.points else "No values yet. Add a parameter.")
+        self._nothing.setVisible(not self._fields)
+        self.seeds.setText(settings.seeds)
+        self.frames.setText(settings.frames or "")
+        self.views.setText(settings.views or "")
+        self.smooth.setChecked(settings.smooth)
+
+    def settings(self) -> StudySettings:
+        """The settings as the fields say. Raises InputError if they make no sense."""
+        typed = {name: field.text().strip() for name, field in self._fields.items()}
+        found = StudySettings(
+            **{
+                **vars(self._settings),
+                "grid": tuple(f"{name}={values}" for name, values in typed.items() if values),
+                "seeds": self.seeds.text().replace(" ", "") or "0",
+                "frames": self.frames.text().strip() or None,
+                "views": self.views.text().strip() or None,
+                "smooth": self.smooth.isChecked(),
+            }
+        )
+        found.check()
+        return found
+
+    def field(self, name: str) -> QLineEdit:
+        """Where the values of a name are typed."""
+        return self._fields[name]
+
+    def add(self, name: str, values: str = "") -> None:
+        """Add a line for the values of a name, or go to the one that is there."""
+        if name not in self._fields:
+            about, hint = _about(name), _hint(name)
+            title, field = label(name.replace("_", " "), wraps=False), QLineEdit(values)
+            title.setToolTip(about)
+            field.setAccessibleName(f"Values of {title.text()}")
+            field.setPlaceholderText("a,b,c")
+            field.setToolTip(f"{about} {hint}")
+            field.textEdited.connect(self.changed)
+            away = tool_button(f"Do not vary {title.text()}", "close")
+            away.clicked.connect(lambda: self._remove(name))
+            widgets = [title, field, label(hint, "muted", wraps=False), away]
+            row = self._grid.rowCount()
+            for column, widget in enumerate(widgets):
+                self._grid.addWidget(widget, row, column)
+            self._fields[name], self._lines[name] = field, widgets
+        self._fields[name].setFocus()
+        self._nothing.hide()
+        self.changed.emit()
+
+    def _remove(self, name: str) -> None:
+        for widget in self._lines.pop(name):
+            self._grid.removeWidget(widget)
+            widget.deleteLater()
+        del self._fields[name]
+        self._nothing.setVisible(not self._fields)
+        self.changed.emit()
+
+    def _values(self) -> QWidget:
+        inside, holder = QWidget(), QWidget()
+        self._grid = QGridLayout(inside)
+        self._grid.setContentsMargins(4, 4, 4, 4)
+        self._grid.setColumnStretch(1, 1)
+        self._nothing = label("", "muted")
+        holder.setLayout(vbox(self._nothing, inside, None))
+        scroll = scrolled(holder, "Values")
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
+        return scroll
+
+    def _adder(self) -> QWidget:
+        varied = [name for name in SPECIAL if name not in ("seed", "frames")]
+        names = [(name, name.replace("_", " ")) for name in (*varied, *parameter_rows())]
+        self.chooser = searchable(choice("Parameter to vary", names))
+        for place, (name, _) in enumerate(names):
+            self.chooser.setItemData(place, _about(name), Qt.ItemDataRole.ToolTipRole)
+        self.chooser.setCurrentIndex(-1)
+        line = self.chooser.lineEdit()
+        if line is not None:
+            line.setPlaceholderText("Search parameters")
+            line.returnPressed.connect(self._add_chosen)
+        add = tool_button("Vary this parameter", "add", "Add")
+        add.clicked.connect(self._add_chosen)
+        holder = QWidget()
+        holder.setLayout(hbox((self.chooser, 1), add))
+        return holder
+
+    def _add_chosen(self) -> None:
+        place = self.chooser.findText(self.chooser.currentText().strip())
+        if place >= 0:
+            self.add(str(self.chooser.itemData(place)))
+            self.chooser.setCurrentIndex(-1)
+
+    def _runs(self) -> QGroupBox:
+        box = QGroupBox("Runs")
+        form = QFormLayout(box)
+        self.seeds = line_edit("Seeds", tip="Comma-separated; every point is tracked with each")
+        self.frames = line_edit("Frames", "", "all, or A:B", "Frames A up to but not including B")
+        self.views = line_edit("Views", "", "all, or NS", "Views to use, as for --views")
+        self.smooth = QCheckBox("S&mooth the runs")
+        self.processes = WholeNumberField(minimum=1, maximum=256, value=usable_cores())
+        self.processes.setAccessibleName("Processes")
+        for name, field in (("Seeds", self.seeds), ("Frames", self.frames), ("Views", self.views)):
+            field.textEdited.connect(self.changed)
+            form.addRow(name, field)
+        form.addRow("Processes", self.processes)
+        self.smooth.toggled.connect(self.changed)
+        form.addRow(self.smooth)
+        return box
+
+
+def _about(name: str) -> str:
+    """A sentence about something that can be varied."""
+    return SPECIAL[name] if name in SPECIAL else parameter_rows()[name].help
+
+
+def _hint(name: str) -> str:
+    """Which values a name takes, and its default."""
+    if name in SPECIAL:
+        return _EXAMPLES.get(name, "")
+    row = parameter_rows()[name]
+    if row.type is bool:
+        return f"yes,no; default {'yes' if row.default else 'no'}"
+    if row.choices:
+        return f"{', '.join(row.choices)}; default {row.default}"
+    shown = f"{row.default:g}" if isinstance(row.default, float) else str(row.default)
+    return f"{row.range_text()}; default {shown}"

@@ -1,1 +1,0 @@
-"""Sweep: many values of parameters at once."""

@@ -1,1 +1,0 @@
-"""Makes runs: side by side on the same clouds, by processes of this machine or by a cluster."""

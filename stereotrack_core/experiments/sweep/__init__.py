@@ -1,1 +1,0 @@
-"""Many runs over recordings, seeds and values of parameters, and what they come to."""

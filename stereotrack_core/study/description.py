@@ -1,0 +1,343 @@
+"""The description of a study: its recordings with their factors, settings, values and seeds."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import tomli_w
+
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.parameters import Value, parsed_settings
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.recording.selection import seeds_of
+from stereotrack_core.recording.toml_table import load_toml
+from stereotrack_core.study.points import (
+    Point,
+    checked_name,
+    grid_points,
+    listed_points,
+    parameter_rows,
+    parsed_axis,
+)
+from stereotrack_core.tables import read_csv_table
+from stereotrack_core.tracking.presets import preset
+
+SUFFIX = ".study.toml"
+OLD_SUFFIX = ".study.csv"
+"""Tables of recordings that earlier versions wrote; they are read, and never written."""
+
+OWN_COLUMNS = ("recording", "project", "keypoints", "fingerprint")
+"""What the program knows of a recording; all else that a description says of it is a factor."""
+
+RESULT_COLUMNS = ("run", "preset", "changes", "seed", "measure", "statistic", "unit", "value")
+"""Columns of the exported table; no factor may have one of these names."""
+
+_TEXTS = ("preset", "frames", "views", "init", "layout", "person")
+_KIND: Kind = {
+    **dict.fromkeys(_TEXTS, str),
+    "smooth": bool,
+    "seeds": [int],
+    "settings": {str: (bool, int, float, str)},
+    "grid": {str: [(bool, int, float, str)]},
+    "point": [{str: (bool, int, float, str)}],
+    "recording": [{str: (str, bool, int, float)}],
+}
+_REMEDY = "See docs/studies.md for what a study file contains."
+
+
+@dataclass(frozen=True)
+class StudyRecording:
+    """A recording of a study."""
+
+    recording: str
+    """Folder, relative to the study file, with ``/``; absolute on another drive."""
+    project: str = ""
+    """Project file whose corrections and reference are used; empty if there is none."""
+    keypoints: str = ""
+    """Project, or file of a detector, whose keypoints are measurements; empty if none are."""
+    fingerprint: str = ""
+    """Hash by which the recording is found again; empty if it is not known."""
+    factors: Mapping[str, str] = field(default_factory=dict)
+    """Subject, condition, or anything else that a person wants in the results, by name."""
+
+    def cell(self, column: str) -> str:
+        """The value of one of the program's columns or of a factor."""
+        own = column in OWN_COLUMNS
+        return str(getattr(self, column) if own else self.factors.get(column, ""))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudySettings:
+    """Settings that all runs share, and the values that are varied, in the words of the options."""
+
+    preset: str = "accurate"
+    changes: tuple[str, ...] = ()
+    """``NAME=VALUE`` for parameters that differ from the preset."""
+    grid: tuple[str, ...] = ()
+    """``NAME=a,b,c``: all combinations are tried."""
+    points: tuple[Point, ...] = ()
+    """Points that are listed one by one, in place of a grid."""
+    seeds: str = "0"
+    frames: str | None = None
+    views: str | None = None
+    init: str = "auto"
+    smooth: bool = False
+    layout: str | None = None
+    """Order of the keypoints in files without names."""
+    person: str | None = None
+    """Name or number of the person in keypoints of several."""
+
+    def all_points(self) -> tuple[Point, ...]:
+        """Points of the list or the grid. Raises InputError if a value is not accepted."""
+        return self.points or grid_points([parsed_axis(text) for text in self.grid])
+
+    def check(self) -> None:
+        """Refuse what makes no sense for any recording. Raises InputError."""
+        if self.points and self.grid:
+            raise InputError(
+                "a study has a grid or a list of points",
+                where="--grid, --list",
+                remedy="Use only one of them.",
+            )
+        preset(self.preset, self.changes)
+        seeds_of(self.seeds)
+        self.all_points()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The settings as TOML holds them; what is as usual is left out."""
+        usual = StudySettings()
+        texts = {name: getattr(self, name) for name in (*_TEXTS, "smooth")}
+        content: dict[str, Any] = {
+            name: value for name, value in texts.items() if value != getattr(usual, name)
+        }
+        content = {"preset": self.preset, "seeds": seeds_of(self.seeds), **content}
+        rows = parameter_rows()
+        if self.changes:
+            named = parsed_settings(self.changes)
+            content["settings"] = {name: rows[name].checked(named[name]) for name in named}
+        if self.grid:
+            axes = [parsed_axis(text) for text in self.grid]
+            content["grid"] = {axis.name: list(axis.values) for axis in axes}
+        if self.points:
+            content["point"] = [point.by_name for point in self.points]
+        return content
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any], where: str) -> StudySettings:
+        """Read :meth:`to_dict`. Raises InputError for a value that is not accepted."""
+        listed = [
+            listed_points(tuple(one), [[_text(value) for value in one.values()]], where)[0]
+            for one in content.get("point", ())
+        ]
+        grid = content.get("grid", {})
+        found = cls(
+            changes=tuple(f"{k}={_text(v)}" for k, v in content.get("settings", {}).items()),
+            grid=tuple(f"{k}={','.join(map(_text, v))}" for k, v in grid.items()),
+            points=tuple(listed),
+            seeds=",".join(map(str, content.get("seeds", (0,)))),
+            **{name: content[name] for name in (*_TEXTS, "smooth") if name in content},
+        )
+        try:
+            found.check()
+        except InputError as error:
+            raise InputError(
+                error.what, where=f"{where}, {error.where}", remedy=error.remedy
+            ) from None
+        return found
+
+
+@dataclass(frozen=True)
+class Study:
+    """The content of a study file; of a sweep, what the command says."""
+
+    path: Path
+    rows: tuple[StudyRecording, ...] = ()
+    settings: StudySettings = StudySettings()
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """Names of the factors, in the order in which recordings mention them."""
+        return tuple(dict.fromkeys(name for row in self.rows for name in row.factors))
+
+    @property
+    def folder(self) -> Path:
+        """Folder that paths are relative to."""
+        return self.path.absolute().parent
+
+    @property
+    def stem(self) -> str:
+        """Name of the file without its suffixes."""
+        return self.path.name.removesuffix(SUFFIX)
+
+    @property
+    def runs(self) -> Path:
+        """Folder of the study's runs."""
+        return self.folder / f"{self.stem}.runs"
+
+    @property
+    def table(self) -> Path:
+        """Table with a row for each run."""
+        return self.runs / "runs.csv"
+
+    def place(self, relative: str) -> Path:
+        """The file or folder that a description names."""
+        return Path(os.path.normpath(self.folder / relative))
+
+    def relative(self, path: Path) -> str:
+        """How a description names a file or folder."""
+        path = path.absolute()
+        try:
+            return Path(os.path.relpath(path, self.folder)).as_posix()
+        except ValueError:  # another drive of Windows
+            return path.as_posix()
+
+    def runs_of(self, row: StudyRecording) -> Path:
+        """Folder of the runs of a recording, by where it is listed, not by where it is."""
+        path = PurePosixPath(row.recording)
+        named = ["up" if part == ".." else part for part in path.parts if part != "."]
+        return self.runs.joinpath(*(named[1:] if path.is_absolute() else named))
+
+
+def check_name(path: Path) -> None:
+    """Refuse a name that no study file has. Raises InputError with one that would do."""
+    if not path.name.endswith(SUFFIX) or path.name == SUFFIX:
+        stem = path.name.split(".")[0] or "walks"
+        raise InputError(
+            f"the name of a study must end in {SUFFIX}",
+            where=str(path),
+            remedy=f"Use the name {stem}{SUFFIX}.",
+        )
+
+
+def read_study(path: Path) -> Study:
+    """Read a study file; the folders that it names are not looked at.
+
+    A table of an earlier version (``.study.csv``) becomes a study of the same name that is not
+    written yet. Raises InputError if the file cannot be read, names a recording twice, or has a
+    value that is not accepted.
+    """
+    if path.name.endswith(OLD_SUFFIX):
+        study = _read_table(path)
+    else:
+        check_name(path)
+        content = load_toml(path)
+        unknown = [key for key in content if key not in _KIND]
+        if unknown:
+            known = did_you_mean(unknown[0], _KIND)
+            raise InputError(f"unknown key {unknown[0]!r}", where=str(path), remedy=known + _REMEDY)
+        check_kind(content, _KIND, str(path), _REMEDY)
+        for name in (*content.get("settings", ()), *content.get("grid", ())):
+            checked_name(name, str(path))
+        rows = tuple(_row(one) for one in content.get("recording", ()))
+        study = Study(path, rows, StudySettings.of(content, str(path)))
+    check_rows(study)
+    return study
+
+
+def _read_table(path: Path) -> Study:
+    columns, lines = read_csv_table(path)
+    rows = tuple(_row(dict(zip(columns, line, strict=True))) for line in lines)
+    return Study(path.with_name(path.name.removesuffix(OLD_SUFFIX) + SUFFIX), rows)
+
+
+def _row(values: Mapping[str, Value]) -> StudyRecording:
+    texts = {name: _text(value) for name, value in values.items()}
+    own = {name: texts.pop(name, "") for name in OWN_COLUMNS}
+    return StudyRecording(**own, factors=texts)
+
+
+def check_rows(study: Study) -> None:
+    """Refuse recordings without a folder or listed twice, and factors named as a result column."""
+    seen: set[Path] = set()
+    for number, row in enumerate(study.rows, start=1):
+        place = study.place(row.recording)
+        if not row.recording or place in seen:
+            raise InputError(
+                f"the recording {row.recording!r} is listed twice"
+                if row.recording
+                else f"recording number {number} has no folder",
+                where=str(study.path),
+                remedy="Delete one of the two." if row.recording else "Write it, or delete it.",
+            )
+        seen.add(place)
+    taken = [name for name in study.factors if name in RESULT_COLUMNS]
+    if taken:
+        raise InputError(
+            f"a factor is called {taken[0]!r}, which is a column of the results",
+            where=str(study.path),
+            remedy="Give it another name.",
+        )
+
+
+def write_study(study: Study) -> None:
+    """Write a study file; a write that fails leaves the old one. Raises InputError."""
+    rows = []
+    for row in study.rows:
+        own = {name: getattr(row, name) for name in OWN_COLUMNS}
+        rows.append({**{name: value for name, value in own.items() if value}, **row.factors})
+    content = {**study.settings.to_dict(), **({"recording": rows} if rows else {})}
+    write_file(study.path, tomli_w.dumps(content))
+
+
+def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
+    """Recordings that agree with all of ``COLUMN=VALUE``, in their order.
+
+    Several values are separated by commas, ``*`` stands for any letters. Raises InputError for an
+    unknown column, or if no recording is left.
+    """
+    rows = study.rows
+    known = (*OWN_COLUMNS, *study.factors)
+    for text in select:
+        name, sign, values = (part.strip() for part in text.partition("="))
+        if not sign or name not in known:
+            raise InputError(
+                f"the study has no column {name!r}" if sign else f"{text!r} cannot be read",
+                where="--select",
+                remedy=f"{did_you_mean(name, known)}Write COLUMN=VALUE; the columns are: "
+                f"{', '.join(known)}.",
+            )
+        patterns = [value.strip() for value in values.split(",")]
+        rows = tuple(row for row in rows if _fits(row.cell(name), patterns))
+    if select and not rows:
+        raise InputError(
+            "no recording of the study agrees with this selection",
+            where=" ".join(f"--select {text}" for text in select),
+            remedy="See the values with `stereotrack study status`.",
+        )
+    return rows
+
+
+def with_factor(study: Study, recordings: Iterable[str], name: str, value: str) -> Study:
+    """Set a factor of some recordings. Raises InputError for a name that cannot be used."""
+    if not name.strip() or name in OWN_COLUMNS:
+        raise InputError(
+            f"{name!r} cannot be the name of a factor",
+            where="name of the factor",
+            remedy="Use a short name, such as subject or session.",
+        )
+    chosen, text = set(recordings), " ".join(value.split())
+    rows = tuple(
+        replace(row, factors={**row.factors, name.strip(): text})
+        if row.recording in chosen
+        else row
+        for row in study.rows
+    )
+    changed = dataclasses.replace(study, rows=rows)
+    check_rows(changed)
+    return changed
+
+
+def _fits(cell: str, patterns: Iterable[str]) -> bool:
+    return any(cell == pattern or fnmatchcase(cell, pattern) for pattern in patterns)
+
+
+def _text(value: Value) -> str:
+    """A value as an option takes it, without rounding."""
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)

@@ -1,0 +1,280 @@
+"""A job is one run with an identity by which its result is known again; doing jobs.
+
+The runs of a batch go forward together, frame by frame, on the same clouds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Protocol, TypeAlias
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.measures import measured
+from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.project.setups import Corrections
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import own_detections
+from stereotrack_core.recording.folder import fingerprint, open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.study.points import Point
+from stereotrack_core.study.values import values_of
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.lockstep import RunInput, track_together
+from stereotrack_core.tracking.run_spec import RunSpec
+
+Status: TypeAlias = Literal["done", "failed"]
+
+_TRACKED_AS = "job"
+"""Key in the meta of a kept run: the identity of how it was tracked."""
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One run, with everything that its result depends on."""
+
+    identity: str
+    """Hash of all that the result depends on: tracking and reference."""
+    tracking: str
+    """Hash of all that the run depends on; a kept run is measured again if only this is equal."""
+    clouds: str
+    """Hash of all that the clouds depend on, which jobs may share."""
+    recording: str
+    folder: str
+    """Absolute path of the recording, the same on every machine that takes part."""
+    fingerprint: str
+    """Of the recording; another one is refused."""
+    point: Point
+    spec: RunSpec
+    """With frames and keypoints; without detections, which the recording has."""
+    keep: str = ""
+    """File for the complete run; empty: only measures are kept."""
+    corrections: Corrections | None = None
+    """What a project corrects of the recording."""
+    truth: LandmarkTrajectory | None = None
+    """The project's reference; None: the recording's own."""
+
+    @property
+    def frames(self) -> range:
+        """Frames that are tracked."""
+        return self.spec.frames_of(0)
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return self.spec.seed
+
+    @property
+    def views(self) -> Sequence[str]:
+        """Views that are used."""
+        return self.spec.views or ()
+
+
+_FACTS: Kind = {
+    "job": str,
+    "status": str,
+    "measures": {str: float},
+    "frames": int,
+    "error": str,
+    "attempts": int,
+}
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """The result of the job with this identity."""
+
+    identity: str
+    status: Status
+    measures: Mapping[str, float] = field(default_factory=dict)
+    """Those that are known, each in its own unit."""
+    frames: int = 0
+    error: str = ""
+    final: bool = False
+    """Whether trying again would fail again: the input is wrong."""
+    attempts: int = 1
+
+    @property
+    def done(self) -> bool:
+        """Whether there are measures."""
+        return self.status == "done"
+
+    def facts(self) -> dict[str, Any]:
+        """The result as JSON takes it."""
+        return {key: getattr(self, "identity" if key == "job" else key) for key in _FACTS}
+
+    @classmethod
+    def of_facts(cls, facts: Mapping[str, Any]) -> JobResult:
+        """Read :meth:`facts` again. Raises InputError for those of anything else."""
+        check_kind(facts, _FACTS, "the result of a job", "Compute it again.")
+        if facts.get("status") not in ("done", "failed") or None in map(facts.get, _FACTS):
+            raise InputError(
+                "this is not the result of a job",
+                where=str(facts.get("job")),
+                remedy="Compute it again.",
+            )
+        return cls(facts["job"], **{key: facts[key] for key in _FACTS if key != "job"})
+
+
+def failure(identity: str, error: BaseException) -> JobResult:
+    """The result of a job that raised an error."""
+    words = " ".join(str(error).split()) or "no details"
+    final = isinstance(error, InputError)
+    said = words if final else f"{type(error).__name__}: {words}"
+    return JobResult(identity, "failed", error=said, final=final)
+
+
+class Watcher(Protocol):
+    """Hears of everything that happens; called in the thread that asked for the jobs."""
+
+    def on_frames(self, count: int) -> None:
+        """So many frames more were tracked."""
+
+    def on_result(self, job: Job, result: JobResult) -> None:
+        """A job has come to its end; called once for each."""
+
+    def stopped(self) -> bool:
+        """Whether to stop."""
+
+
+class Workers(Protocol):
+    """Does jobs, until the end of a ``with`` block."""
+
+    def __enter__(self) -> object: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+    @property
+    def count(self) -> int:
+        """Jobs that are done at once."""
+
+    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
+        """Do all jobs, whose identities differ; returns when each has a result.
+
+        Raises Cancelled when the watcher wants to stop; results that were told stay valid.
+        """
+
+
+def do_batch(
+    jobs: Sequence[Job],
+    *,
+    on_frames: Callable[[int], None] = lambda _: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Generator[JobResult, None, None]:
+    """Do jobs that share their clouds; gives the result of each as soon as it is known.
+
+    A job that fails does not stop the others. `on_frames` is told how many frames more were
+    tracked, over all jobs. A kept run that was tracked in the same way is only measured.
+    """
+    waiting = list(jobs)
+    try:
+        recording = recording_of(jobs[0])
+        for job in [one for one in jobs if one.keep and is_kept(one)]:
+            waiting.remove(job)
+            run = read_npz(Path(job.keep))
+            on_frames(len(run.frame))
+            yield _result(job, recording, lambda run=run: run)  # type: ignore[misc]
+        if waiting:
+            yield from _tracked(waiting, recording, on_frames, cancelled)
+    except Cancelled:
+        raise
+    except Exception as error:  # noqa: BLE001 - told as the result of every job
+        for job in waiting:
+            yield failure(job.identity, error)
+
+
+def _tracked(
+    waiting: list[Job],
+    recording: Recording,
+    on_frames: Callable[[int], None],
+    cancelled: Callable[[], bool],
+) -> Generator[JobResult, None, None]:
+    """Results of jobs, which are taken from the list as soon as they have one."""
+    count, begun = len(waiting), time.perf_counter()
+    detections = own_detections(recording)
+    blind = dataclasses.replace(recording, reference=None)  # the tracker never sees the truth
+    inputs = [
+        RunInput(blind, dataclasses.replace(job.spec, detections=detections)) for job in waiting
+    ]
+    share: float | None = None
+    for made in track_together(
+        inputs, on_frames=on_frames, cancelled=cancelled, go_on_after_errors=True
+    ):
+        if share is None:
+            share = (time.perf_counter() - begun) / count
+        job = waiting.pop(0)
+        if made.error is not None:
+            yield failure(job.identity, made.error)
+            continue
+
+        def finished(job: Job = job, made: Any = made, share: float = share) -> Run:
+            before = time.perf_counter()
+            run: Run = made.run()
+            seconds = share + time.perf_counter() - before
+            speed = len(run.frame) / made.seconds if made.seconds > 0 else None
+            meta = {**run.meta, _TRACKED_AS: job.tracking, "wall_seconds": seconds}
+            run = dataclasses.replace(run, meta={**meta, "frames_per_second": speed})
+            if job.keep:
+                _keep(Path(job.keep), run)
+            return run
+
+        yield _result(job, recording, finished)
+
+
+def recording_of(job: Job) -> Recording:
+    """The job's recording, as it was when the job was planned.
+
+    Raises InputError if it is not there on this machine, or is another one.
+    """
+    folder = Path(job.folder)
+    recording = open_recording(folder)
+    if fingerprint(recording) != job.fingerprint:
+        raise InputError(
+            "the recording has changed since the work was started",
+            where=job.folder,
+            remedy="Start it again with the present recording.",
+        )
+    return recording if job.corrections is None else job.corrections.applied_to(recording)
+
+
+def is_kept(job: Job) -> bool:
+    """Whether the run that a job keeps is in its place; true for a job that keeps none."""
+    if not job.keep:
+        return True
+    try:
+        return read_meta(Path(job.keep)).get(_TRACKED_AS) == job.tracking
+    except InputError:
+        return False
+
+
+def _result(job: Job, recording: Recording, finished: Callable[[], Run]) -> JobResult:
+    """Measure a run; a failure is the result as well."""
+    truth = job.truth if job.truth is not None else recording.reference
+    try:
+        run = finished()
+        values = measured(run, truth, recording, job.spec.keypoints)
+        values["seconds"] = float(run.meta["wall_seconds"])
+        values["frames_per_second"] = float(run.meta.get("frames_per_second") or math.nan)
+        if job.keep:
+            values |= values_of(run, recording.fps, truth)
+    except Exception as error:  # noqa: BLE001 - told as the result of the job
+        return failure(job.identity, error)
+    known = {name: value for name, value in values.items() if math.isfinite(value)}
+    return JobResult(job.identity, "done", known, frames=len(run.frame))
+
+
+def _keep(path: Path, run: Run) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be made ({error.strerror})",
+            where=str(path.parent),
+            remedy="Make it possible to write there, and start again.",
+        ) from error
+    write_npz(path, run)

@@ -1,0 +1,297 @@
+"""Who does jobs: processes of this machine, or a Dask cluster."""
+
+from __future__ import annotations
+
+import math
+import queue
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.study.job import (
+    Job,
+    JobResult,
+    Watcher,
+    do_batch,
+    failure,
+    recording_of,
+)
+from stereotrack_core.version import __version__
+from stereotrack_core.versions import extra_library
+from stereotrack_core.worker_processes import Asker, Lost, Pool, usable_cores
+
+_RETRIES = 1
+"""How often a job is tried again that may have failed by chance."""
+
+_TOGETHER = 8
+"""Jobs of a batch beyond which sharing their clouds saves little more."""
+
+_MOST_FRAMES = 4000
+"""Frames of all jobs of a batch: some ten minutes of work, which a kill may lose."""
+
+_PATIENCE_SECONDS = 10.0
+_LOOK_SECONDS = 0.2
+_HERE_INSTEAD = "Use --workers to compute on this machine."
+
+
+class LocalWorkers:
+    """Processes of this machine, each on its share of the cores; they end with the block."""
+
+    def __init__(self, count: int | None = None) -> None:
+        self._pool = Pool(_do, count or usable_cores())
+
+    def __enter__(self) -> LocalWorkers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.close()
+
+    @property
+    def count(self) -> int:
+        """Jobs that are done at once."""
+        return self._pool.count
+
+    @property
+    def pids(self) -> tuple[int, ...]:
+        """Numbers of the processes at work."""
+        return tuple(worker.pid for worker in self._pool.workers if worker.pid is not None)
+
+    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
+        """Do all jobs; returns when each has a result."""
+        self._pool.work(Batches(jobs, self.count, watcher))
+
+
+def _do(batch: Batch, asker: Asker) -> None:
+    for result in do_batch(batch.jobs, on_frames=asker.on_frames):
+        asker.tell(result)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Jobs that one process does together, and how often each was tried before."""
+
+    jobs: tuple[Job, ...]
+    tried: int = 0
+
+
+class Batches:
+    """Hands out jobs in batches that share their clouds, those with most work first.
+
+    Jobs beside each other in the plan cost about the same and go to different batches. Jobs that
+    are tried again come last and alone, so that one that ends its process takes no other with it.
+    """
+
+    def __init__(self, jobs: Sequence[Job], workers: int, watcher: Watcher) -> None:
+        self._watcher = watcher
+        self.stopped = watcher.stopped
+        self._open: dict[str, tuple[Job, int]] = {}
+        self._again: list[Batch] = []
+        groups: dict[str, list[Job]] = {}
+        for job in jobs:
+            groups.setdefault(job.clouds, []).append(job)
+        share = _work(jobs) / workers
+        self._waiting = [
+            Batch(tuple(group[i::count]))
+            for group in groups.values()
+            for count in (_cuts(group, share),)
+            for i in range(count)
+        ]
+        self._waiting.sort(key=lambda batch: _work(batch.jobs), reverse=True)
+
+    def next(self) -> Batch | None:
+        """The next batch; None if nothing waits."""
+        waiting = self._waiting or self._again
+        if not waiting:
+            return None
+        batch = waiting.pop(0)
+        self._open |= {job.identity: (job, batch.tried) for job in batch.jobs}
+        return batch
+
+    def heard(self, batch: Batch, word: Any) -> None:
+        """Take the frames that were done, a result, or the error that ended the batch."""
+        if isinstance(word, int):
+            self._watcher.on_frames(word)
+        elif isinstance(word, Exception):
+            self._failed(batch, f"{type(word).__name__}: {word}")
+        else:
+            self._ended(word)
+
+    def lost(self, batch: Batch, why: Lost) -> None:
+        """Its process has ended by itself."""
+        self._failed(batch, str(why))
+
+    def ended(self, batch: Batch) -> None:
+        """Each of its jobs has told its result."""
+
+    def _failed(self, batch: Batch, why: str) -> None:
+        for job in batch.jobs:
+            if job.identity in self._open:
+                self._ended(JobResult(job.identity, "failed", error=why))
+
+    def _ended(self, result: JobResult) -> None:
+        job, tried = self._open.pop(result.identity)
+        if not result.done and not result.final and tried < _RETRIES:
+            self._again.append(Batch((job,), tried + 1))
+        else:
+            self._watcher.on_result(job, replace(result, attempts=tried + 1))
+
+
+def _cuts(group: Sequence[Job], share: float) -> int:
+    """Into how many batches jobs are cut: none larger than allowed, or than a process's share."""
+    largest = max(1, min(_TOGETHER, _MOST_FRAMES // len(group[0].frames)))
+    return min(len(group), max(math.ceil(len(group) / largest), math.ceil(_work(group) / share)))
+
+
+def _work(jobs: Sequence[Job]) -> int:
+    """Images to go through, a measure of how long jobs take."""
+    return sum(len(job.frames) * len(job.views) for job in jobs)
+
+
+class ChanceError(Exception):
+    """A job failed in a way that may not come again."""
+
+
+class ClusterWorkers:
+    """Workers of a Dask scheduler, who see the recordings by the same paths.
+
+    The address is ``tcp://host:port`` or ``tls://host:port``, with certificates from Dask's own
+    configuration, or the path of a scheduler file (.json). Dask repeats jobs whose worker dies.
+    Raises InputError if Dask is missing or nobody answers.
+    """
+
+    def __init__(self, address: str, *, patience: float = _PATIENCE_SECONDS) -> None:
+        distributed = extra_library(
+            "distributed",
+            "cluster",
+            missing="Dask is not installed, which is needed for clusters",
+            where="--scheduler",
+            instead="--workers",
+        )
+        self._where = f"--scheduler {address}"
+        by_file = address.endswith(".json")
+        if by_file and not Path(address).is_file():
+            raise InputError(
+                "the scheduler file was not found", where=self._where, remedy=_HERE_INSTEAD
+            )
+        named = {"scheduler_file" if by_file else "address": address}
+        try:
+            self._client: Any = distributed.Client(**named, timeout=patience, set_as_default=False)
+        except TypeError as error:  # raised by Dask for tls:// without certificates
+            raise InputError(
+                "this address needs certificates",
+                where=self._where,
+                remedy="Name them in Dask's configuration, see docs/studies.md.",
+            ) from error
+        except (OSError, TimeoutError, ValueError) as error:
+            raise InputError(
+                f"no scheduler answers at this address ({error})",
+                where=self._where,
+                remedy=f"Start one with `dask scheduler` and give its address. {_HERE_INSTEAD}",
+            ) from None
+
+    def __enter__(self) -> ClusterWorkers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.close()  # the cluster goes on for others
+
+    @property
+    def count(self) -> int:
+        """Jobs that can be done at once."""
+        return sum(self._client.nthreads().values())
+
+    def check(self, jobs: Iterable[Job]) -> None:
+        """Ask every worker whether it has this program and sees the recordings.
+
+        Raises InputError that names the worker and what it lacks.
+        """
+        if not self._client.nthreads():
+            raise InputError(
+                "the scheduler has no worker",
+                where=self._where,
+                remedy="Start one or more with `dask worker ADDRESS --nthreads 1`.",
+            )
+        wanted = tuple({job.folder: job for job in jobs}.values())
+        told: Mapping[str, Any] = self._client.run(lacking, wanted, __version__, on_error="return")
+        for worker, answer in told.items():
+            if isinstance(answer, OSError):
+                continue  # it has left the cluster while it was asked
+            if isinstance(answer, BaseException):
+                answer = f"the worker cannot run this program ({type(answer).__name__}: {answer})"
+            if answer:
+                raise InputError(
+                    str(answer),
+                    where=f"worker {worker}",
+                    remedy="All machines must see the recordings under the same path. Keep them "
+                    "on a shared drive, and install the same version everywhere.",
+                )
+
+    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
+        """Do all jobs; returns when each has a result."""
+        self.check(jobs)
+        ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        futures = {}
+        for job in jobs:
+            future = self._client.submit(
+                do_job, job, key=job.identity, pure=False, retries=_RETRIES
+            )
+            futures[job.identity] = job, future
+            future.add_done_callback(ended.put)
+        try:
+            while futures:
+                if watcher.stopped():
+                    raise Cancelled
+                try:
+                    future = ended.get(timeout=_LOOK_SECONDS)
+                except queue.Empty:
+                    continue
+                job, _ = futures.pop(future.key)
+                result = self._result(job, future)
+                future.release()
+                watcher.on_frames(len(job.frames))
+                watcher.on_result(job, result)
+        finally:
+            self._client.cancel([future for _, future in futures.values()])
+
+    def _result(self, job: Job, future: Any) -> JobResult:
+        error = future.exception()  # waits if a worker has died with the result
+        if future.status == "cancelled":
+            raise InputError(
+                "the scheduler has stopped or lost the jobs",
+                where=self._where,
+                remedy="Start it again and run the same command: finished results are kept.",
+            )
+        if error is None:
+            result: JobResult = future.result()
+            return result
+        if isinstance(error, ChanceError):
+            return JobResult(job.identity, "failed", error=str(error), attempts=_RETRIES + 1)
+        return replace(failure(job.identity, error), final=False)
+
+
+def do_job(job: Job) -> JobResult:
+    """Do one job on a worker of a cluster.
+
+    Raises ChanceError if it failed in a way that may not come again, so that Dask tries again.
+    """
+    cv2.setNumThreads(1)  # the machine's other cores have workers of their own
+    (result,) = do_batch((job,))
+    if not result.done and not result.final:
+        raise ChanceError(result.error)
+    return result
+
+
+def lacking(jobs: Sequence[Job], version: str) -> str:
+    """What this machine lacks to do the jobs, in words; empty if nothing."""
+    if version != __version__:
+        return f"the worker has version {__version__} of this program, not {version}"
+    for job in jobs:
+        try:
+            recording_of(job)
+        except (InputError, OSError) as error:
+            return f"the worker cannot use the recording {job.recording}: {error}"
+    return ""

@@ -1,0 +1,124 @@
+import dataclasses
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.study.description import (
+    Study,
+    StudyRecording,
+    StudySettings,
+    read_study,
+    selected,
+    with_factor,
+    write_study,
+)
+from stereotrack_core.study.points import Point
+
+ROWS = tuple(
+    StudyRecording(f"data/{subject}/{speed}", factors={"subject": subject, "speed": speed})
+    for subject in ("anna", "ben")
+    for speed in ("slow", "fast")
+)
+
+
+@pytest.fixture
+def made(tmp_path):
+    return Study(tmp_path / "walks.study.toml", ROWS)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        StudySettings(),
+        StudySettings(
+            preset="fast",
+            changes=("iterations=3", "fit_shape=no", "loss_scale=0.0375"),
+            grid=("views=NS,NOSW", "smooth=yes,no"),
+            seeds="0,3",
+            frames="0:20",
+            init="tpose",
+        ),
+        StudySettings(points=(Point((("iterations", 3),)), Point((("preset", "fast"),)))),
+    ],
+)
+def test_what_is_written_is_read_again(made, settings):
+    odd = StudyRecording("data/x", "p, q.stereotrack", "k.csv", "f", {"subject": 'a "b" = 1'})
+    study = dataclasses.replace(made, rows=(*ROWS, odd), settings=settings)
+    write_study(study)
+    assert read_study(study.path) == study
+
+
+def test_a_table_of_an_earlier_version_is_read(tmp_path):
+    path = tmp_path / "a.study.csv"
+    path.write_bytes(b'\xef\xbb\xbf"recording";subject;project\r\nr1;anna;\r\nr2;ben;b.stereotrack')
+    study = read_study(path)
+    assert study.path.name == "a.study.toml"
+    assert study.rows == (
+        StudyRecording("r1", factors={"subject": "anna"}),
+        StudyRecording("r2", "b.stereotrack", factors={"subject": "ben"}),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("sedes = [1]", "unknown key 'sedes'"),
+        ("seeds = 1", "not a list"),
+        ("[settings]\nitertions = 2", "unknown parameter"),
+        ("[settings]\niterations = 0", "from 1"),
+        ("[grid]\niterations = [2, 2]", "twice"),
+        ('preset = "none"', "accurate, thesis, fast"),
+        ('[[recording]]\nsubject = "anna"', "has no folder"),
+        ('[[recording]]\nrecording = "r"\nvalue = 1', "a column of the results"),
+        ('[[recording]]\nrecording = "r"\n[[recording]]\nrecording = "./r"', "listed twice"),
+        ("[grid]\niterations = [2]\n[[point]]\niterations = 3", "a grid or a list"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_a_sentence(made, text, what):
+    made.path.write_text(text, "utf-8")
+    with pytest.raises(InputError, match=what) as refused:
+        read_study(made.path)
+    assert refused.value.remedy
+    assert "walks.study.toml" in refused.value.where
+
+
+def test_another_name_is_refused_with_one_that_would_do(tmp_path):
+    with pytest.raises(InputError, match=r"Use the name walks\.study\.toml"):
+        read_study(tmp_path / "walks.csv")
+
+
+@pytest.mark.parametrize(
+    ("select", "expected"),
+    [
+        ([], ["anna/slow", "anna/fast", "ben/slow", "ben/fast"]),
+        (["speed=slow", "subject=b*"], ["ben/slow"]),
+        (["speed=slow,fast", "subject=ben"], ["ben/slow", "ben/fast"]),
+        (["recording=*/anna/*"], ["anna/slow", "anna/fast"]),
+    ],
+)
+def test_rows_are_selected_by_their_columns(made, select, expected):
+    found = [row.recording.removeprefix("data/") for row in selected(made, select)]
+    assert found == expected
+
+
+@pytest.mark.parametrize("select", ["sped=slow", "speed", "speed=none"])
+def test_a_selection_that_means_nothing_is_refused(made, select):
+    with pytest.raises(InputError) as refused:
+        selected(made, [select])
+    assert refused.value.remedy
+
+
+def test_runs_of_different_recordings_go_to_different_folders(made):
+    names = ("a/b", "a_b", "../a/b", "../../a/b", "/data/a/b")
+    rows = [StudyRecording(name) for name in names]
+    assert len({made.runs_of(row) for row in rows}) == len(rows)
+    assert all(made.runs_of(row).is_relative_to(made.runs) for row in rows)
+
+
+def test_a_factor_is_set_for_several_recordings(made):
+    changed = with_factor(made, ["data/anna/slow", "data/ben/slow"], "shoes", " old  ones ")
+    assert [row.cell("shoes") for row in changed.rows] == ["old ones", "", "old ones", ""]
+    assert changed.factors == ("subject", "speed", "shoes")
+    for name in ("recording", "value", " "):
+        with pytest.raises(InputError):
+            with_factor(made, ["data/anna/slow"], name, "1")

@@ -1,0 +1,141 @@
+"""Batches of jobs in this process."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.measures import MEASURES
+from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.study.job import JobResult, do_batch
+from stereotrack_core.study.points import Point, grid_points, parsed_axis
+from stereotrack_core.tracking import lockstep
+from stereotrack_core.tracking.iekf import PoseFilter
+from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run_spec import RunSpec
+
+
+def by_identity(jobs, **options):
+    return {result.identity: result for result in do_batch(jobs, **options)}
+
+
+def test_results_are_those_of_runs_alone(plan, cones):
+    jobs = plan(*grid_points([parsed_axis("iterations=2,4")]), seeds=(0, 3))
+    results = by_identity(jobs)
+    for job in jobs:
+        run = track(cones, RunSpec(job.spec.settings, frames=range(4), seed=job.seed, init="tpose"))
+        reference = LandmarkTrajectory(cones.reference.frame[:4], cones.reference.points[:4])
+        summary = summarise(errors_against(run.trajectory(), reference))
+        result = results[job.identity]
+        assert (result.status, result.frames, result.error) == ("done", 4, "")
+        assert result.measures["forearms_p95"] == summary.measure("forearms").statistics.p95
+        assert (
+            result.measures["torso_position"] == summary.measure("torso_position").statistics.mean
+        )
+        assert result.measures["lost"] == 100.0 * summary.lost
+        assert result.measures["unexplained_fraction"] == pytest.approx(
+            100.0 * run.unexplained_fraction.mean()
+        )
+        assert result.measures["gaps"] == 0.0
+        assert result.measures["seconds"] > 0
+        assert result.measures["frames_per_second"] > 0
+        names = {measure.name for measure in MEASURES}
+        assert names - set(result.measures) <= {"lost_precision", "lost_recall", "keypoint_error"}
+        assert set(result.measures) <= names
+    assert len({result.measures["forearms"] for result in results.values()}) == 4
+
+
+def test_each_cloud_is_made_once_for_the_batch(plan, monkeypatch):
+    made, whole = [], DepthChain.process
+    monkeypatch.setattr(
+        DepthChain, "process", lambda chain, images: made.append(1) or whole(chain, images)
+    )
+    frames = []
+    by_identity(plan(Point(), seeds=(0, 1, 2)), on_frames=frames.append)
+    assert len(made) == 4
+    assert sum(frames) == 12
+
+
+def test_a_job_that_fails_stops_no_other(plan, monkeypatch):
+    jobs = plan(*grid_points([parsed_axis("iterations=2,3,4")]))
+    alone = by_identity(jobs[2:])
+    whole = PoseFilter.step
+
+    def step(tracker, cloud, *watch):
+        if tracker.setup.parameters.iterations == 3 and cloud.frame == 2:
+            raise ZeroDivisionError("no hope")
+        return whole(tracker, cloud, *watch)
+
+    monkeypatch.setattr(PoseFilter, "step", step)
+    results = by_identity(jobs)
+    assert [results[job.identity].status for job in jobs] == ["done", "failed", "done"]
+    failed = results[jobs[1].identity]
+    assert (failed.error, failed.final) == ("ZeroDivisionError: no hope", False)
+    kept = results[jobs[2].identity].measures
+    assert kept["forearms"] == alone[jobs[2].identity].measures["forearms"]
+
+
+def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
+    jobs = plan(Point(), recording=copied.open(), seeds=(0, 1))
+    picture = copied.folder / "N_depth" / "0000.png"
+    picture.write_bytes(picture.read_bytes() + b" ")
+    for result in by_identity(jobs).values():
+        assert result.final
+        assert "the recording has changed since the work was started" in result.error
+    (gone,) = do_batch([dataclasses.replace(jobs[0], folder=str(copied.folder / "none"))])
+    assert gone.final
+    assert "none" in gone.error
+
+
+def test_what_nobody_expected_is_told_as_well(plan, monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("a library's")
+
+    monkeypatch.setattr(lockstep, "chain_of", broken)
+    for result in do_batch(plan(Point(), seeds=(0, 1))):
+        assert (result.error, result.final) == ("ZeroDivisionError: a library's", False)
+
+
+def test_no_tracker_sees_the_reference(plan, monkeypatch):
+    seen = []
+    whole = lockstep.Pipeline
+
+    def pipeline(recording, *arguments, **options):
+        seen.append(recording.reference)
+        return whole(recording, *arguments, **options)
+
+    monkeypatch.setattr(lockstep, "Pipeline", pipeline)
+    by_identity(plan(Point()))
+    assert seen == [None]
+
+
+def test_without_a_reference_the_own_signs_are_told(plan, copied):
+    (copied.folder / "reference.csv").unlink()
+    text = (copied.folder / "recording.toml").read_text()
+    kept = [line for line in text.splitlines() if not line.startswith("reference")]
+    (copied.folder / "recording.toml").write_text("\n".join(kept))
+    (result,) = do_batch(plan(Point(), recording=copied.open()))
+    assert result.done
+    assert "forearms" not in result.measures
+    assert 0.0 <= result.measures["unexplained_fraction"] < 60.0
+    assert np.isfinite(result.measures["limb_sigma"])
+
+
+def test_stopping_ends_a_batch(plan):
+    asked = []
+    with pytest.raises(Cancelled):
+        list(do_batch(plan(Point()), cancelled=lambda: asked.append(1) or len(asked) > 1))
+    assert len(asked) == 2
+
+
+def test_results_are_read_as_they_are_written(plan):
+    (result,) = do_batch(plan(Point()))
+    assert all(np.isfinite(list(result.measures.values())))
+    assert JobResult.of_facts(result.facts()) == result
+    for wrong in ({"job": "a", "status": "done"}, {**result.facts(), "status": "perhaps"}):
+        with pytest.raises(InputError, match="not the result of a job"):
+            JobResult.of_facts(wrong)

@@ -1,0 +1,249 @@
+"""Jobs in processes of this machine, and on a real Dask cluster of it."""
+
+import dataclasses
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.study import workers as workers_module
+from stereotrack_core.study.job import do_batch, failure
+from stereotrack_core.study.points import Point, grid_points, parsed_axis
+from stereotrack_core.study.workers import (
+    Batches,
+    ChanceError,
+    ClusterWorkers,
+    LocalWorkers,
+    do_job,
+    lacking,
+)
+from tests.study.dask_cluster import DaskCluster, computed_again, knows
+
+FIRST = "STEREOTRACK_TEST_FIRST"
+"""Variable of the file that tells which process was the first to track something."""
+
+
+NOBODY = SimpleNamespace(stopped=lambda: False)
+
+
+def longer(job, end):
+    return dataclasses.replace(job, spec=dataclasses.replace(job.spec, frames=range(end)))
+
+
+def handed_out(batches):
+    found = []
+    while (batch := batches.next()) is not None:
+        assert len({job.clouds for job in batch.jobs}) == 1
+        found.append(batch)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("views", "seeds", "frames", "workers", "sizes"),
+    [
+        ("N", 12, 4, 1, [6, 6]),
+        ("N", 24, 4, 2, [8, 8, 8]),
+        ("N", 3, 4, 2, [2, 1]),
+        ("N", 5, 4, 8, [1] * 5),
+        ("N,NS", 6, 4, 2, [6, 3, 3]),
+        ("N", 12, 1200, 1, [3] * 4),
+        ("N", 12, 9000, 1, [1] * 12),
+    ],
+)
+def test_batches_share_clouds_and_keep_all_processes_busy(
+    plan, views, seeds, frames, workers, sizes
+):
+    points = grid_points([parsed_axis(f"views={views}")])
+    jobs = [longer(job, frames) for job in plan(*points, seeds=tuple(range(seeds)))]
+    found = handed_out(Batches(jobs, workers, NOBODY))
+    assert [len(batch.jobs) for batch in found] == sizes
+    told = [job.identity for batch in found for job in batch.jobs]
+    assert sorted(told) == sorted(job.identity for job in jobs)
+    work = [len(batch.jobs) * len(batch.jobs[0].views) for batch in found]
+    assert work == sorted(work, reverse=True)
+
+
+def test_jobs_that_are_tried_again_come_last_and_alone(plan):
+    jobs = plan(Point(), seeds=(0, 1, 2, 3))
+    batches = Batches(jobs, 2, NOBODY)
+    batches.heard(batches.next(), ValueError("by chance"))
+    found = [(len(batch.jobs), batch.tried) for batch in handed_out(batches)]
+    assert found == [(2, 0), (1, 1), (1, 1)]
+
+
+def do_until_killed(batch, asker):
+    """Do jobs; the first process that has tracked something says who it is and stays there."""
+    first, own = Path(os.environ[FIRST]), Path(f"{os.environ[FIRST]}-{os.getpid()}")
+
+    def on_frames(count):
+        own.write_text(str(os.getpid()))
+        try:
+            os.link(own, first)
+        except FileExistsError:
+            asker.on_frames(count)
+        else:
+            asker.on_frames(count)
+            time.sleep(600)
+
+    for result in do_batch(batch.jobs, on_frames=on_frames):
+        asker.tell(result)
+
+
+class Killing:
+    """Kills the process that stays where it is."""
+
+    def __init__(self, watched, first):
+        self._watched, self._first = watched, first
+        self.killed = None
+
+    def on_frames(self, count):
+        self._watched.on_frames(count)
+        if self.killed is None and self._first.exists():
+            self.killed = int(self._first.read_text())
+            os.kill(self.killed, signal.SIGKILL)
+
+    def __getattr__(self, name):
+        return getattr(self._watched, name)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
+def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(
+    plan, watched, tmp_path, monkeypatch
+):
+    monkeypatch.setenv(FIRST, str(tmp_path / "first"))
+    monkeypatch.setattr(workers_module, "_do", do_until_killed)
+    jobs = plan(*grid_points([parsed_axis("views=N,NS"), parsed_axis("iterations=2,3")]))
+    missing = dataclasses.replace(jobs[0], identity="gone", clouds="gone", folder="/nowhere")
+    with LocalWorkers(2) as workers:
+        watcher = Killing(watched(), tmp_path / "first")
+        workers.do([*jobs, missing], watcher)
+        assert len(workers.pids) <= 2
+        assert watcher.killed not in {None, *workers.pids}
+    results = watcher.results
+    assert sorted(watcher.told) == sorted([*(job.identity for job in jobs), "gone"])
+    assert results.pop("gone").final
+    assert {result.status for result in results.values()} == {"done"}
+    assert max(result.attempts for result in results.values()) == 2
+    for job in jobs[:2]:
+        (alone,) = do_batch([job])
+        for name in ("forearms", "upper_arms_p95", "unexplained_fraction"):
+            assert results[job.identity].measures[name] == alone.measures[name]
+
+
+def test_stopping_keeps_what_was_told(plan, watched):
+    watcher = watched(enough=1)
+    with LocalWorkers(1) as workers:
+        with pytest.raises(Cancelled):
+            workers.do(plan(Point(), seeds=tuple(range(40))), watcher)
+        assert workers.pids == ()
+    assert 1 <= len(watcher.told) < 40
+
+
+@pytest.fixture(scope="module")
+def two_workers(tmp_path_factory):
+    running = DaskCluster(tmp_path_factory.mktemp("dask"), workers=2)
+    yield running
+    running.close()
+
+
+def until(fact, seconds=300):
+    end = time.monotonic() + seconds
+    while not fact():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+class KillsAWorker:
+    """Kills one of the workers at the first result, once the scheduler knows that it was told."""
+
+    def __init__(self, watched, running, client):
+        self._watched, self._running, self._client = watched, running, client
+        self.killed = None
+
+    def on_result(self, job, result):
+        self._watched.on_result(job, result)
+        if self.killed is None:
+            until(lambda: not self._client.run_on_scheduler(knows, job.identity))
+            self.killed = self._running.kill_worker()
+
+    def __getattr__(self, name):
+        return getattr(self._watched, name)
+
+
+def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watched, two_workers):
+    points = grid_points([parsed_axis("iterations=2,3,4,5")])
+    jobs = plan(*points, seeds=(0, 1))
+    with ClusterWorkers(str(two_workers.file)) as executor:
+        until(lambda: executor.count == 2)
+        with pytest.raises(InputError, match=r"worker tcp.*cannot use the recording cones"):
+            executor.check([dataclasses.replace(jobs[0], folder="/not/on/the/worker")])
+        watcher = KillsAWorker(watched(), two_workers, executor._client)
+        executor.do(jobs, watcher)
+        assert watcher.killed is not None
+        until(lambda: executor.count == 1)
+        assert sorted(watcher.told) == sorted(job.identity for job in jobs), "each told once"
+        assert {result.status for result in watcher.results.values()} == {"done"}
+        again = executor._client.run_on_scheduler(computed_again)
+        assert [again[job.identity] for job in jobs] == [0] * len(jobs)
+        assert watcher.frames == sum(len(job.frames) for job in jobs)
+        (alone,) = do_batch(jobs[:1])
+        told = watcher.results[jobs[0].identity].measures
+        assert told["forearms"] == alone.measures["forearms"]
+
+        few = watched(enough=1)
+        with pytest.raises(Cancelled):
+            executor.do(plan(*points, seeds=(4, 5, 6)), few)
+        assert len(few.told) < 12
+
+
+def test_what_a_worker_lacks_is_said(plan, copied):
+    (job,) = plan(Point(), recording=copied.open())
+    version = workers_module.__version__
+    assert lacking((job,), version) == ""
+    assert "version" in lacking((job,), "9.9")
+    (copied.folder / "calibration.toml").write_text("")
+    assert "cannot use the recording cones" in lacking((job,), version)
+
+
+def test_a_worker_that_may_not_read_the_recording_says_so(plan, monkeypatch):
+    def refuse(_job):
+        raise PermissionError(13, "Permission denied", "recording.toml")
+
+    (job,) = plan(Point())
+    monkeypatch.setattr(workers_module, "recording_of", refuse)
+    assert "Permission denied" in lacking((job,), workers_module.__version__)
+
+
+def test_a_failure_by_chance_is_left_to_dask_to_repeat(plan, monkeypatch):
+    (job,) = plan(Point())
+    monkeypatch.setattr(workers_module.cv2, "setNumThreads", lambda count: None)
+    for error, final in ((ValueError("oops"), False), (InputError("wrong"), True)):
+        told = failure(job.identity, error)
+        monkeypatch.setattr(workers_module, "do_batch", lambda jobs, told=told: iter([told]))
+        if final:
+            assert do_job(job) == told
+        else:
+            with pytest.raises(ChanceError, match="ValueError: oops"):
+                do_job(job)
+
+
+def test_without_a_scheduler_it_is_said_what_to_do(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="scheduler file was not found"):
+        ClusterWorkers(str(tmp_path / "none.json"))
+    with pytest.raises(InputError, match=r"no scheduler answers at this address.*dask scheduler"):
+        ClusterWorkers("tcp://127.0.0.1:9", patience=0.5)
+    with pytest.raises(InputError, match="no scheduler answers"):
+        ClusterWorkers("nonsense://x", patience=0.5)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"stereotrack\[cluster\]"):
+        ClusterWorkers("tcp://127.0.0.1:9")
+
+
+def test_an_address_that_needs_certificates_says_so():
+    with pytest.raises(InputError, match="needs certificates"):
+        ClusterWorkers("tls://127.0.0.1:1", patience=0.5)
