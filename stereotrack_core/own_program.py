@@ -11,20 +11,13 @@ import runpy
 import signal
 import sys
 import threading
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 
 _OPTION = "--run-module"
 _CODE = (
     "import sys; sys.path[:] = {path!r}; "
     "from stereotrack_core.own_program import run_module; run_module({module!r}, sys.argv[1:])"
 )
-
-_BOUND = "STEREOTRACK_ENDS_WITH_INPUT"
-BOUND: Mapping[str, str] = MappingProxyType({_BOUND: "yes"})
-"""Variables of a process that is asked to stop when its standard input ends: when whoever has
-started it is gone, in whichever way. It goes on where the last byte was :data:`GO_ON`."""
-GO_ON, STOP = b"1", b"0"
 
 
 def module_command(module: str, arguments: Sequence[str]) -> list[str]:
@@ -34,11 +27,6 @@ def module_command(module: str, arguments: Sequence[str]) -> list[str]:
     return [sys.executable, "-c", _CODE.format(path=sys.path, module=module), *arguments]
 
 
-def program_command(arguments: Sequence[str]) -> list[str]:
-    """What to start so that the command line does this in a process of its own."""
-    return module_command("stereotrack_core", arguments)
-
-
 def asked_module(argv: Sequence[str]) -> tuple[str, list[str]] | None:
     """The module that these arguments of the process ask for, and its own; None for a person's."""
     return (argv[2], list(argv[3:])) if len(argv) > 2 and argv[1] == _OPTION else None
@@ -46,20 +34,16 @@ def asked_module(argv: Sequence[str]) -> tuple[str, list[str]] | None:
 
 def run_module(module: str, arguments: Sequence[str]) -> None:
     """Run a module as ``python -m`` does, which ends the process."""
-    if os.environ.pop(_BOUND, ""):
-        end_with_input()
     sys.argv[1:] = arguments
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 
 
 def end_with_input() -> None:
-    """Ask this process to stop when its standard input ends, see :data:`BOUND`."""
+    """Ask this process to stop when its standard input ends, as when its parent is gone."""
     threading.Thread(target=_stop_with_input, daemon=True).start()
 
 
 def _stop_with_input() -> None:
-    last = STOP
-    while word := os.read(0, 1):
-        last = word
-    if last != GO_ON:
-        os.kill(os.getpid(), signal.SIGTERM)  # long work listens to it
+    while os.read(0, 1):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)  # long work listens to it

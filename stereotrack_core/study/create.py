@@ -10,7 +10,7 @@ from pathlib import Path
 
 from stereotrack_core.errors import Cancelled, Finding, InputError
 from stereotrack_core.project.whereabouts import projects_of
-from stereotrack_core.recording.folder import DESCRIPTION, fingerprint, open_recording
+from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.study.description import (
     OWN_COLUMNS,
     RESULT_COLUMNS,
@@ -62,17 +62,7 @@ class Listed:
 
     study: Study
     added: tuple[str, ...]
-    moved: tuple[tuple[StudyRecording, StudyRecording], ...]
-    """Recordings whose new places were found: as they were listed, and as they are now."""
     findings: tuple[Finding, ...]
-
-    def move_runs(self) -> None:
-        """Let the runs of recordings that have moved follow them."""
-        for old, new in self.moved:
-            source, target = self.study.runs_of(old), self.study.runs_of(new)
-            if source.is_dir() and not target.exists():
-                target.parent.mkdir(parents=True, exist_ok=True)
-                source.rename(target)
 
 
 def with_recordings(
@@ -80,64 +70,32 @@ def with_recordings(
     folders: Sequence[Path],
     pattern: Pattern | None = None,
     *,
-    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Listed:
-    """List all recordings in and below folders.
+    """List all recordings in and below folders behind those that are listed.
 
-    A listed recording that is missing takes the place of a found one with the same content. Only
-    empty cells of listed recordings are filled. Raises InputError if a folder holds no recording,
-    and Cancelled.
+    Only empty cells of listed recordings are filled. Raises InputError if a folder holds no
+    recording, and Cancelled.
     """
-    found = _found(folders)
-    by_place = {study.place(row.recording): row for row in study.rows}
-    lost = [row for place, row in by_place.items() if place not in found and not place.is_dir()]
-    rows, moved, findings = dict(by_place), [], []
-    for i, (folder, relative) in enumerate(found.items()):
+    rows = {study.place(row.recording): row for row in study.rows}
+    added, findings = [], []
+    for folder, relative in _found(folders).items():
         if cancelled():
             raise Cancelled
-        on_progress(i / len(found), "reading recordings")
-        content = _fingerprint_of(folder)
-        if not content:
-            remedy = f"`stereotrack info {folder}` says why."
-            findings.append(Finding("warning", str(folder), "it cannot be opened", remedy))
-        here = StudyRecording(study.relative(folder), fingerprint=content)
-        row = by_place.get(folder)
-        if row is None:
-            same = [one for one in lost if content and one.fingerprint == content]
-            if len(same) == 1:
-                row, old = replace(same[0], recording=here.recording), same[0]
-                lost.remove(old)
-                del rows[study.place(old.recording)]
-                moved.append((old, row))
+        if folder not in rows:
+            added.append(study.relative(folder))
+            rows[folder] = StudyRecording(added[-1])
         factors = (pattern.factors(relative) if pattern is not None else None) or {}
         if pattern is not None and not factors:
             remedy = "Write its factors by hand, or use another pattern."
             what = "the folder does not fit the pattern"
             findings.append(Finding("warning", relative, what, remedy))
-        rows[folder] = _filled(study, row or here, folder, content, factors)
-    for row in lost:
-        what = "the recording was not found"
-        findings.append(Finding("warning", row.recording, what, "Give the folder where it is now."))
-    added = [rows[folder].recording for folder in found if folder not in by_place]
-    new = tuple(name for name in added if name not in {now.recording for _, now in moved})
-    made = replace(study, rows=_in_order(study, rows, moved))
-    return Listed(made, new, tuple(moved), tuple(findings))
-
-
-def _in_order(
-    study: Study,
-    rows: dict[Path, StudyRecording],
-    moved: Sequence[tuple[StudyRecording, StudyRecording]],
-) -> tuple[StudyRecording, ...]:
-    """Listed recordings in their order, moved ones in their old place, then new ones."""
-    now = {old.recording: new.recording for old, new in moved}
-    first = [study.place(now.get(row.recording, row.recording)) for row in study.rows]
-    return tuple(rows[place] for place in dict.fromkeys((*first, *rows)))
+        rows[folder] = _filled(study, rows[folder], folder, factors)
+    return Listed(replace(study, rows=tuple(rows.values())), tuple(added), tuple(findings))
 
 
 def _filled(
-    study: Study, row: StudyRecording, folder: Path, content: str, factors: dict[str, str]
+    study: Study, row: StudyRecording, folder: Path, factors: dict[str, str]
 ) -> StudyRecording:
     """A row whose empty cells are filled with what is known."""
     project = row.project
@@ -145,12 +103,7 @@ def _filled(
         newest = next(iter(projects_of(folder)), None)
         project = project if newest is None else study.relative(newest)
     told = {name: value for name, value in row.factors.items() if value}
-    return replace(
-        row,
-        project=project,
-        fingerprint=row.fingerprint or content,
-        factors={**row.factors, **factors, **told},
-    )
+    return replace(row, project=project, factors={**row.factors, **factors, **told})
 
 
 def recordings_below(folder: Path) -> Iterator[Path]:
@@ -178,11 +131,3 @@ def _found(folders: Iterable[Path]) -> dict[Path, str]:
         for path, relative in below.items():
             found.setdefault(path, path.name if relative == "." else relative)
     return found
-
-
-def _fingerprint_of(folder: Path) -> str:
-    """Empty if the recording cannot be opened."""
-    try:
-        return fingerprint(open_recording(folder))
-    except (InputError, OSError):
-        return ""

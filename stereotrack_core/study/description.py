@@ -33,7 +33,7 @@ SUFFIX = ".study.toml"
 OLD_SUFFIX = ".study.csv"
 """Tables of recordings that earlier versions wrote; they are read, and never written."""
 
-OWN_COLUMNS = ("recording", "project", "keypoints", "fingerprint")
+OWN_COLUMNS = ("recording", "project", "keypoints")
 """What the program knows of a recording; all else that a description says of it is a factor."""
 
 RESULT_COLUMNS = ("run", "preset", "changes", "seed", "measure", "statistic", "unit", "value")
@@ -62,8 +62,6 @@ class StudyRecording:
     """Project file whose corrections and reference are used; empty if there is none."""
     keypoints: str = ""
     """Project, or file of a detector, whose keypoints are measurements; empty if none are."""
-    fingerprint: str = ""
-    """Hash by which the recording is found again; empty if it is not known."""
     factors: Mapping[str, str] = field(default_factory=dict)
     """Subject, condition, or anything else that a person wants in the results, by name."""
 
@@ -243,7 +241,10 @@ def read_study(path: Path) -> Study:
 
 def _read_table(path: Path) -> Study:
     columns, lines = read_csv_table(path)
-    rows = tuple(_row(dict(zip(columns, line, strict=True))) for line in lines)
+    told = [dict(zip(columns, line, strict=True)) for line in lines]
+    for one in told:
+        one.pop("fingerprint", None)
+    rows = tuple(map(_row, told))
     return Study(path.with_name(path.name.removesuffix(OLD_SUFFIX) + SUFFIX), rows)
 
 

@@ -1,20 +1,17 @@
-"""All values of a study as one tidy table, and pages about its runs."""
+"""All values of a study as one tidy table: one value per row, ready for statistics."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from stereotrack_core.atomic import replacing, write_file
-from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.interop.run_npz import read_npz
+from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import value_text
-from stereotrack_core.report.pages import write_page
-from stereotrack_core.report.reported import Source, gathered
 from stereotrack_core.study.description import RESULT_COLUMNS, Study
-from stereotrack_core.study.job import Job, JobResult, is_kept, recording_of
+from stereotrack_core.study.job import Job, JobResult
 from stereotrack_core.study.values import named
 from stereotrack_core.tables import csv_text
 from stereotrack_core.version import __version__
@@ -98,38 +95,3 @@ def _write_parquet(path: Path, columns: Sequence[str], rows: Sequence[Sequence[C
     table = arrow.Table.from_arrays(arrays, schema=schema)
     with replacing(path, lambda written: bool(parquet.read_table(written).equals(table))) as file:
         parquet.write_table(table, file)
-
-
-def write_pages(
-    jobs: Sequence[Job],
-    *,
-    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> tuple[Path, ...]:
-    """Write a page about each kept run beside it; pages newer than their run are left alone.
-
-    Raises InputError if one cannot be written, and Cancelled.
-    """
-    kept = [job for job in jobs if is_kept(job)]
-    written = []
-    for i, job in enumerate(kept):
-        if cancelled():
-            raise Cancelled
-        on_progress(i / len(kept), job.recording)
-        run, page = Path(job.keep), Path(job.keep).with_suffix(".html")
-        if page.exists() and page.stat().st_mtime_ns > run.stat().st_mtime_ns:
-            continue
-        recording = recording_of(job)
-        truth = job.truth if job.truth is not None else recording.reference
-        whose = "the project's reference" if job.truth is not None else "the recording's reference"
-        source = Source(
-            name=f"{job.recording} {run.stem}",
-            run=read_npz(run),
-            recording=recording,
-            reference=truth,
-            reference_name=whose if truth is not None else "",
-            command=f"stereotrack report {run} -o {page}",
-        )
-        write_page(page, gathered(source, cancelled=cancelled))
-        written.append(page)
-    return tuple(written)

@@ -74,8 +74,7 @@ def source_of(study: Study, row: StudyRecording) -> Source:
         raise InputError(
             "the recording was not found",
             where=row.recording,
-            remedy=f"Move it back to {folder}, or run `stereotrack study create` with the folder "
-            "where it is now.",
+            remedy=f"Move it back to {folder}, or write its place into the study file.",
         )
     recording, corrections, truth = open_recording(folder), None, None
     if row.project:

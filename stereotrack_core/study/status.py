@@ -64,10 +64,6 @@ def status_of(study: Study, row: StudyRecording, results: Mapping[str, JobResult
     except InputError as error:
         findings = list(dict.fromkeys((Finding.of(error), *findings)))
         return RowStatus(row, annotated=annotated, clicks=clicks, findings=tuple(findings))
-    if row.fingerprint not in ("", source.facts["fingerprint"]):
-        what = "the recording has changed since it was listed"
-        remedy = "Check it, and delete its fingerprint from the study file."
-        findings.append(Finding("warning", row.recording, what, remedy))
     jobs: tuple[Job, ...] = ()
     try:
         jobs = tuple(jobs_of(study, source, study.settings.all_points(), keep=True))
@@ -100,19 +96,12 @@ def study_status(
 ) -> tuple[RowStatus, ...]:
     """The status of recordings, one after the other. Raises Cancelled."""
     found: list[RowStatus] = []
-    listed = [row.fingerprint for row in study.rows]
     for i, row in enumerate(rows):
         if cancelled():
             raise Cancelled
         on_progress(i / len(rows), row.recording)
-        status = status_of(study, row, results)
-        if row.fingerprint and listed.count(row.fingerprint) > 1:
-            what = "the same recording is listed twice, under two folders"
-            remedy = "Remove one of the two, else the results contain it twice."
-            finding = Finding("warning", row.recording, what, remedy)
-            status = RowStatus(**{**vars(status), "findings": (*status.findings, finding)})
-        found.append(status)
-        on_row(status)
+        found.append(status_of(study, row, results))
+        on_row(found[-1])
     return tuple(found)
 
 

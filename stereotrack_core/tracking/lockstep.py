@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoints import Keypoints, joined_keypoints
 from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.second_look import SECOND_LOOK
 from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds, chain_of
-
-_KEPT = 64
-"""Tracked frames of a run that are held before they are packed into arrays."""
-
-_PER_FRAME = (
-    *("frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual", "innovation"),
-    *("limb_sigma_deg", "limb_lost"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +47,6 @@ class LockstepRun:
         self._clouds = clouds
         self._found: list[TrackedFrame] = []
         self._done = 0
-        self._packed: list[Run] = []
         self._pipeline: Pipeline | None = None
         self._going: Generator[TrackedFrame, None, None] | None = None
         self.error: Exception | None = None
@@ -80,10 +67,6 @@ class LockstepRun:
             if tracked.frame == wanted and not self._pipeline.begins_again:
                 break
         self._done += 1
-        if not self._given.spec.smooth:
-            sure = self._sure(self._pipeline)
-            if sure >= _KEPT:
-                self._pack({}, sure)
 
     def run(self) -> Run:
         """All frames so far as one run."""
@@ -93,8 +76,8 @@ class LockstepRun:
             in_place(self._found, tracked.without_cloud())
         if self._given.spec.smooth:
             return self._pipeline.smoothed_run(self._found)
-        self._pack(self._pipeline.origin().meta(), len(self._found))
-        return joined(self._packed)
+        names, meta = self._pipeline.tracker.state_names, self._pipeline.origin().meta()
+        return assembled(self._found, names, meta, self._given.spec.used_keypoints)
 
     def close(self) -> None:
         """Take no more clouds."""
@@ -116,20 +99,6 @@ class LockstepRun:
             with closing(pipeline.frames(range(begin, end))) as tracked:
                 yield from tracked
 
-    def _sure(self, pipeline: Pipeline) -> int:
-        """How many of the frames that are held will not come again."""
-        watch, again = pipeline.heading, pipeline.second_look.first
-        if watch is not None and (watch.active or watch.faced_away):
-            return 0
-        return sum(again is None or frame.frame < again for frame in self._found)
-
-    def _pack(self, meta: Mapping[str, Any], count: int) -> None:
-        """Pack the first frames of those that are held."""
-        assert self._pipeline is not None  # noqa: S101 - there is at least one frame
-        frames, self._found = self._found[:count], self._found[count:]
-        names, given = self._pipeline.tracker.state_names, self._given.spec.used_keypoints
-        self._packed.append(assembled(frames, names, meta, given))
-
 
 def track_together(
     inputs: Sequence[RunInput],
@@ -138,7 +107,7 @@ def track_together(
     cancelled: Callable[[], bool] = lambda: False,
     go_on_after_errors: bool = False,
 ) -> Generator[LockstepRun, None, None]:
-    """Make all runs, frame by frame, in bounded memory; then gives one after the other.
+    """Make all runs, frame by frame; then give one after the other.
 
     Parameters
     ----------
@@ -184,28 +153,6 @@ def _clouds_for(given: RunInput, stack: ExitStack) -> SharedClouds:
     stack.enter_context(reader)
     stack.callback(chain.close)
     return SharedClouds(chain, reader)
-
-
-def joined(runs: Sequence[Run]) -> Run:
-    """Successive stretches of one run as a whole; stages that one lacks took no time there."""
-    stages = tuple(dict.fromkeys(name for run in runs for name in run.stage_names))
-    seconds = [np.zeros((len(run.frame), len(stages))) for run in runs]
-    for run, table in zip(runs, seconds, strict=True):
-        table[:, [stages.index(name) for name in run.stage_names]] = run.seconds
-    whole: dict[str, Any] = {
-        name: np.concatenate([getattr(run, name) for run in runs]) for name in _PER_FRAME
-    }
-    return dataclasses.replace(
-        runs[-1], **whole, seconds=np.concatenate(seconds), stage_names=stages,
-        keypoints=_keypoints_of(runs),
-    )  # fmt: skip
-
-
-def _keypoints_of(runs: Sequence[Run]) -> Keypoints | None:
-    """Keypoints of successive stretches: what the detector saw in each, or those given to all."""
-    if not runs[-1].meta.get("detector"):
-        return runs[-1].keypoints
-    return joined_keypoints([run.keypoints for run in runs if run.keypoints is not None])
 
 
 def _seconds_of(tracked: TrackedFrame) -> float:

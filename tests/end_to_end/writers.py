@@ -212,7 +212,7 @@ def _detections(path: Path, _things: Things) -> None:
 
 
 def _study(path: Path) -> Study:
-    rows = (StudyRecording(f"data/r{k}", "", "", "f" * 32, {"subject": f"s{k}"}) for k in range(40))
+    rows = (StudyRecording(f"data/r{k}", factors={"subject": f"s{k}"}) for k in range(40))
     return Study(path, tuple(rows))
 
 

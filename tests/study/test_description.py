@@ -42,7 +42,7 @@ def made(tmp_path):
     ],
 )
 def test_what_is_written_is_read_again(made, settings):
-    odd = StudyRecording("data/x", "p, q.stereotrack", "k.csv", "f", {"subject": 'a "b" = 1'})
+    odd = StudyRecording("data/x", "p, q.stereotrack", "k.csv", {"subject": 'a "b" = 1'})
     study = dataclasses.replace(made, rows=(*ROWS, odd), settings=settings)
     write_study(study)
     assert read_study(study.path) == study
@@ -50,7 +50,9 @@ def test_what_is_written_is_read_again(made, settings):
 
 def test_a_table_of_an_earlier_version_is_read(tmp_path):
     path = tmp_path / "a.study.csv"
-    path.write_bytes(b'\xef\xbb\xbf"recording";subject;project\r\nr1;anna;\r\nr2;ben;b.stereotrack')
+    path.write_bytes(
+        b'\xef\xbb\xbf"recording";subject;project;fingerprint\r\nr1;anna;;f\r\nr2;ben;b.stereotrack;'
+    )
     study = read_study(path)
     assert study.path.name == "a.study.toml"
     assert study.rows == (

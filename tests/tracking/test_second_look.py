@@ -21,7 +21,7 @@ from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking import lockstep, second_look
+from stereotrack_core.tracking import second_look
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
 from stereotrack_core.tracking.lockstep import RunInput, track_together
@@ -180,8 +180,7 @@ def test_the_end_of_a_run_ends_a_stretch(recording, misled):
     assert worst(run, poses[: WRONG[-1] + 1]) < 20.0
 
 
-def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled, monkeypatch):
-    monkeypatch.setattr(lockstep, "_KEPT", 2)
+def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled):
     recording, poses = recording
     alone = track(recording, spec_of(poses))
     given = replace(recording, reference=None)

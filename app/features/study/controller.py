@@ -9,8 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QUrl, Slot
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QDialog, QInputDialog
 
 from stereotrack_core.counting import counted
@@ -25,7 +24,7 @@ from stereotrack_core.study.description import (
     with_factor,
     write_study,
 )
-from stereotrack_core.study.export import check_results, write_pages, write_result_table
+from stereotrack_core.study.export import check_results, write_result_table
 from stereotrack_core.study.run import Outcome, plan_study, run_study
 from stereotrack_core.study.status import RowStatus, study_status
 from stereotrack_core.study.store import stored_results
@@ -34,7 +33,6 @@ from stereotrack_core.study.workers import LocalWorkers
 from ...context import Context
 from ...services.tasks.task import Task
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
-from ...widgets.forms.message import Message
 from ...widgets.style.building import vbox
 from .panel import apply_to_panel, ask_for_folders, panel_settings, study_of_open
 from .results import ResultsPanel
@@ -162,7 +160,6 @@ class StudyController(QObject):
         window.undo_wanted.connect(self.undo)
         window.edited.connect(self.set_factor)
         window.track_wanted.connect(self.track)
-        window.pages_wanted.connect(self._write_pages)
         window.export_wanted.connect(self._ask_where_to_export)
         window.refresh_wanted.connect(self.refresh)
         window.stop_wanted.connect(self.work.stop)
@@ -254,13 +251,10 @@ class StudyController(QObject):
         study = window.study
 
         def look(task: Task) -> Listed:
-            return with_recordings(
-                study, folders, on_progress=task.report, cancelled=task.token.cancelled
-            )
+            return with_recordings(study, folders, cancelled=task.token.cancelled)
 
         def done(listed: Listed) -> None:
             if self.edit(lambda _: listed.study):
-                listed.move_runs()
                 told = [f"{counted(len(listed.added), 'recording')} added."]
                 told += [f"{one.where}: {one.what}. {one.remedy}" for one in listed.findings]
                 window.say(" ".join(told))
@@ -358,31 +352,6 @@ class StudyController(QObject):
         if self.window is not None:
             self.window.say(f"{words}.")
         self._context.notifier.say(f"Study: {words}.", 10_000)
-
-    @Slot(object)
-    def _write_pages(self, recordings: tuple[str, ...]) -> None:
-        window = self.window
-        if window is None:
-            return
-        study = window.study
-        rows = [row for row in study.rows if row.recording in recordings]
-
-        def work(task: Task) -> tuple[Path, ...]:
-            stopped = task.token.cancelled
-            plan = plan_study(study, rows, cancelled=stopped)
-            return write_pages(plan.jobs, on_progress=task.report, cancelled=stopped)
-
-        def done(pages: tuple[Path, ...]) -> None:
-            window.say(f"{counted(len(pages), 'page')} written beside the runs in {study.runs}.")
-            if pages:
-
-                def show() -> None:
-                    QDesktopServices.openUrl(QUrl.fromLocalFile(str(pages[0])))
-
-                said = f"{counted(len(pages), 'page')} written"
-                self._context.notifier.show(Message("note", said, button="Open", do=show))
-
-        self._begin("writing pages", work, done)
 
     @Slot(object)
     def _ask_where_to_export(self, recordings: tuple[str, ...]) -> None:

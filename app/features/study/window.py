@@ -117,7 +117,6 @@ class StudyWindow(QDialog):
     dropped = Signal(object)
     """Tuple of folders."""
     track_wanted = Signal(object)
-    pages_wanted = Signal(object)
     export_wanted = Signal(object)
     """Tuples of the names of recordings."""
     refresh_wanted = Signal()
@@ -188,16 +187,14 @@ class StudyWindow(QDialog):
     def _buttons(self) -> QHBoxLayout:
         self.open_button = push_button("&Open", self._open, "Open the recording in the workbench")
         self.track_button = push_button("&Track", lambda: self.track_wanted.emit(self.chosen()))
-        self.pages_button = push_button("&Report", lambda: self.pages_wanted.emit(self.chosen()))
         self.export_button = push_button(
             "&Export table …", lambda: self.export_wanted.emit(self.chosen())
         )
         self.refresh_button = push_button("Re&fresh", self.refresh_wanted.emit)
         self.stop_button = push_button("&Stop", self.stop_wanted.emit)
         self.track_button.setToolTip(f"{_HINT}: track them with the settings")
-        self.pages_button.setToolTip(f"{_HINT}: write a page about each run")
         self.export_button.setToolTip(f"{_HINT}: write all results as one table")
-        work = (self.open_button, self.track_button, self.pages_button, self.export_button)
+        work = (self.open_button, self.track_button, self.export_button)
         return hbox(*work, None, self.refresh_button, self.stop_button)
 
     # ---- what is shown
@@ -245,7 +242,7 @@ class StudyWindow(QDialog):
         self.progress.setVisible(bool(what))
         self.stop_button.setEnabled(bool(what))
         for button in (
-            *(self.track_button, self.pages_button, self.export_button, self.refresh_button),
+            *(self.track_button, self.export_button, self.refresh_button),
             self.add_button,
         ):
             button.setEnabled(not what)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, check_output, option
 from stereotrack_core.cli.output import OK, put_result
-from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.cli.studies.shared import SETTINGS, say_findings, settings_of
 from stereotrack_core.study.create import Pattern, with_recordings
 from stereotrack_core.study.description import Study, check_name, read_study, write_study
@@ -18,8 +18,7 @@ DESCRIPTION = (
     "List all recordings below folders, with their projects, in a text file that can be edited, "
     "with the settings of all runs and the values to try. Other keys of a recording are factors "
     "such as subject or condition; --pattern fills them from the names of the folders. The same "
-    "command adds new recordings, changes settings and writes the new places of moved recordings; "
-    "everything else stays."
+    "command adds new recordings and changes settings; everything else stays."
 )
 
 OPTIONS = (
@@ -48,27 +47,22 @@ def run(args: Namespace) -> int:
     pattern = None if args.pattern is None else Pattern(args.pattern)
     before = read_study(path) if path.exists() else Study(path)
     before = dataclasses.replace(before, settings=settings_of(args, before.settings))
-    with watched("Listing", "Nothing was written.") as (report, stopped):
-        listed = with_recordings(
-            before, args.folders, pattern, on_progress=report, cancelled=stopped
-        )
+    with stoppable("Nothing was written.") as stopped:
+        listed = with_recordings(before, args.folders, pattern, cancelled=stopped)
     study = listed.study
     write_study(study)
-    listed.move_runs()
     say_findings(listed.findings)
     facts = {
         "study": study.path,
         "recordings": len(study.rows),
         "projects": sum(bool(row.project) for row in study.rows),
         "added": list(listed.added),
-        "moved": [old.recording for old, _ in listed.moved],
         "factors": list(study.factors),
     }
     rows = [
         ("recordings", str(len(study.rows))),
         ("with a project", str(facts["projects"])),
         ("added now", str(len(listed.added))),
-        ("moved", str(len(listed.moved))),
         ("factors", ", ".join(study.factors) or "none"),
     ]
     put_result(facts, Table(f"Study {study.path}", ("what", ">value"), rows), as_json=args.json)

@@ -1,4 +1,4 @@
-"""``stereotrack study run``: track the recordings of a study, evaluate the runs, write pages."""
+"""``stereotrack study run``: track the recordings of a study and evaluate the runs."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import JSON, flag
+from stereotrack_core.cli.arguments import JSON
 from stereotrack_core.cli.output import FAILED, OK, put_result, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.studies.shared import RUNNING, SELECT, STUDY, say_findings, workers_of
-from stereotrack_core.counting import counted
 from stereotrack_core.locks import refuse_second
 from stereotrack_core.study.description import read_study, selected
-from stereotrack_core.study.export import write_pages
 from stereotrack_core.study.job import Job, JobResult
 from stereotrack_core.study.run import missing, plan_study, run_study
 from stereotrack_core.study.store import stored_results
@@ -28,17 +26,11 @@ DESCRIPTION = (
     "measure errors, never by the tracker."
 )
 
-OPTIONS = (
-    STUDY,
-    SELECT,
-    flag("--report", "also write a page about every run beside it"),
-    *RUNNING,
-    JSON,
-)
+OPTIONS = (STUDY, SELECT, *RUNNING, JSON)
 
 
 def run(args: Namespace) -> int:
-    """Plan, track what is missing, write pages, print."""
+    """Plan, track what is missing, print."""
     study = read_study(args.study)
     rows = selected(study, args.select)
     workers = workers_of(args)
@@ -49,14 +41,10 @@ def run(args: Namespace) -> int:
     if args.dry_run:
         waiting = missing(plan.jobs, stored_results(study.table), again=args.again)
         return tell_plan(f"Plan for {study.path}", plan.jobs, waiting, as_json=args.json)
-    pages: tuple[Path, ...] = ()
     with watched("Tracking", "") as (report, stopped):
         outcome, results = run_study(
             study, plan.jobs, workers, again=args.again, on_progress=report, cancelled=stopped
         )
-    if args.report and not outcome.stopped:
-        with watched("Reporting", "Finished pages are kept.") as (report, stopped):
-            pages = write_pages(plan.jobs, on_progress=report, cancelled=stopped)
     known = [(job, results[job.identity]) for job in plan.jobs if job.identity in results]
     failed = [(job, result) for job, result in known if not result.done]
     runs = [_facts_of(job, result) for job, result in known if result.done]
@@ -69,7 +57,6 @@ def run(args: Namespace) -> int:
         "left_out": [one.where for one in plan.left_out],
         "stopped": outcome.stopped,
         "runs": runs,
-        "pages": list(pages),
     }
     title = (
         f"Study {study.path}: {outcome.computed} computed, {outcome.reused} there already, "
@@ -78,8 +65,6 @@ def run(args: Namespace) -> int:
     put_result(facts, _table(title, runs), as_json=args.json)
     for job, result in failed:
         say(f"Failed: {job.recording}, seed {job.seed}: {result.error}")
-    if pages:
-        say(f"{counted(len(pages), 'page')} written beside the runs in {study.runs}.")
     if outcome.stopped:
         say("Stopped. Finished runs are kept; run the same command again to continue.")
     return FAILED if outcome.stopped or failed or plan.left_out else OK
