@@ -2,7 +2,7 @@
 
 What a notebook imports stands here; each name is loaded when it is first used. The rooms are laid
 out as the data flows: ``geometry``, ``recording``, ``depth``, ``body``, ``filtering``,
-``tracking``, ``annotation``, ``evaluation``; ``experiments`` makes many runs, ``simulation`` makes
+``tracking``, ``annotation``, ``evaluation``; ``study`` makes many runs, ``simulation`` makes
 recordings, ``interop`` reads and writes foreign formats, ``project`` keeps what people made.
 Nothing in here imports Qt.
 
