@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
 
@@ -58,6 +59,8 @@ class Job:
     """What a project corrects of the recording."""
     truth: LandmarkTrajectory | None = None
     """The project's reference; None: the recording's own."""
+    again: bool = False
+    """Whether to track even if the run that is kept is there."""
 
     @property
     def frames(self) -> range:
@@ -174,11 +177,10 @@ def do_batch(
     waiting = list(jobs)
     try:
         recording = recording_of(jobs[0])
-        for job in [one for one in jobs if one.keep and is_kept(one)]:
+        for job in [one for one in jobs if one.keep and not one.again and is_kept(one)]:
             waiting.remove(job)
-            run = read_npz(Path(job.keep))
-            on_frames(len(run.frame))
-            yield _result(job, recording, lambda run=run: run)  # type: ignore[misc]
+            on_frames(len(job.frames))
+            yield _result(job, recording, partial(read_npz, Path(job.keep)))
         if waiting:
             yield from _tracked(waiting, recording, on_frames, cancelled)
     except Cancelled:

@@ -59,7 +59,7 @@ class Source:
         """Hash of the reference: results of another one are not valid."""
         reference = self.recording.reference
         if reference is None:
-            return ""
+            return _digest(None)
         points = np.nan_to_num(reference.points, nan=1e9)
         return _digest([reference.frame.tolist(), points.tolist()])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -163,8 +164,11 @@ class StudyRun:
         return Outcome(tuple(self._jobs), len(self._reused), len(self._fresh), stopped)
 
     def _do(self, jobs: Sequence[Job]) -> None:
-        waiting = missing(jobs, self._store.results, again=self._again)
-        waiting = [job for job in waiting if job.identity not in self._fresh]
+        waiting = [
+            dataclasses.replace(job, again=self._again)
+            for job in missing(jobs, self._store.results, again=self._again)
+            if job.identity not in self._fresh
+        ]
         names = {job.identity for job in waiting}
         self._jobs += jobs
         self._reused |= {job.identity for job in jobs} - names - self._fresh

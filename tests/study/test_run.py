@@ -27,12 +27,12 @@ from stereotrack_core.study.store import Store, stored_results
 from tests.study.conftest import InThisProcess, settings
 
 
-def track(study, rows=None):
+def track(study, rows=None, *, again=False):
     """Track; how many were computed, and the plan."""
     plan = plan_study(study, study.rows if rows is None else rows)
     study.runs.mkdir(exist_ok=True)
     with Store(study.table) as store:
-        outcome = StudyRun(store, InThisProcess()).do(plan.jobs)
+        outcome = StudyRun(store, InThisProcess(), again=again).do(plan.jobs)
         assert all(result.done for result in store.results.values())
     return outcome.computed, plan
 
@@ -85,6 +85,12 @@ def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path, monkeypatc
         assert track(ben)[0] == 1
     assert status_of(ben)["data/ben/slow"].mean("torso_position") < 10
     assert {len(row.messages) for row in status_of(ben).values()} == {0}
+
+    # what is asked for again is tracked, also if it is there
+    (file,) = (ben.runs / "data/ben/slow").glob("*.npz")
+    before = file.stat().st_mtime_ns
+    assert track(ben, ben.rows[-1:], again=True)[0] == 1
+    assert file.stat().st_mtime_ns > before
 
     # a run that is missing is tracked again, and so are runs with other cameras
     (ben.runs / "data/ben/slow/").rename(tmp_path / "away")
