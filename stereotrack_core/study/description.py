@@ -279,12 +279,27 @@ def check_rows(study: Study) -> None:
 
 def write_study(study: Study) -> None:
     """Write a study file; a write that fails leaves the old one. Raises InputError."""
-    rows = []
+    content = study.settings.to_dict()
+    tables = [(f"[{name}]", content.pop(name)) for name in ("settings", "grid") if name in content]
+    tables += [("[[point]]", point) for point in content.pop("point", ())]
     for row in study.rows:
-        own = {name: getattr(row, name) for name in OWN_COLUMNS}
-        rows.append({**{name: value for name, value in own.items() if value}, **row.factors})
-    content = {**study.settings.to_dict(), **({"recording": rows} if rows else {})}
-    write_file(study.path, tomli_w.dumps(content))
+        own = {name: getattr(row, name) for name in OWN_COLUMNS if getattr(row, name)}
+        tables.append(("[[recording]]", {**own, **row.factors}))
+    parts = [_lines(content), *(f"{heading}\n{_lines(values)}" for heading, values in tables)]
+    write_file(study.path, "\n".join(parts))
+
+
+def _lines(values: Mapping[str, Any]) -> str:
+    """Lines of a TOML table, each list on one line."""
+    lines = []
+    for name, value in values.items():
+        if isinstance(value, list):
+            key = tomli_w.dumps({name: 0}).rpartition("=")[0]
+            cells = (tomli_w.dumps({"x": one}).partition("= ")[2].strip() for one in value)
+            lines.append(f"{key}= [{', '.join(cells)}]\n")
+        else:
+            lines.append(tomli_w.dumps({name: value}))
+    return "".join(lines)
 
 
 def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
