@@ -55,11 +55,6 @@ class LocalWorkers:
         """Jobs that are done at once."""
         return self._pool.count
 
-    @property
-    def pids(self) -> tuple[int, ...]:
-        """Numbers of the processes at work."""
-        return tuple(worker.pid for worker in self._pool.workers if worker.pid is not None)
-
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
         """Do all jobs; returns when each has a result."""
         self._pool.work(Batches(jobs, self.count, watcher))
