@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QDialog,
     QHBoxLayout,
     QLineEdit,
+    QPushButton,
     QTabWidget,
     QWidget,
 )
@@ -169,10 +170,8 @@ class StudyWindow(QDialog):
         self.messages.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         told = scrolled(self.messages, "Messages about the selected recording")
         told.setMaximumHeight(5 * self.fontMetrics().lineSpacing())
-        self.add_button = push_button("&Add …", self.add_wanted.emit, "Add folders of recordings")
-        self.remove_button = push_button(
-            "Re&move", self._remove, "Remove from the study; no file is deleted"
-        )
+        self.add_button = push_button("&Add …", self.add_wanted.emit)
+        self.remove_button = push_button("Re&move", self._remove)
         column = push_button("New &column …", self.column_wanted.emit, "Add a factor")
         self.undo_button = push_button("&Undo", self.undo_wanted.emit, "Undo the last edit")
         undo = QAction(self, shortcut=QKeySequence(QKeySequence.StandardKey.Undo))
@@ -185,15 +184,13 @@ class StudyWindow(QDialog):
         return page
 
     def _buttons(self) -> QHBoxLayout:
-        self.open_button = push_button("&Open", self._open, "Open the recording in the workbench")
+        self.open_button = push_button("&Open", self._open)
         self.track_button = push_button("&Track", lambda: self.track_wanted.emit(self.chosen()))
         self.export_button = push_button(
             "&Export table …", lambda: self.export_wanted.emit(self.chosen())
         )
         self.refresh_button = push_button("Re&fresh", self.refresh_wanted.emit)
         self.stop_button = push_button("&Stop", self.stop_wanted.emit)
-        self.track_button.setToolTip(f"{_HINT}: track them with the settings")
-        self.export_button.setToolTip(f"{_HINT}: write all results as one table")
         work = (self.open_button, self.track_button, self.export_button)
         return hbox(*work, None, self.refresh_button, self.stop_button)
 
@@ -240,12 +237,13 @@ class StudyWindow(QDialog):
     def show_working(self, what: str) -> None:
         """Disable what cannot be done during work; `what` names it, empty if nothing is done."""
         self.progress.setVisible(bool(what))
-        self.stop_button.setEnabled(bool(what))
-        for button in (
-            *(self.track_button, self.export_button, self.refresh_button),
-            self.add_button,
-        ):
-            button.setEnabled(not what)
+        idle, busy = "" if what else "Nothing is being done.", f"{what}. Wait, or stop it."
+        why_not = busy.capitalize() if what else ""
+        _allow(self.stop_button, idle, "Stop; what is finished is kept")
+        _allow(self.track_button, why_not, f"{_HINT}: track them with the settings")
+        _allow(self.export_button, why_not, f"{_HINT}: write all results as one table")
+        _allow(self.refresh_button, why_not, "Read the study and its recordings again")
+        _allow(self.add_button, why_not, "Add the recordings in and below folders")
         self.form.setEnabled(not what)
         self._follow_table()
 
@@ -276,8 +274,10 @@ class StudyWindow(QDialog):
     @Slot()
     def _show_messages(self) -> None:
         rows = self.selected()
-        self.open_button.setEnabled(len(rows) == 1)
-        self.remove_button.setEnabled(bool(rows))
+        single = "" if len(rows) == 1 else "Select one recording first."
+        some = "" if rows else "Select recordings first."
+        _allow(self.open_button, single, "Open the recording in the workbench")
+        _allow(self.remove_button, some, "Remove from the study; no file is deleted")
         if len(rows) != 1:
             self.messages.setText("Select one recording to see its messages." if self.rows else "")
         else:
@@ -336,6 +336,12 @@ class StudyWindow(QDialog):
     def dropEvent(self, event: QDropEvent) -> None:
         event.acceptProposedAction()
         self.dropped.emit(_folders(event))
+
+
+def _allow(button: QPushButton, why_not: str, tip: str) -> None:
+    """Enable a button, or say on it why it cannot be pressed."""
+    button.setEnabled(not why_not)
+    button.setToolTip(f"{tip}. Unavailable: {why_not}" if why_not else tip)
 
 
 def _folders(event: QDropEvent) -> tuple[Path, ...]:
