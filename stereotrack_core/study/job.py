@@ -26,7 +26,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.points import Point
 from stereotrack_core.study.values import values_of
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.lockstep import RunInput, track_together
+from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.run_spec import RunSpec
 
 Status: TypeAlias = Literal["done", "failed"]
@@ -200,13 +200,9 @@ def _tracked(
     count, begun = len(waiting), time.perf_counter()
     detections = own_detections(recording)
     blind = dataclasses.replace(recording, reference=None)  # the tracker never sees the truth
-    inputs = [
-        RunInput(blind, dataclasses.replace(job.spec, detections=detections)) for job in waiting
-    ]
+    specs = [dataclasses.replace(job.spec, detections=detections) for job in waiting]
     share: float | None = None
-    for made in track_together(
-        inputs, on_frames=on_frames, cancelled=cancelled, go_on_after_errors=True
-    ):
+    for made in track_together(blind, specs, on_frames=on_frames, cancelled=cancelled):
         if share is None:
             share = (time.perf_counter() - begun) / count
         job = waiting.pop(0)

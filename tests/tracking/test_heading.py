@@ -28,7 +28,7 @@ from stereotrack_core.tracking.initialise.heading import (
 )
 from stereotrack_core.tracking.initialise.heading_watch import WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
-from stereotrack_core.tracking.lockstep import RunInput, track_together
+from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
@@ -228,7 +228,7 @@ def test_a_run_whose_heading_nothing_has_decided_is_corrected_at_its_end(tmp_pat
     assert heading["probability"] > 0.9
     assert seen == [*range(1, last + 2)] * 2
     assert (run.landmarks[:, 1, 0] < run.landmarks[:, 0, 0]).all()  # right is in the west
-    (made,) = track_together([RunInput(replace(recording, reference=None), spec)])
+    (made,) = track_together(replace(recording, reference=None), [spec])
     np.testing.assert_array_equal(made.run().landmarks, run.landmarks)
     stopped = track_recording(recording, spec, count=last).run
     assert (stopped.landmarks[:2, 1, 0] > stopped.landmarks[:2, 0, 0]).all()

@@ -24,7 +24,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import second_look
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
-from stereotrack_core.tracking.lockstep import RunInput, track_together
+from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness, stored_spec
 from stereotrack_core.tracking.run import track
@@ -184,8 +184,8 @@ def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled):
     recording, poses = recording
     alone = track(recording, spec_of(poses))
     given = replace(recording, reference=None)
-    other = RunInput(given, spec_of(poses, second_look=0))
-    first, second = track_together([RunInput(given, spec_of(poses)), other])
+    specs = [spec_of(poses), spec_of(poses, second_look=0)]
+    first, second = track_together(given, specs)
     assert sameness(alone, first.run()).equal
     assert first.run().meta["looked_again"] == alone.meta["looked_again"]
     assert second.run().meta["looked_again"] == []

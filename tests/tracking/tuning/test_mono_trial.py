@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stereotrack_core.tracking.lockstep import RunInput, track_together
+from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -90,7 +90,7 @@ def test_a_step_is_done_again_with_the_frame_s_keypoints(mono, asker):
 def test_runs_go_forward_together(mono):
     recording, spec, frames, _, _ = mono
     other = replace(spec, settings=spec.settings.replaced(keypoint_sigma=0.1))
-    runs = [one.run() for one in track_together([RunInput(recording, o) for o in (spec, other)])]
+    runs = [one.run() for one in track_together(recording, (spec, other))]
     np.testing.assert_array_equal(runs[0].landmarks, landmarks(frames))
     assert np.abs(runs[1].landmarks - runs[0].landmarks).max() > 1e-4
 
