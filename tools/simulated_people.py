@@ -21,10 +21,13 @@ _KINECT: Mapping[str, str | float] = {
 """A structured-light depth camera at the height of a table, before a person with hanging arms."""
 
 
-PLAIN = "plain"
-"""``accurate`` without its search for arms and comparison of pictures: it loses arms alone."""
-
-_FOUR = ("accurate", "fast", "ekf", "thesis")
+TRACKED: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "fast": ("fast", ()),
+    "unheeded": ("fast", ("keypoint_sigma=1", "keypoint_cost=0")),
+    "thesis": ("thesis", ()),
+}
+"""Preset and changes by name. ``unheeded`` sees the detector's keypoints and hardly measures them,
+so that limbs are lost that would not be with them."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ class Simulated:
     seed: int
     chosen: tuple[str, ...] = ("",)
     options: Mapping[str, str | float] = field(default_factory=dict)
-    presets: tuple[str, ...] = ("accurate", "thesis", PLAIN)
+    presets: tuple[str, ...] = ("unheeded", "thesis")
+    """Names in :data:`TRACKED`."""
 
     @property
     def init(self) -> str:
@@ -81,41 +85,18 @@ def _stereo(
     return Simulated(person, motion, 60, views, seed, chosen or ("",), options)
 
 
-SEVERAL: Mapping[str, Simulated] = {
-    "A": Simulated(
-        "P1", "whip+cross-arms+arms-at-sides", 140, "NOSW", 3, ("", "NO"), presets=_FOUR
+RECORDINGS: Mapping[str, Simulated] = {
+    "four-A": Simulated(
+        "P2", "cross-arms+point+travolta", 60, "NOSW", 11, ("", "NS"),
+        presets=("fast", "unheeded", "thesis"),
     ),
-    "B": Simulated(
-        "P3", "tie-shoes+travolta+cross-arms", 140, "NOSW", 4, ("", "OW"), presets=_FOUR
-    ),
-    "C": Simulated("P2", "cross-arms+point+travolta", 60, "NOSW", 11, ("", "NS"), presets=_FOUR),
-    "D": Simulated("P4", "whip+tie-shoes+arms-at-sides", 80, "NO", 12, presets=_FOUR),
-    "E": Simulated("P3", "cross-arms+whip+travolta", 80, "OW", 13, presets=_FOUR),
-    "F": Simulated(
-        "P1", "walk+cross-arms+tie-shoes+point", 90, "NOSW", 14, ("", "NS"), presets=_FOUR
-    ),
-}
-"""What coefficients for several views are fitted on."""
-
-ONE: Mapping[str, Simulated] = {
+    "four-B": Simulated("P1", "walk+cross-arms+tie-shoes+point", 50, "NOSW", 14, ("", "NS")),
+    "two-A": Simulated("P4", "whip+tie-shoes+arms-at-sides", 80, "NO", 12),
+    "two-B": Simulated("P3", "cross-arms+whip+travolta", 80, "OW", 13),
     "one-A": _stereo("P4", "box+sit", "N", 15, 1.5),
-    "one-B": _stereo("P2", "cross-arms+jog+wave", "N", 16, 1.8),
     "one-C": _stereo("P1", "cross-arms+throw", "O", 17, 1.65),
     "depth-A": _depth("P2", "box+sit", "N", 21, 1.6),
     "depth-B": _depth("P1", "cross-arms+squat", "N", 22, 1.85),
     "depth-C": _depth("P4", "throw+wave+jog", "N", 23, 1.5),
-    "depth-D": _depth("P3", "sit+cross-arms", "N", 24, 2.0),
-    "depth-E": _depth("P1", "jog+clap+box", "N", 25, 1.75, pace=1.5),
-    "depth-F": _depth("P4", "cross-arms+throw+point", "N", 26, 1.7),
-    "depth-G": _depth("P2", "box+cross-arms", "O", 27, 1.9),
-}
-"""What coefficients for one view are fitted on."""
-
-HELD_OUT: Mapping[str, Simulated] = {
-    "held-four": _stereo("P4", "cross-arms+box", "NOSW", 51, 1.6, "", "NS"),
-    "held-one": _stereo("P3", "cross-arms+throw", "N", 52, 1.95),
-    "held-depth-A": _depth("P3", "cross-arms+box", "N", 53, 1.7),
-    "held-depth-B": _depth("P1", "sit+throw", "N", 54, 1.55),
-    "held-depth-C": _depth("P4", "squat+clap+jog", "N", 55, 1.95),
-}
-"""Other people, seeds and sequences, to measure on."""
+}  # fmt: skip
+"""What coefficients are fitted on."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,14 +18,32 @@ Memory: TypeAlias = Mapping[str, NDArray[Any]]
 """All that a tracker's next step depends on, by name: with it another tracker of the same body and
 parameters goes on to the last bit. Plain arrays, so that it can be kept in a file."""
 
-OVERCONFIDENCE: FloatArray = np.array([4.0, 3.2, 3.2, 3.2, 3.2, 3.2])
-"""Factors (6,) from the limbs' standard deviations by the covariance to stated ones.
+_OVERCONFIDENCE: Mapping[str, tuple[float, float, float]] = MappingProxyType(
+    {"one": (4.0, 3.2, 3.2), "two": (2.4, 2.45, 2.25), "several": (2.8, 2.25, 2.0)}
+)
+"""Factors of torso, upper arms and forearms; see :func:`overconfidence`."""
 
-With them 84 to 98 % of the errors of limbs that are not lost lie within two standard deviations
-with ``accurate`` and ``fast`` in simulated recordings, and fewer with other ways of tracking:
-errors of the body's shape and of the stereo are alike in successive frames and neighbouring data,
-which no filter of single frames knows of.
-"""
+
+def views_named(count: int) -> str:
+    """``one``, ``two`` or ``several``: what is fitted for numbers of views is found by it."""
+    return ("one", "two", "several")[min(max(count, 1), 3) - 1]
+
+
+def overconfidence(views: int) -> FloatArray:
+    """Factors (6,) from the limbs' standard deviations by the covariance to stated ones.
+
+    Errors of the body's shape and of the stereo are alike in successive frames and neighbouring
+    data, which no filter of single frames knows of. Those of two and of several views were fitted
+    on simulated recordings. One view keeps wider ones: simulated people in a single depth image
+    would have 1.4 to 2, real ones 2 to 3 (docs/failures.md).
+
+    Parameters
+    ----------
+    views : int
+        Views that are tracked with.
+    """
+    torso, upper_arm, forearm = _OVERCONFIDENCE[views_named(views)]
+    return np.array([torso, upper_arm, upper_arm, upper_arm, forearm, forearm])
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +101,7 @@ class Estimate:
     surprise."""
     limb_sigma_deg: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
     """(6,). Root mean square angle of each limb's direction, in the order of ``LIMBS``; that of the
-    covariance times :data:`OVERCONFIDENCE`."""
+    covariance times :func:`overconfidence`."""
     correspondences: Correspondences | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
     """By stage name."""

@@ -31,7 +31,8 @@ from stereotrack_core.tracking.estimator import (
     Prediction,
     sensors_for,
 )
-from stereotrack_core.tracking.failure.features import judged
+from stereotrack_core.tracking.failure.disagreement import carried_on
+from stereotrack_core.tracking.failure.features import Evidence, judged
 from stereotrack_core.tracking.residuals.detections import predicted_by_detections
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup, State, elapsed, time_array, time_in
@@ -92,7 +93,10 @@ class PoseFilter:
         found = self.estimator.estimate(measured, predicted)
         if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
             return self.lost(before, cloud, "the cloud does not match the body")
-        self.state = State(orthonormal(found.pose), found.P, cloud.frame)
+        pose, fps = orthonormal(found.pose), self.setup.fps
+        last = before.disagreement, predicted.gone / fps
+        said = carried_on(*last, cloud.keypoints, self.setup.body, pose)
+        self.state = State(pose, found.P, cloud.frame, disagreement=said)
         return self._judged(cloud, predicted, found, perf_counter() - begun)
 
     def predicted(self, cloud: Cloud) -> Prediction:
@@ -156,6 +160,7 @@ class PoseFilter:
             "P": self.state.P,
             "time": time_array(self.state.time),
             "anew": np.array(self.state.is_first),
+            "disagreement": self.state.disagreement,
             **self.estimator.memory(),
             **self.correspondences.memory(),
         }
@@ -163,7 +168,9 @@ class PoseFilter:
     def recall(self, memory: Memory) -> None:
         """Restore a saved state."""
         pose, time = Pose(memory["position"], memory["rotations"]), time_in(memory["time"])
-        self.resume(State(pose, memory["P"], time, bool(memory["anew"])))
+        state = State(pose, memory["P"], time, bool(memory["anew"]))
+        said = memory.get("disagreement", state.disagreement)  # not in runs of older versions
+        self.resume(dataclasses.replace(state, disagreement=said))
         self.estimator.recall(memory)
         self.correspondences.recall(memory)
 
@@ -192,7 +199,7 @@ class PoseFilter:
         )
         spread = displaced(state.pose, dX, setup.joints)
         movement = difference(state.pose, self.origin.pose, setup.joints)
-        return judged(estimate, cloud, setup, spread, movement)
+        return judged(estimate, cloud, setup, Evidence(spread, movement, state.disagreement))
 
 
 class LeaderTracker(ABC):

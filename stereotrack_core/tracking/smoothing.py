@@ -21,7 +21,7 @@ from stereotrack_core.body.pose import Pose, orthonormal
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.filtering.smoothing import Walk, backward_step, smooth_uneven
-from stereotrack_core.tracking.estimate import OVERCONFIDENCE, Estimate, Prior, limb_sigma_deg
+from stereotrack_core.tracking.estimate import Estimate, Prior, limb_sigma_deg, overconfidence
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.state import Setup
 
@@ -142,7 +142,7 @@ def _with_sigma(estimate: Estimate, state: ErrorState, setup: Setup) -> Estimate
         return estimate
     spread = state.poses(estimate, sigma_deviations(estimate.P, setup.weights))
     sigma = limb_sigma_deg(setup.body.frames(spread), setup.weights.covariance)
-    return replace(estimate, limb_sigma_deg=OVERCONFIDENCE * sigma)
+    return replace(estimate, limb_sigma_deg=overconfidence(len(setup.cameras)) * sigma)
 
 
 def _backwards(estimates: list[Estimate], state: ErrorState, setup: Setup) -> list[Estimate]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.manifold import Columns, columns_of
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
@@ -64,6 +65,9 @@ class State(Belief):
     """Frame that the pose belongs to; None: the one before the next cloud's."""
     is_first: bool = False
     """Whether the pose was given or found, so that no earlier frame predicts the next one."""
+    disagreement: FloatArray = field(default_factory=lambda: np.zeros((len(LIMBS), 2)))
+    """(6, 2). What the last keypoints said of the limbs; see
+    :mod:`tracking.failure.disagreement`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
-from stereotrack_core.tracking.failure.features import judged
+from stereotrack_core.tracking.failure.features import Evidence, judged
 from stereotrack_core.tracking.state import Belief, Setup, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.thesis_collisions import collisions_avoided
@@ -121,7 +121,8 @@ class ThesisTracker:
         seconds = {"track": time.perf_counter() - begun}
         found = self._found(pairs, innovations[0], prior, seconds)
         spread = pose_of_state(self.x + sigma_deviations(self.P, self.setup.weights), THESIS_JOINTS)
-        return judged(found, cloud, self.setup, spread, _angles_wrapped(self.x - x))
+        evidence = Evidence(spread, _angles_wrapped(self.x - x))
+        return judged(found, cloud, self.setup, evidence)
 
     def predict(self, time: float) -> None:
         """Predict that the body stays where it is, with more uncertainty (3.2.1)."""

@@ -21,7 +21,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import (
     wrapped,
 )
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.tracking.estimate import OVERCONFIDENCE
+from stereotrack_core.tracking.estimate import overconfidence
 from stereotrack_core.tracking.frame import Run, joints_named
 from stereotrack_core.tracking.stored import body_of_run, upright_run
 
@@ -123,10 +123,14 @@ def stretches(frame: IntArray, known: BoolArray) -> list[slice]:
 _OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)
 
 
+_USUAL_VIEWS = 4
+"""Views of a run that does not name them."""
+
+
 def sigma_of_run(run: Run) -> FloatArray:
     """Standard deviations (F, A) in radians of the joint angles of a run.
 
-    From its covariances times the squares of :data:`OVERCONFIDENCE`, as the limbs' own standard
+    From its covariances times the squares of :func:`overconfidence`, as the limbs' own standard
     deviations are stated. NaN in frames that are not tracked, and throughout where the states are
     not those of a body.
     """
@@ -136,9 +140,8 @@ def sigma_of_run(run: Run) -> FloatArray:
         return result
     body = body_of_run(run)
     columns, kept = _columns(joints)
-    factors = np.concatenate(
-        [np.full(6, OVERCONFIDENCE[0]), np.repeat(OVERCONFIDENCE[LIMB_OF_PART[kept]], 2)]
-    )
+    of_limbs = overconfidence(len(run.meta["views"]) if "views" in run.meta else _USUAL_VIEWS)
+    factors = np.concatenate([np.full(6, of_limbs[0]), np.repeat(of_limbs[LIMB_OF_PART[kept]], 2)])
     for i in np.flatnonzero(run.tracked):
         P = run.P[i][np.ix_(columns, columns)] * np.outer(factors, factors)
         if np.isfinite(P).all() and np.isfinite(run.x[i]).all():

@@ -39,25 +39,21 @@ _AROUND = 4
 _ALLOWED = 4.0
 """Cost of its anatomy by which an alternative may exceed the arm as it is."""
 
-_TEMPERATURE = 0.1
-"""Share of a limb's own area by which one place must be better to be clearly better."""
-
 
 def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> FloatArray:
-    """How much better (6,) than the arms as they are the best and all alternatives are.
+    """How much better (6,) than the arms as they are the best alternatives are.
 
     For an upper arm the whole arm is turned by 60 and 110 degrees in four directions each, for a
-    forearm it alone; what views should then see is compared with what they saw. Returned are two
-    columns (6, 2): the least area that disagrees, of an alternative that anatomy allows, against
-    that of the arm where it is; and a soft count of the alternatives that are as good. Both are
-    in shares of the limb's own area; 0 for torso and head.
+    forearm it alone; what views should then see is compared with what they saw. It is the least
+    area that disagrees, of an alternative that anatomy allows, against that of the arm where it is,
+    as a share of the limb's own area; 0 for torso and head.
 
     Parameters
     ----------
     own : (6,) float64, square metres
         Areas of the limbs.
     """
-    result = np.zeros((len(LIMBS), 2))
+    result = np.zeros(len(LIMBS))
     pictures = seen_pictures(cloud, _STEP)
     frames = body.frames(pose)
     here = outline_table(body.cones, frames)
@@ -78,8 +74,8 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
             if not len(arms):
                 continue
             poses = with_arm(pose, side, arms.upper, arms.fore)
-            gain = _gains(pictures, body, here, poses, moved) / own[list(moved)].sum()
-            result[limb] = gain.max(), np.log(np.mean(np.exp(np.minimum(gain, 1.0) / _TEMPERATURE)))
+            gains = _gains(pictures, body, here, poses, moved)
+            result[limb] = gains.max() / own[list(moved)].sum()
     return result
 
 
