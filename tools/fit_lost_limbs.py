@@ -155,8 +155,8 @@ def judged_run(place: Path, used: str, views: str, init: str) -> tuple[FloatArra
             on_frame=lambda frame: frames.update({frame.frame: frame}),
         )
     errors = errors_against(run.trajectory(), recording.reference)
-    signs = {k: one.estimate.limb_features for k, one in frames.items()}
-    signs = {k: each for k, each in signs.items() if each is not None}
+    found = {k: one.estimate.limb_features for k, one in frames.items()}
+    signs = {k: each for k, each in found.items() if each is not None}
     if not settings.follows_data:  # it does not look at pictures itself
         signs = with_keypoints(blind, views, frames, signs)
     known = [k for k, frame in enumerate(errors.frame) if int(frame) in signs]
@@ -240,8 +240,10 @@ def left_out(runs: Sequence[Examples]) -> list[tuple[Examples, FloatArray, Float
 def tables(views: str, judged: Sequence[tuple[Examples, FloatArray, FloatArray]]) -> Iterator[str]:
     """Lines that say how well limbs were judged, with the detector and without."""
     degrees = np.concatenate([run.degrees[:, ARMS].ravel() for run, *_ in judged])
-    for k, how in ((1, "with detector"), (2, "without detector")):
-        chance = np.concatenate([each[k][:, ARMS].ravel() for each in judged])
+    seen = [chance[:, ARMS].ravel() for _, chance, _ in judged]
+    blind = [chance[:, ARMS].ravel() for _, _, chance in judged]
+    for chances, how in ((seen, "with detector"), (blind, "without detector")):
+        chance = np.concatenate(chances)
         known = np.isfinite(degrees) & np.isfinite(chance)
         yield f"{views}, {how}: {agreement(chance[known], degrees[known] > LOST_DEG)}"
 

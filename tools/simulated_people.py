@@ -94,7 +94,6 @@ RECORDINGS: Mapping[str, Simulated] = {
     "two-A": Simulated("P4", "whip+tie-shoes+arms-at-sides", 80, "NO", 12),
     "two-B": Simulated("P3", "cross-arms+whip+travolta", 80, "OW", 13),
     "one-A": _stereo("P4", "box+sit", "N", 15, 1.5),
-    "one-C": _stereo("P1", "cross-arms+throw", "O", 17, 1.65),
     "depth-A": _depth("P2", "box+sit", "N", 21, 1.6),
     "depth-B": _depth("P1", "cross-arms+squat", "N", 22, 1.85),
     "depth-C": _depth("P4", "throw+wave+jog", "N", 23, 1.5),
