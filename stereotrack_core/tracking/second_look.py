@@ -40,7 +40,7 @@ SECOND_LOOK = "second_look"
 
 _ARMS = [*UPPER_ARMS, *FOREARMS]
 
-_DOUBTFUL = 0.4
+_DOUBTFUL = 0.08
 """Probability that some arm segment is lost from which a frame is looked at again."""
 
 _LEAST = 2
