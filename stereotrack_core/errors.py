@@ -100,20 +100,17 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 Severity: TypeAlias = Literal["error", "warning", "note"]
 
 CorrectionKind: TypeAlias = Literal[
-    "transpose", "invert", "exchange_centre", "undistort", "resize", "scale_translation",
-    "scale_base_line", "exchange_pair", "exchange_sides", "exchange_views", "shift_frames",
-    "shift_left", "scale_depth", "set_fps", "turn_axes", "shift_reference", "exchange_names",
-    "scale_points", "scale_lengths",
+    "transpose", "scale_translation", "exchange_pair", "exchange_views", "shift_frames",
+    "shift_left",
 ]  # fmt: skip
-"""What is changed: of cameras, of the description, of the reference, of the subject."""
+"""What is changed: the first two in the calibration, the others in the description."""
 
 
 @dataclass(frozen=True)
 class Correction:
     """What has to be changed in one file of a recording, as data that can be stored and tested.
 
-    `names` are cameras, views, or for ``turn_axes`` what is written for x, y, z; `amount` is a
-    factor, a number of frames, or a rate.
+    `names` are cameras or views; `amount` is a factor or a number of frames.
     """
 
     kind: CorrectionKind

@@ -13,8 +13,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.reach import check_reach
 from stereotrack_core.depth.volume import WorkingSpace, working_space
-from stereotrack_core.doctor.correcting import correct_all
-from stereotrack_core.doctor.corrections import words_of
+from stereotrack_core.doctor.correcting import correct_all, words_of
 from stereotrack_core.doctor.diagnose import diagnose
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, View

@@ -1,38 +1,51 @@
-"""Correct what a check has found, where the same checks say that it is right then.
+"""Correct what a check has found in the recording's files, if the same checks agree.
 
 The new file is written beside the old one and checked as if it stood there. It takes its place, and
-the old one is kept beside it, only if the problem is gone.
+the old one is kept beside it, only if the problem is gone. Only faults with one mechanical cause
+that is named reliably have a correction: exchanged images, units, transposed rotations and delays.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import tomli_w
 
 from stereotrack_core.atomic import forget_unfinished, replacing, write_file
-from stereotrack_core.doctor.corrections import corrected_text, file_of, key_of, words_of
 from stereotrack_core.doctor.diagnose import diagnose
-from stereotrack_core.errors import Correction, Finding, InputError
-from stereotrack_core.reading import TABLE_BYTES, read_bytes
+from stereotrack_core.doctor.slips import transposed
+from stereotrack_core.errors import Correction, CorrectionKind, Finding, InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.calibration import edited_calibration
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import ORDER, by_severity, examine, examine_described
-from stereotrack_core.recording.folder import DESCRIPTION, describe, open_recording
+from stereotrack_core.recording.folder import DESCRIPTION, describe, named_file, open_recording
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.recording.writing import keep_beside
 from stereotrack_core.worker_processes import Asker
 
 _NUMBER = re.compile(r"-?\d[\d.,]*")
+_STREAMS = ("left", "right", "image", "depth", "mask")
+_WORDS: dict[CorrectionKind, str] = {
+    "transpose": "Transpose the rotation of {names}.",
+    "scale_translation": "Multiply the translation of {names} by {amount:.4g}.",
+    "exchange_pair": "Exchange the files of left and right in view {names}.",
+    "exchange_views": "Exchange the files of the views {names}.",
+    "shift_frames": "Change first_frame of the streams of view {names} by {amount:+.0f} (or that "
+    "of all others, if there are not so many frames before it).",
+    "shift_left": "Change first_frame of the left image of view {names} by {amount:+.0f} (or that "
+    "of all others, if there are not so many frames before it).",
+}
 
 
 @dataclass(frozen=True)
 class Corrected:
-    """A file that was corrected.
-
-    `kept` is the one before, `words` say what was changed, and `measured` is what
-    :func:`diagnose` says now.
-    """
+    """A file that was corrected, the copy of it from before, and the findings since then."""
 
     file: Path
     kept: Path
@@ -40,48 +53,42 @@ class Corrected:
     measured: tuple[Finding, ...]
 
 
-def intended(folder: Path, correction: Correction) -> str:
-    """What a correction would change in which file, as a sentence.
+def words_of(correction: Correction) -> str:
+    """What a correction changes, as a sentence."""
+    names = " and ".join(filter(None, (", ".join(correction.names[:-1]), correction.names[-1])))
+    return _WORDS[correction.kind].format(names=names, amount=correction.amount)
 
-    Raises InputError where the recording has no such file.
-    """
-    return f"{file_of(folder, correction).name}: {words_of(correction)}"
+
+def intended(folder: Path, correction: Correction) -> str:
+    """What a correction would change in which file, as a sentence."""
+    return f"{_file_of(folder, correction).name}: {words_of(correction)}"
 
 
 def correct(
     folder: Path, finding: Finding, tell: Callable[[str], None] = lambda _words: None
 ) -> Corrected:
-    """Make the correction of a finding, where the finding is gone then.
+    """Make the correction of a finding, if the finding is gone then.
 
-    Reads as much as :func:`diagnose`; `tell` is told what is looked at. Raises InputError where
-    the problem remains, or a file cannot be read or written; then nothing is changed.
+    Reads as much as :func:`diagnose`; `tell` is told what is looked at. Raises InputError if the
+    problem remains, or a file cannot be read or written; then nothing is changed.
     """
     correction = finding.correction
     if correction is None:
-        raise InputError(
-            "no correction of this is known", where=finding.where, remedy=finding.remedy
-        )
-    recording, path = open_recording(folder), file_of(folder, correction)
+        raise InputError("it has no correction", where=finding.where, remedy=finding.remedy)
+    recording, path = open_recording(folder), _file_of(folder, correction)
     forget_unfinished(path)
-    before = read_bytes(path, TABLE_BYTES)
     text = corrected_text(recording, path, correction).encode()
     with replacing(path, lambda written: written.read_bytes() == text) as temporary:
         write_file(temporary, text)
-        changed = _described(folder, key_of(correction), temporary)
+        changed = _described(folder, correction, temporary)
         files, measured = examine_described(changed), diagnose(changed, tell)
-        reason = _why_not(finding, recording, files, measured)
+        reason = _why_not(finding, examine_described(recording), files, measured)
         if reason:
             raise InputError(
                 f"{path.name} stays as it was: with this correction "
                 f"({words_of(correction).rstrip('.')}) {reason}",
                 where=finding.where,
                 remedy=finding.remedy,
-            )
-        if read_bytes(path, TABLE_BYTES) != before:
-            raise InputError(
-                "it was changed while the correction was tested, and stays as it is now",
-                where=str(path),
-                remedy="Check the recording again.",
             )
         kept = keep_beside(path)
     return Corrected(path, kept, words_of(correction), measured)
@@ -96,7 +103,14 @@ def correct_all(
     """
     tried: set[tuple[str, Correction]] = set()
     while True:
-        finding = next((one for one in found if _is_new(one, tried)), None)
+        finding = next(
+            (
+                one for one in found
+                if one.correction and one.severity != "note"
+                and (one.where, one.correction) not in tried
+            ),
+            None,
+        )  # fmt: skip
         if finding is None or finding.correction is None:
             return
         tried.add((finding.where, finding.correction))
@@ -112,24 +126,29 @@ def correct_all(
         found = by_severity((*examine(folder, compare=True), *done.measured))
 
 
-def _is_new(finding: Finding, tried: set[tuple[str, Correction]]) -> bool:
-    correction = finding.correction
-    if correction is None or finding.severity == "note":
-        return False
-    return (finding.where, correction) not in tried
-
-
 def correct_elsewhere(folder: Path, finding: Finding, asker: Asker) -> Corrected:
     """The same in a process that works for a window."""
     return correct(folder, finding, asker.tell)
 
 
-def _described(folder: Path, key: str, temporary: Path) -> Recording:
-    """The recording with a file in place of the one that its description names by a key."""
-    content = load_toml(folder / DESCRIPTION if key else temporary)
+def _of_cameras(correction: Correction) -> bool:
+    return correction.kind in ("transpose", "scale_translation")
+
+
+def _file_of(folder: Path, correction: Correction) -> Path:
+    if _of_cameras(correction):
+        return named_file(folder, "calibration")
+    return folder / DESCRIPTION
+
+
+def _described(folder: Path, correction: Correction, temporary: Path) -> Recording:
+    """The recording with `temporary` in place of the file that is corrected."""
+    content = load_toml(temporary)
+    if _of_cameras(correction):
+        named = {"calibration": temporary.relative_to(folder).as_posix()}
+        content = load_toml(folder / DESCRIPTION) | named
     complaints: list[InputError] = []
-    named = {key: temporary.relative_to(folder).as_posix()} if key else {}
-    changed = describe(folder, complaints, content | named)
+    changed = describe(folder, complaints, content)
     if complaints or changed is None:
         raise complaints[0]
     return changed
@@ -137,39 +156,93 @@ def _described(folder: Path, key: str, temporary: Path) -> Recording:
 
 def _why_not(
     finding: Finding,
-    recording: Recording,
+    before: Sequence[Finding],
     files: Sequence[Finding],
     measured: Sequence[Finding],
 ) -> str:
-    """Why a correction is none, by what is found after it; empty where it is one."""
-    if remains(finding, (*files, *measured)):
-        return "the problem would not be gone"
-    known = {(one.where, _stem(one.what)) for one in examine_described(recording)}
+    """Why a corrected recording is not better, by findings before and after; empty if it is."""
+    stem = _stem(finding)
+    for one in (*files, *measured):
+        grave = ORDER[one.severity] <= ORDER[finding.severity] or _stem(one) == stem
+        if one.where == finding.where and one.severity != "note" and grave:
+            return "the problem would not be gone"
+    known = {(one.where, _stem(one)) for one in before}
     for one in files:
-        grave = one.severity == "error" or (one.where == finding.where and one.severity != "note")
-        if grave and (one.where, _stem(one.what)) not in known:
+        if one.severity == "error" and (one.where, _stem(one)) not in known:
             return f"there would be another one ({one.where}: {one.what})"
     return ""
 
 
-def remains(finding: Finding, after: Sequence[Finding]) -> bool:
-    """Whether a problem is still found, or another one at its place that is no lighter.
+def _stem(finding: Finding) -> str:
+    """What was found, without its numbers."""
+    return _NUMBER.sub("#", finding.what)
 
-    At most one check looks at a place in the files of cameras and of the description; of a view or
-    a reference, another problem may be seen only when the first is gone.
+
+def corrected_text(recording: Recording, path: Path, correction: Correction) -> str:
+    """The text of the file at `path` with a correction; keys that are not known stay.
+
+    Raises InputError if it cannot be read, or the correction is not possible in it.
     """
-    kind = finding.correction and finding.correction.kind
-    alone = finding.where.startswith(("calibration.toml", "recording.toml"))
-    alone |= kind == "exchange_pair"  # pictures that are mirrored may look exchanged to one view
-    return any(
-        _stem(one.what) == _stem(finding.what)
-        or (one.correction is not None and one.correction.kind == kind)
-        or ORDER[one.severity] < ORDER[finding.severity] + alone
-        for one in after
-        if one.where == finding.where and one.severity != "note"
-    )
+    if _of_cameras(correction):
+        cameras = [recording.cameras[name] for name in correction.names]
+        return edited_calibration(path, {one.name: _mended(one, correction) for one in cameras})
+    content = load_toml(path)
+    if correction.kind in ("shift_frames", "shift_left"):
+        _shift(content, recording, correction)
+    else:
+        views = {view["name"]: view for view in content["views"]}
+        _exchange([views[name] for name in correction.names])
+    return tomli_w.dumps(content)
 
 
-def _stem(words: str) -> str:
-    """Words without their numbers."""
-    return _NUMBER.sub("#", words)
+def _mended(camera: Camera, correction: Correction) -> Camera:
+    if correction.kind == "transpose":
+        return transposed(camera)
+    old = camera.camera_from_world
+    moved = RigidTransform(old.rotation, correction.amount * old.translation)
+    return replace(camera, camera_from_world=moved)
+
+
+def _exchange(views: Sequence[dict[str, Any]]) -> None:
+    """Exchange the files of the two streams of a pair, or those of two views, but no cameras."""
+    if len(views) == 1:
+        pairs = [(views[0]["left"], views[0]["right"])]
+    else:
+        one, other = views
+        if [key in one for key in _STREAMS] != [key in other for key in _STREAMS]:
+            raise InputError(
+                f"the views {one['name']} and {other['name']} have other streams",
+                where=DESCRIPTION,
+                remedy="Exchange the files by hand.",
+            )
+        pairs = [(one[key], other[key]) for key in _STREAMS if key in one]
+    for a, b in pairs:
+        files = [{key: one[key] for key in one if key != "camera"} for one in (b, a)]
+        for stream, taken in zip((a, b), files, strict=True):
+            camera = {"camera": stream["camera"]} if "camera" in stream else {}
+            stream.clear()
+            stream.update(camera | taken)
+
+
+def _shift(content: dict[str, Any], recording: Recording, correction: Correction) -> None:
+    """Let streams of a view begin later by some frames, or all others earlier."""
+    count = round(correction.amount)
+    keys = ("left",) if correction.kind == "shift_left" else _STREAMS
+    streams = [
+        (view[key], view["name"] in correction.names and key in keys)
+        for view in content["views"]
+        for key in _STREAMS
+        if key in view
+    ]
+    begins = [int(stream.get("first_frame", 0)) + count * late for stream, late in streams]
+    lacking = max(0, -min(begins))
+    if lacking and (recording.reference is not None or recording.segments):
+        raise InputError(
+            "the other streams would have to begin later, and reference and segments count "
+            "frames from their beginning",
+            where=DESCRIPTION,
+            remedy="Change first_frame, and the frames of reference and segments.",
+        )
+    for (stream, _), begin in zip(streams, begins, strict=True):
+        if begin + lacking or "first_frame" in stream:
+            stream["first_frame"] = begin + lacking

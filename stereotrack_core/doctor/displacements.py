@@ -21,7 +21,7 @@ from stereotrack_core.doctor.cloud_fit import (
     fit_clouds,
     joined,
 )
-from stereotrack_core.errors import Correction, CorrectionKind, Finding, Severity
+from stereotrack_core.errors import Finding, Severity
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording
 
@@ -51,8 +51,8 @@ Surfaces: TypeAlias = Sequence[Mapping[str, Surface]]
 Places: TypeAlias = Mapping[str, RigidTransform]
 """Where the rectified cameras are, by view name."""
 
-Explanation: TypeAlias = tuple[float, str, str, Correction | None]
-"""Metres by which the points of a view move, what is wrong about it, what to do, what to change."""
+Explanation: TypeAlias = tuple[float, str, str]
+"""Metres by which the points of a view move, what is wrong about it, what to do."""
 
 
 def check_displacements(
@@ -85,7 +85,6 @@ def check_displacements(
         f"{what}: {100 * fits[first].before:.0f} % of the points lie within 2 cm of the other "
         f"views' surfaces, {100 * fits[first].after:.0f} % with this corrected",
         " ".join(one[2] for one in told.values()),
-        told[first][3] if clear else None,
     )
 
 
@@ -138,7 +137,6 @@ def _explanation(
     """What may be wrong about a view whose points lie beside those of the others."""
     fit, *others = _simplest(surfaces, places, view, free)
     stereo = recording.view(view).kind == "stereo"
-    kind: CorrectionKind = "scale_base_line" if stereo else "scale_depth"
     size = "large" if fit.amount < 1 else "small"
     percent = abs(100 * (1 / fit.amount - 1))
     if fit.way in ("range", "depth"):
@@ -149,7 +147,6 @@ def _explanation(
             f"the {where} are too {size} by {percent:.0f} %",
             f"The {part} of view {view} is probably wrong by this factor: multiply it by "
             f"{fit.amount:.3f}.",
-            Correction(kind, (view,), fit.amount) if fit.way == "range" else None,
         )
     turn = next((one for one in (fit, *others) if one.way == "turn"), None)
     turned = "" if turn is None else f"turned by {np.degrees(turn.amount):.1f} degrees"
@@ -160,5 +157,4 @@ def _explanation(
         fit.shift,
         f"the camera is {way}{unknown}",
         f"Calibrate the place of view {view} again, and check that it is synchronised.",
-        None,
     )

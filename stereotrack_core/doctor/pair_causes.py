@@ -8,12 +8,10 @@ from functools import partial
 from itertools import product
 
 import numpy as np
-import scipy
 
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.doctor.details import Details, Pair, RowFit, offsets, row_fit
+from stereotrack_core.doctor.details import Details, Pair, RowFit, row_fit
 from stereotrack_core.doctor.lenses import Lenses, distortions_left_out
-from stereotrack_core.doctor.row_changes import LEFT_FOCAL, RIGHT_FOCAL, RowChanges
+from stereotrack_core.doctor.row_changes import LEFT_FOCAL, RIGHT_FOCAL, TURN, RowChanges
 from stereotrack_core.doctor.slips import (
     centre_exchanged,
     inverted,
@@ -21,10 +19,8 @@ from stereotrack_core.doctor.slips import (
     transposed,
     undistorted,
 )
-from stereotrack_core.errors import Correction, CorrectionKind
+from stereotrack_core.errors import Correction
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.camera_checks import IMAGE_SIZES
 
 MENDED_PX = 0.7
@@ -49,15 +45,6 @@ class Remedy:
 
     words: str
     correction: Correction | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class _Try:
-    """Cameras in which a usual slip is undone."""
-
-    words: str
-    cameras: Pair
-    correction: Correction
 
 
 def px(pixels: float) -> str:
@@ -102,8 +89,9 @@ def _likeliest(cameras: Pair, details: Details, fit: RowFit, limit: float) -> Re
     if lenses is not None and lenses.row_px < max(limit, _STRAIGHTENED * fit.row_px):
         slip = _slip(cameras, details, _CLEARLY * lenses.row_px)
         return Remedy(straightened(lenses)) if slip is None else slip
-    turn, turned = _turn(cameras, details)
-    focal, scaled = _focal(cameras, details)
+    rows = RowChanges(cameras, details)
+    turn, turned = _turn(rows)
+    focal, scaled = _focal(cameras, rows)
     slip = _slip(cameras, details, min(limit, min(turned, scaled) / _CLEARLY + _TIE_PX))
     if slip is not None:
         return slip
@@ -130,9 +118,9 @@ def _turned(turn: float, left: float) -> str:
     )
 
 
-def _focal(cameras: Pair, details: Details) -> tuple[str, float]:
+def _focal(cameras: Pair, rows: RowChanges) -> tuple[str, float]:
     """What to say of the focal length that helps most, and the row offset then."""
-    rows, tried = RowChanges(cameras, details), []
+    tried = []
     for camera, free in zip(cameras, (LEFT_FOCAL, RIGHT_FOCAL), strict=True):
         change = rows.fitted(free)
         share = abs(change[free[0]])
@@ -152,10 +140,10 @@ def _focal(cameras: Pair, details: Details) -> tuple[str, float]:
 
 def _slip(cameras: Pair, details: Details, limit: float) -> Remedy | None:
     """The usual slip that, undone, lays the details into the same rows."""
-    tried = [(row_fit(one.cameras, details).misfit, one) for one in _undone(cameras)]
-    best = min(misfit for misfit, _ in tried)
-    alike = [(misfit, one) for misfit, one in tried if misfit < best + _TIE_PX]
-    misfit, found = min(alike, key=lambda one: _off_centre(one[1].cameras))
+    tried = [(row_fit(changed, details).misfit, changed, one) for changed, one in _undone(cameras)]
+    best = min(misfit for misfit, _, _ in tried)
+    alike = [one for one in tried if one[0] < best + _TIE_PX]
+    misfit, _, found = min(alike, key=lambda one: _off_centre(one[1]))
     if not misfit < limit:
         return None
     return Remedy(
@@ -170,26 +158,26 @@ def _off_centre(cameras: Pair) -> float:
     )
 
 
-def _undone(cameras: Pair) -> Iterator[_Try]:
+def _undone(cameras: Pair) -> Iterator[tuple[Pair, Remedy]]:
     """Cameras in which usual slips are undone, of one camera or both."""
-    changes: list[tuple[str, Callable[[Camera], Camera], CorrectionKind, float]] = [
-        ("Exchange c_x and c_y in the matrix of {}", centre_exchanged, "exchange_centre", 1.0),
-        ("Transpose the rotation of {}", transposed, "transpose", 1.0),
-        ("Invert rotation and translation of {}", inverted, "invert", 1.0),
-        ("Leave out the distortions of {}", undistorted, "undistort", 1.0),
+    changes: list[tuple[str, Callable[[Camera], Camera]]] = [
+        ("Exchange c_x and c_y in the matrix of {}", centre_exchanged),
+        ("Transpose the rotation of {}", transposed),
+        ("Invert rotation and translation of {}", inverted),
+        ("Leave out the distortions of {}", undistorted),
     ]
     for factor in IMAGE_SIZES:
         said = f"The matrix of {{}} belongs to another image size: multiply it by {factor:.3g}"
-        changes.append((said, partial(resized, factor=factor), "resize", factor))
+        changes.append((said, partial(resized, factor=factor)))
     left, right = cameras
-    for (said, change, kind, factor), (first, second) in product(
+    for (said, change), (first, second) in product(
         changes, ((True, False), (False, True), (True, True))
     ):
         names = tuple(c.name for c, chosen in ((left, first), (right, second)) if chosen)
         changed = change(left) if first else left, change(right) if second else right
         if np.linalg.norm(changed[0].position_world - changed[1].position_world) > 1e-6:
-            correction = Correction(kind, names, factor)
-            yield _Try(said.format(" and ".join(names)), changed, correction)
+            correction = Correction("transpose", names) if change is transposed else None
+            yield changed, Remedy(said.format(" and ".join(names)), correction)
 
 
 def _overturned(view: str, cameras: Pair, details: Details, limit: float) -> Remedy | None:
@@ -221,22 +209,9 @@ def _overturned(view: str, cameras: Pair, details: Details, limit: float) -> Rem
     return Remedy(words, correction)  # whether it is this one, the other views tell then
 
 
-def _turn(cameras: Pair, details: Details) -> tuple[float, float]:
+def _turn(rows: RowChanges) -> tuple[float, float]:
     """Angle by which turning the right camera helps most, radians, and the row offset then."""
-    left, right = cameras
-
-    def turned(vector: FloatArray) -> Pair:
-        old = right.camera_from_world
-        turn = rotation_from_vector(vector)
-        # about its centre, which stays where it is
-        moved = RigidTransform(turn @ old.rotation, turn @ old.translation)
-        return left, replace(right, camera_from_world=moved)
-
-    def rows(vector: FloatArray) -> FloatArray:
-        return np.nan_to_num(offsets(turned(vector), details)[0], nan=1e3)
-
-    solved = scipy.optimize.least_squares(rows, np.zeros(3), loss="soft_l1", max_nfev=40)
-    angle = float(np.linalg.norm(solved.x))
-    if angle > _MENDED_TURN:
-        return angle, np.inf
-    return angle, row_fit(turned(solved.x), details).misfit
+    change = rows.fitted(TURN)
+    angle = float(np.linalg.norm(change))
+    offset = float(np.nanmedian(np.abs(rows.rows(change))))
+    return angle, offset if angle < _MENDED_TURN else np.inf

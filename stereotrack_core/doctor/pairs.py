@@ -8,7 +8,7 @@ lays them into the same rows is the tested correction.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -17,7 +17,8 @@ from stereotrack_core.arrays import ImageArray
 from stereotrack_core.doctor.details import FEWEST, Details, Pair, details_of, row_fit
 from stereotrack_core.doctor.lenses import distortions_left_out
 from stereotrack_core.doctor.pair_causes import MENDED_PX, px, remedy_of, straightened
-from stereotrack_core.errors import Correction, Finding, Severity
+from stereotrack_core.doctor.slips import exchanged_views
+from stereotrack_core.errors import Finding, Severity
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 
@@ -52,18 +53,16 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
                 yield _unlike(view, pairs, details)
             else:
                 matched[view.name] = Matched(view, (cameras[0], cameras[1]), details)
-    wrong = {name: found for name, one in matched.items() if (found := list(_found_in(one)))}
+    wrong = {
+        name: found
+        for name, one in matched.items()
+        if (found := list(check_pair(one.view, one.cameras, one.details)))
+    }
     for (a, one), (b, other) in combinations(matched.items(), 2):
         if a in wrong and b in wrong and _fit(one, other.cameras) and _fit(other, one.cameras):
             del wrong[a], wrong[b]
-            yield Finding(
-                "error",
-                f"views {a}, {b}",
-                "they are exchanged: the images of each fit the cameras of the other one",
-                f"Exchange the files, or the cameras, of the views {a} and {b} (tested: then the "
-                "rows of both pairs agree).",
-                Correction("exchange_views", (a, b)),
-            )
+            fit = "they are exchanged: the images of each fit the cameras of the other one"
+            yield replace(exchanged_views(a, b), what=fit)
     for found in wrong.values():
         yield from found
 
@@ -75,10 +74,6 @@ class Matched:
     view: View
     cameras: Pair
     details: Details
-
-
-def _found_in(one: Matched) -> Iterator[Finding]:
-    return check_pair(one.view, one.cameras, one.details)
 
 
 def _fit(one: Matched, cameras: Pair) -> bool:

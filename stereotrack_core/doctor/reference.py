@@ -19,7 +19,7 @@ from stereotrack_core.doctor.displacements import Places
 from stereotrack_core.doctor.reference_axes import AXES, axes_by_images, turned
 from stereotrack_core.doctor.reference_clock import Delay
 from stereotrack_core.doctor.views import Instants
-from stereotrack_core.errors import Correction, Finding
+from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
@@ -70,9 +70,6 @@ _LOOSE = 0.15
 
 _LEAST_SIZE, _WRONG_SIZE = 0.12, 0.2
 """Shares by which a subject's lengths may differ from the reference's: doubtful, and wrong."""
-
-_SAME_FACTOR = 0.04
-"""Share by which lengths differ at most that are wrong by the same factor."""
 
 _BACKWARD = -0.02
 """Metres that hands and head are before the shoulders, below which sides are exchanged."""
@@ -236,7 +233,6 @@ def _check_axes(recording: Recording) -> Generator[Finding, None, bool]:
         f"{axis}; {100 * given:.0f} % of it are within the images",
         f"Write {', '.join(AXES[axis])} for x, y, z (tested: then {100 * then:.0f} % are within "
         "them).",
-        Correction("turn_axes", AXES[axis]),
     )
     return True
 
@@ -259,7 +255,6 @@ def _check_distance(
                 f"{axis}; {beside}",
                 f"Write {', '.join(axes)} for x, y, z (tested: then they lie {_cm(changed.mean)} "
                 "from it).",
-                Correction("turn_axes", axes),
             )
             return True
     yield Finding(
@@ -318,7 +313,6 @@ def _late_finding(late: int, fps: float, given: str, then: str) -> Finding:
         f"it is {frames} {'late' if late > 0 else 'early'}: {given}",
         f"Make its frame numbers {'smaller' if late > 0 else 'larger'} by about {abs(late)} "
         f"(tested: {then}).",
-        Correction("shift_reference", amount=-float(late)),
     )
 
 
@@ -346,7 +340,6 @@ def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:
             "left and right are exchanged: hands and head would be behind the shoulders, by "
             f"{_cm(-sum(means) / len(means))} on average",
             "Exchange the names of left and right (tested: then they are before the shoulders).",
-            Correction("exchange_names"),
         )
 
 
@@ -404,12 +397,10 @@ def check_subject(subject: Subject, reference: LandmarkTrajectory) -> Iterator[F
     if abs(np.log(factor)) < np.log(1 + _LEAST_SIZE):
         return
     size = "large" if factor > 1 else "small"
-    alike = all(abs(np.log(one / factor)) < _SAME_FACTOR for one in factors)  # else another person
     yield Finding(
         "error" if abs(np.log(factor)) > np.log(1 + _WRONG_SIZE) else "warning",
         "subject.toml",
         f"its lengths are too {size} by {100 * abs(factor - 1):.0f} %, compared with the "
         "reference (upper arms, shoulders and trunk)",
         f"Measure the person again, or multiply the lengths by {1 / factor:.3f}.",
-        Correction("scale_lengths", amount=1 / factor) if alike else None,
     )

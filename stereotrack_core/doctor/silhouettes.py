@@ -20,8 +20,8 @@ from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 from stereotrack_core.depth.light import empty_scene
 from stereotrack_core.depth.outline import outline_without_depth
 from stereotrack_core.depth.sources import grey
-from stereotrack_core.doctor.slips import SLIPS, resized
-from stereotrack_core.errors import Correction, Finding
+from stereotrack_core.doctor.slips import SLIPS, exchanged_views, resized
+from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -176,51 +176,37 @@ def check_silhouettes(shown: Shown) -> Iterator[Finding]:
     if not least <= 1.0:
         return
     tried = sorted(
-        ((filled(one.shown), one) for one in _undone(shown)), key=lambda one: one[0], reverse=True
+        ((filled(changed), one) for changed, one in _undone(shown)),
+        key=lambda one: one[0],
+        reverse=True,
     )
     best, first = tried[0]
     if best < least:
         return
     others = [one for share, one in tried[1:] if share > best - _ALIKE]
     or_else = "".join(f" Or else {one.where}: {one.what}." for one in others)
-    yield Finding(
-        "error",
-        first.where,
-        f"{first.what}: {100 * given:.0f} % of what moves in one image is where the others show "
-        f"it, and {100 * best:.0f} % with this corrected",
-        f"{first.remedy}{or_else}",
-        None if others else first.change,
+    yield replace(
+        first,
+        what=f"{first.what}: {100 * given:.0f} % of what moves in one image is where the others "
+        f"show it, and {100 * best:.0f} % with this corrected",
+        remedy=f"{first.remedy}{or_else}",
+        correction=None if others else first.correction,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Undone:
-    """Silhouettes with a usual slip undone, and what to say of it."""
-
-    where: str
-    what: str
-    remedy: str
-    shown: Shown
-    change: Correction | None = None
-
-
-def _undone(shown: Shown) -> Iterator[_Undone]:
-    """Every usual slip."""
+def _undone(shown: Shown) -> Iterator[tuple[Shown, Finding]]:
+    """Silhouettes with every usual slip undone, and what to say of it."""
     for (a, one), (b, other) in combinations(shown.items(), 2):
-        if one.masks[0].shape != other.masks[0].shape:
-            continue
-        yield _Undone(
-            f"views {a}, {b}",
-            "they are exchanged",
-            f"Exchange the files, or the cameras, of the views {a} and {b}.",
-            {**shown, a: replace(one, masks=other.masks), b: replace(other, masks=one.masks)},
-            Correction("exchange_views", (a, b)),
-        )
+        if one.masks[0].shape == other.masks[0].shape:
+            exchanged = {a: replace(one, masks=other.masks), b: replace(other, masks=one.masks)}
+            yield {**shown, **exchanged}, exchanged_views(a, b)
     stored = "Store the images as the camera saw them."
     for name, one in shown.items():
-        where = f"view {name}"
-        yield _Undone(where, "its images are mirrored", stored, {**shown, name: one.mirrored})
-        yield _Undone(where, "its images are upside down", stored, {**shown, name: one.overturned})
+        for images, what in ((one.mirrored, "mirrored"), (one.overturned, "upside down")):
+            found = Finding("error", f"view {name}", f"its images are {what}", stored)
+            yield {**shown, name: images}, found
         for slip in SLIPS:
-            changed = {**shown, name: replace(one, camera=slip.undone(one.camera))}
-            yield _Undone(where, slip.what, slip.remedy, changed, slip.of(one.cameras))
+            changed = replace(one, camera=slip.undone(one.camera))
+            change = slip.correction(one.cameras)
+            found = Finding("error", f"view {name}", slip.what, slip.remedy, change)
+            yield {**shown, name: changed}, found

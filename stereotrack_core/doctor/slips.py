@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from stereotrack_core.errors import Correction, CorrectionKind
+from stereotrack_core.errors import Correction, CorrectionKind, Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.camera_checks import IMAGE_SIZES
@@ -23,12 +23,24 @@ class Slip:
     remedy: str
     undone: Callable[[Camera], Camera]
     """Gives the camera as it was meant."""
-    kind: CorrectionKind
+    kind: CorrectionKind | None = None
+    """The correction that undoes it in the files, if the program can make it."""
     amount: float = 1.0
 
-    def of(self, cameras: tuple[str, ...]) -> Correction:
+    def correction(self, cameras: tuple[str, ...]) -> Correction | None:
         """The correction of cameras with these names."""
-        return Correction(self.kind, cameras, self.amount)
+        return Correction(self.kind, cameras, self.amount) if self.kind else None
+
+
+def exchanged_views(a: str, b: str) -> Finding:
+    """The finding that the images of two views are exchanged."""
+    return Finding(
+        "error",
+        f"views {a}, {b}",
+        "they are exchanged",
+        f"Exchange the files, or the cameras, of the views {a} and {b}.",
+        Correction("exchange_views", (a, b)),
+    )
 
 
 def resized(camera: Camera, factor: float) -> Camera:
@@ -80,7 +92,7 @@ _TO_CAMERA = "Transforms must map the world to the camera: x_camera = R x_world 
 
 SLIPS = (
     Slip("its rotation is transposed", _TO_CAMERA, transposed, "transpose"),
-    Slip("its rotation and translation are inverted", _TO_CAMERA, inverted, "invert"),
+    Slip("its rotation and translation are inverted", _TO_CAMERA, inverted),
     Slip(
         "its translation is in millimetres",
         "Give it in metres.",
@@ -88,19 +100,12 @@ SLIPS = (
         "scale_translation",
         0.001,
     ),
-    Slip(
-        "c_x and c_y are exchanged",
-        "Exchange them in its matrix.",
-        centre_exchanged,
-        "exchange_centre",
-    ),
+    Slip("c_x and c_y are exchanged", "Exchange them in its matrix.", centre_exchanged),
     *(
         Slip(
             "its matrix belongs to another image size",
             f"Multiply its first two rows by {factor:.3g}.",
             partial(resized, factor=factor),
-            "resize",
-            factor,
         )
         for factor in IMAGE_SIZES
     ),

@@ -22,8 +22,8 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.doctor.cloud_fit import surface_of
 from stereotrack_core.doctor.displacements import Places, Surfaces, check_displacements
-from stereotrack_core.doctor.slips import SLIPS
-from stereotrack_core.errors import Correction, Finding, InputError
+from stereotrack_core.doctor.slips import SLIPS, exchanged_views
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -250,9 +250,7 @@ def _exchanged(instants: Instants, places: Places, given: Misfits) -> Finding | 
     left, a, b = min(tried)
     if not left < _LEFT * given.mean():
         return None
-    remedy = f"Exchange the files, or the cameras, of the views {a} and {b}."
-    change = Correction("exchange_views", (a, b))
-    return _slip(f"views {a}, {b}", "they are exchanged", given, left, remedy, change)
+    return _measured(exchanged_views(a, b), given, left)
 
 
 def _slip_of_view(
@@ -279,20 +277,18 @@ def _slip_of_view(
         left = misfits(merged, {**places, **place}).mean()
         if any(again) and left < best:
             best = left
-            found = _slip(f"view {view}", slip.what, given, left, slip.remedy, slip.of(names))
+            change = slip.correction(names)
+            named = Finding("error", f"view {view}", slip.what, slip.remedy, change)
+            found = _measured(named, given, left)
     return found
 
 
-def _slip(
-    at: str, what: str, given: Misfits, left: float, remedy: str, change: Correction
-) -> Finding:
-    return Finding(
-        "error",
-        at,
-        f"{what}: other views see through {100 * given.mean():.0f} % of the points or do not show "
-        f"them, and {100 * left:.1f} % with this corrected",
-        remedy,
-        change,
+def _measured(found: Finding, given: Misfits, left: float) -> Finding:
+    """A finding with the contradictions as they are, and with it corrected."""
+    return replace(
+        found,
+        what=f"{found.what}: other views see through {100 * given.mean():.0f} % of the points or "
+        f"do not show them, and {100 * left:.1f} % with this corrected",
     )
 
 

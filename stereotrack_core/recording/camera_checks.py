@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Correction, CorrectionKind, Finding
+from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
@@ -75,7 +75,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
 def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
     width, height = camera.width, camera.height
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
-    resized, correction = _of_another_size(camera)
+    resized = _of_another_size(camera)
     if not (0 <= cx <= width - 1 and 0 <= cy <= height - 1):
         turned = 0 <= cx <= height - 1 and 0 <= cy <= width - 1
         yield Finding(
@@ -86,7 +86,6 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             "It fits the image rotated by 90 degrees. Calibrate with the images as they are stored."
             if turned
             else resized or "Use the calibration for this image size.",
-            None if turned else correction,
         )
     elif _centre_exchanged(camera):
         yield Finding(
@@ -95,7 +94,6 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             f"c_x and c_y are exchanged: ({cy:.1f}, {cx:.1f}) is near the centre of the image of "
             f"{width} x {height} pixels, the principal point ({cx:.1f}, {cy:.1f}) is not",
             "Exchange c_x and c_y, or check that the matrix belongs to these images.",
-            Correction("exchange_centre", (camera.name,)),
         )
     elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
         yield Finding(
@@ -104,7 +102,6 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
             f"{width} x {height} pixels",
             resized or "This is correct only for cropped images; otherwise calibrate again.",
-            correction,
         )
 
 
@@ -116,7 +113,7 @@ def _centre_exchanged(camera: Camera) -> bool:
     return bool(np.all(np.abs(centre[::-1] - middle) < near) and np.all(aside > near))
 
 
-def _of_another_size(camera: Camera) -> tuple[str, Correction | None]:
+def _of_another_size(camera: Camera) -> str:
     """What to do where the principal point is the middle of a larger or smaller image."""
     middle = np.array([camera.width, camera.height]) / 2
     for factor in IMAGE_SIZES:
@@ -124,8 +121,8 @@ def _of_another_size(camera: Camera) -> tuple[str, Correction | None]:
             return (
                 "The matrix belongs to another image size: multiply its first two rows by "
                 f"{factor:.3g}."
-            ), Correction("resize", (camera.name,), factor)
-    return "", None
+            )
+    return ""
 
 
 def _check_distortion(camera: Camera) -> Iterator[Finding]:
@@ -214,7 +211,6 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
             where,
             f"left and right are swapped: camera {left.name} is to the right of {right.name}",
             "Swap left and right of this view in recording.toml.",
-            Correction("exchange_sides", (view.name,)),
         )
     elif abs(offset[0]) < 0.8 * baseline:
         yield Finding(
@@ -327,7 +323,7 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
                     f"{CALIBRATION}, rotation and translation",
                     f"the cameras only look at a common place, upright, if they are {way}",
                     "They must map the world to the camera: x_camera = R x_world + t.",
-                    Correction(_KINDS[way], tuple(cameras_of_views(recording))),
+                    _transposition(way, tuple(cameras_of_views(recording))),
                 )
                 return True
     misfits = _misfits(cameras, turns, world)
@@ -344,7 +340,7 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
             if fits
             else "Check its rotation and translation (x_camera = R x_world + t) and its"
             " display_rotation.",
-            Correction(_KINDS[fits[0]], recording.view(name).cameras()) if fits else None,
+            _transposition(fits[0], recording.view(name).cameras()) if fits else None,
         )
     return False
 
@@ -374,16 +370,16 @@ def _transposed(camera: Camera) -> Camera:
     return replace(camera, camera_from_world=RigidTransform(old.rotation.T, old.translation))
 
 
+_TRANSPOSED = "transposed (rotations only)"
 _WAYS: dict[str, Callable[[Camera], Camera]] = {
-    "transposed (rotations only)": _transposed,
+    _TRANSPOSED: _transposed,
     "inverted": lambda one: replace(one, camera_from_world=one.camera_from_world.inverse()),
 }
 """Mistakes of conversion that are seen often."""
 
-_KINDS: dict[str, CorrectionKind] = {
-    "transposed (rotations only)": "transpose",
-    "inverted": "invert",
-}
+
+def _transposition(way: str, cameras: tuple[str, ...]) -> Correction | None:
+    return Correction("transpose", cameras) if way == _TRANSPOSED else None
 
 
 def at_one_place(cameras: Mapping[str, Camera]) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Correction, Finding, InputError, Severity
+from stereotrack_core.errors import Finding, InputError, Severity
 from stereotrack_core.geometry.upright import UP_AXES
 from stereotrack_core.recording.camera_checks import check_cameras
 from stereotrack_core.recording.consistency import check_consistency
@@ -206,7 +206,6 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
             f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}",
             "The value of the recording is used. Write "
             f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit).",
-            Correction("set_fps", amount=float(f"{1 / usual:.4g}")),
         )
     uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
     if uneven.size:
@@ -333,14 +332,9 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
             f"its {key.replace('_', ' ')} is {length:.4g} m, which corresponds to a person "
             f"{size if tall > 0.02 else f'{1000 * tall:.2g} mm'} tall",
             "The reference must be in metres.",
-            next((_in_metres(f) for f in (0.001, 0.01) if low <= f * length <= high), None),
         )
         return True
     return False
-
-
-def _in_metres(factor: float) -> Correction:
-    return Correction("scale_points", amount=factor)
 
 
 def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterator[Finding]:

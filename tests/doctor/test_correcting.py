@@ -1,15 +1,20 @@
-"""A correction is made only where the checks that asked for it are content then."""
+"""A correction is made only if the checks that asked for it are content then."""
 
+import dataclasses
 import shutil
 
+import numpy as np
 import pytest
 
 from stereotrack_core.doctor import correcting
-from stereotrack_core.doctor.correcting import correct, correct_all, intended, remains
+from stereotrack_core.doctor.correcting import correct, correct_all, corrected_text, intended
 from stereotrack_core.doctor.slips import transposed
 from stereotrack_core.errors import Correction, Finding, InputError
+from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.findings import examine
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.writing import write_recording_description
 from tests.end_to_end.writers import content_of, full_disk
 from tests.recording.small import written_recording
 
@@ -32,70 +37,126 @@ def wrong(pictures, tmp_path, monkeypatch):
     return folder
 
 
+@pytest.fixture
+def sound(pictures, tmp_path):
+    """A copy of it without segments."""
+    recording = open_recording(shutil.copytree(pictures, tmp_path / "small"))
+    (recording.folder / "segments.csv").unlink()
+    return dataclasses.replace(recording, segments=())
+
+
+def serious(folder):
+    return [one for one in examine(folder) if one.severity != "note"]
+
+
+def corrected(recording, *what, file="recording.toml"):
+    """The recording read again after a correction of what was written."""
+    write_recording_description(recording)
+    path = recording.folder / file
+    path.write_text(corrected_text(recording, path, Correction(*what)))
+    return open_recording(recording.folder)
+
+
 def test_what_is_found_is_corrected_and_the_file_before_is_kept(wrong):
-    [finding] = [one for one in examine(wrong) if one.severity != "note"]
+    [finding] = serious(wrong)
     assert finding.correction == Correction("transpose", ("O_left", "O_right"))
-    assert "Transpose the rotation of O_left and O_right" in intended(wrong, finding.correction)
-    before = (wrong / "calibration.toml").read_bytes()
-    done = correct(wrong, finding)
+    said = "calibration.toml: Transpose the rotation of O_left and O_right."
+    assert intended(wrong, finding.correction) == said
+    before, told = (wrong / "calibration.toml").read_bytes(), []
+    late = Finding("error", "view S", "shaken", "", Correction("shift_frames", ("S",), -1.0))
+    [done] = correct_all(wrong, (finding, late), told.append)  # the second is not possible
     assert done.kept.read_bytes() == before
     assert done.kept.name == "calibration-before-1.toml"
-    assert not [one for one in examine(wrong) if one.severity != "note"]
+    assert told[2] == "Corrected. The file before is calibration-before-1.toml."
+    assert not serious(wrong)
 
 
-@pytest.mark.parametrize("kind", ["invert", "exchange_centre"])
-def test_nothing_is_changed_where_the_problem_would_remain(wrong, kind):
-    [finding] = [one for one in examine(wrong) if one.severity != "note"]
-    other = Finding(
-        finding.severity, finding.where, finding.what, "", Correction(kind, ("O_left", "O_right"))
+@pytest.mark.parametrize(
+    ("place", "correction", "said"),
+    [
+        (None, ("exchange_views", ("N", "S")), "the problem would not be gone"),
+        ("view S", ("scale_translation", ("S_left", "S_right"), 1000.0), "another one"),
+        ("view S", ("shift_frames", ("S",), -1.0), "count frames from their beginning"),
+    ],
+)
+def test_nothing_is_changed_if_it_would_not_help(wrong, place, correction, said):
+    [finding] = serious(wrong)
+    other = dataclasses.replace(
+        finding, where=place or finding.where, correction=Correction(*correction)
     )
     before = content_of(wrong)
-    with pytest.raises(InputError, match="stays as it was"):
+    with pytest.raises(InputError, match=said):
         correct(wrong, other)
     assert content_of(wrong) == before
 
 
-def test_what_cannot_be_read_then_is_not_written(wrong):
-    finding = Finding("warning", "reference.csv", "late", "", Correction("resize", ("O_left",), 0))
+def test_a_full_disk_leaves_everything_as_it_was(wrong):
+    [finding] = serious(wrong)
     before = content_of(wrong)
-    with pytest.raises(InputError, match="focal lengths"):
+    with full_disk(1000), pytest.raises(InputError, match="could not be written"):
         correct(wrong, finding)
     assert content_of(wrong) == before
 
 
-def test_a_correction_that_would_bring_another_error_is_none(wrong):
-    finding = Finding(
-        "error", "view S", "far", "", Correction("scale_translation", ("S_left", "S_right"), 1000.0)
+def far(camera):
+    old = camera.camera_from_world
+    moved = RigidTransform(old.rotation, 1000 * old.translation)
+    return dataclasses.replace(camera, camera_from_world=moved)
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind", "amount"),
+    [(transposed, "transpose", 1.0), (far, "scale_translation", 0.001)],
+)
+def test_cameras_are_as_they_were(sound, fault, kind, amount):
+    names = ("N_left", "S_right")
+    cameras = {n: fault(c) if n in names else c for n, c in sound.cameras.items()}
+    wrong = dataclasses.replace(sound, cameras=cameras)
+    again = corrected(wrong, kind, names, amount, file="calibration.toml").cameras
+    for name, camera in sound.cameras.items():
+        assert np.allclose(
+            again[name].camera_from_world.matrix(), camera.camera_from_world.matrix()
+        )
+
+
+def test_units_comments_of_tools_and_unknown_keys_stay(sound):
+    write_recording_description(sound)
+    path = sound.folder / "calibration.toml"
+    text = path.read_text().replace('units = "m"', 'units = "mm"\ntool = "X"')
+    path.write_text(text.replace('name = "N_left"', 'name = "N_left"\nerror = 0.25'))
+    change = Correction("transpose", ("N_left",))
+    path.write_text(corrected_text(open_recording(sound.folder), path, change))
+    for kept in ('tool = "X"', "error = 0.25", 'units = "mm"'):
+        assert kept in path.read_text()
+
+
+def exchanged(view, other):
+    def taken(stream, files):
+        return dataclasses.replace(files, camera=stream.camera)
+
+    return dataclasses.replace(
+        view, image=taken(view.image, other.image), left=taken(view.left, other.left)
     )
-    before = content_of(wrong)
-    with pytest.raises(InputError, match="there would be another one"):
-        correct(wrong, finding)
-    assert content_of(wrong) == before
 
 
-@pytest.mark.parametrize("room", [0, 1000])
-def test_a_full_disk_leaves_everything_as_it_was(wrong, room):
-    [finding] = [one for one in examine(wrong) if one.severity != "note"]
-    before = content_of(wrong)
-    with full_disk(room), pytest.raises(InputError, match="could not be written"):
-        correct(wrong, finding)
-    assert content_of(wrong) == before
-
-
-def test_all_corrections_are_tried_and_told(wrong):
-    told = []
-    found = (
-        *examine(wrong),
-        Finding("error", "view S", "shaken", "", Correction("shift_frames", ("S",), -1.0)),
+def test_files_of_views_and_pairs_are_exchanged(sound):
+    n, *rest, w = sound.views
+    wrong = dataclasses.replace(sound, views=(exchanged(n, w), *rest, exchanged(w, n)))
+    assert corrected(wrong, "exchange_views", ("N", "W")).views == sound.views
+    mixed = dataclasses.replace(
+        n,
+        left=dataclasses.replace(n.image, camera=n.left.camera),
+        image=dataclasses.replace(n.left, camera=n.image.camera),
     )
-    [done] = correct_all(wrong, found, told.append)
-    assert done.words == "Transpose the rotation of O_left and O_right."
-    assert told[2] == "Corrected. The file before is calibration-before-1.toml."
+    wrong = dataclasses.replace(sound, views=(mixed, *rest, w))
+    assert corrected(wrong, "exchange_pair", ("N",)).views == sound.views
 
 
-def test_a_problem_remains_by_other_numbers_or_as_a_graver_one():
-    given = Finding("warning", "view N", "rows lie 2.1 px apart", "")
-    assert remains(given, [Finding("warning", "view N", "rows lie 1.4 px apart", "")])
-    assert remains(given, [Finding("error", "view N", "all is black", "")])
-    assert not remains(given, [Finding("note", "view N", "rows lie 1.4 px apart", "")])
-    assert not remains(given, [Finding("warning", "view S", "rows lie 2.1 px apart", "")])
+def test_streams_begin_later_or_all_others_do(sound):
+    alone = dataclasses.replace(sound, reference=None)
+    later = corrected(alone, "shift_frames", ("O",), 3.0)
+    assert [v.image.first_frame for v in later.views] == [0, 3, 0, 0]
+    assert later.view("O").left.first_frame == 3
+    later = corrected(later, "shift_left", ("O",), -4.0)
+    assert [v.left.first_frame for v in later.views] == [1, 0, 1, 1]
+    assert [v.image.first_frame for v in later.views] == [1, 4, 1, 1]

@@ -1,10 +1,4 @@
-"""Faults that are planted into a rendered recording, one at a time, are named.
-
-More of them, in other rigs, people and rooms: ``python -m tests.doctor.planted.scoring FOLDER 20
-40 13`` renders the recordings 20 to 39 into a folder, plants every kind of fault into each, and
-keeps what was said as JSON lines; it takes hours and may be stopped.
-"""
-
+"""Faults that are planted into a rendered recording, one at a time, are named."""
 import pytest
 
 from tests.doctor.planted.faults import faults

@@ -61,7 +61,6 @@ def test_the_delay_is_measured(filmed, signals, frames):
     assert len(found) == (frames != 0)
     if found:
         assert f"it is {abs(frames)} frames" in found[0].what
-        assert found[0].correction.amount == -frames
 
 
 def test_what_is_known_of_few_frames_or_none_is_not_compared(filmed, signals):
@@ -87,7 +86,6 @@ def test_axes_are_known_by_what_the_images_show(filmed, order, signs, said):
     other = dataclasses.replace(reference, points=reference.points[..., list(order)] * signs)
     found = list(check_reference(dataclasses.replace(filmed, reference=other), ()))
     assert said in found[0].what
-    assert found[0].correction.kind == "turn_axes"
     assert "left and right" not in str(found)
 
 

@@ -248,13 +248,6 @@ def test_the_world_of_a_recording_is_turned(newly_opened, qtbot, monkeypatch, tm
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(target), ""))
     press(page.save.file_button)
     assert np.allclose(read_calibration(target)["N_right"].position_world, place, atol=1e-6)
-    # a person of whom a reference is known stands facing north already
-    press(page.steps.buttons["axes"])
-    QTest.mouseClick(page.axes.ways["person"], LEFT, pos=QPoint(8, 8))
-    assert page.verdict.words.text() == "Not turned yet: no person is chosen."
-    pick(page.axes.person, "reference")
-    assert calibrate.calibration.state.alignment.tilt_deg < 10.0
-    assert page.verdict.words.text().startswith("Good: up is tilted by")
 
 
 def clicked(page, qtbot, cameras, camera, points):

@@ -75,7 +75,7 @@ def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp
     # by this process, and by a glance: how long either takes is not what is asked here
     monkeypatch.setattr(correcting, "diagnose", lambda recording, _: glance(recording))
     monkeypatch.setattr(
-        calibrate.corrections,
+        calibrate.checks,
         "_process",
         lambda work, hear, *_, **__: work(SimpleNamespace(tell=hear)),
     )
@@ -86,8 +86,8 @@ def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp
     assert "recording.toml: Exchange the files of left and right in view N" in message.sentence()
     assert not (folder / "recording-before-1.toml").exists()
     pressed(qtbot, window.messages.do_button)
-    assert calibrate.corrections.running
-    qtbot.waitUntil(lambda: not calibrate.corrections.running, timeout=60_000)
+    assert calibrate.checks.running
+    qtbot.waitUntil(lambda: not calibrate.checks.running, timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert (folder / "recording-before-1.toml").exists()
     assert open_folder(folder).view("N").left.frames == "N_right.mp4"
@@ -104,7 +104,7 @@ def test_the_button_beside_the_verdict_measures_the_images(opened, qtbot):
     assert button.text() == "Check thoroughly"
     assert button.isEnabled(), button.toolTip()
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    assert opened.features.calibrate.thorough.running
+    assert opened.features.calibrate.checks.running
     assert not opened.context.actions.action("check_thoroughly").isEnabled()
     qtbot.waitUntil(opened.context.tasks.settled, timeout=120_000)
     assert opened.context.session.document._measured is not None

@@ -6,10 +6,10 @@ from functools import partial
 
 from ...context import Context
 from ...services.actions import Command, Menu
+from .checking import RecordingChecks
 from .controller import CalibrationController
 from .panels.page import CalibrationPage
 from .saving import why_not_into
-from .thorough import ThoroughCheck
 
 _MENU = "&File/&Calibration"
 
@@ -18,7 +18,7 @@ def commands(
     context: Context,
     calibration: CalibrationController,
     page: CalibrationPage,
-    thorough: ThoroughCheck,
+    checks: RecordingChecks,
 ) -> list[Command]:
     """Commands of the menu File, Calibration."""
 
@@ -45,7 +45,7 @@ def commands(
                 icon="calibrate"),
         command("check_thoroughly", "Check thoroughly", "Measure whether images, clocks, cameras "
                 "and reference of the open recording fit each other; takes some seconds to "
-                "minutes.", thorough.start, why_not=thorough.why_not),
+                "minutes.", checks.measure, why_not=checks.why_not_measure),
         command("calibrate_step", "Calculate this step", "Calculate the step of the calibration "
                 "that is shown.", calibration.calculate, why_not=why_not_calculate, section=True),
         command("calibrate_next", "Next step", "Show the next step of the calibration, and "

@@ -1,9 +1,8 @@
-"""Chooses what the world is turned by: the floor, a board, clicked points, or a person."""
+"""Chooses what the world is turned by: the floor, a board, or clicked points."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal, Slot
@@ -11,20 +10,12 @@ from PySide6.QtCore import QObject, Signal, Slot
 from stereotrack_core.calibrate.align import POINTS
 from stereotrack_core.calibrate.work import Source
 from stereotrack_core.depth.floor import FindFloor
-from stereotrack_core.interop.landmark_file import Stated
-from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...session.edits import WindowEdit
-from ...session.project_opening import message_of_finding
-from ...session.truth import Truth
-from .axes import AxesWay, Person, PointClicks
+from .axes import AxesWay, PointClicks
 from .controller import CalibrationController
 from .reading import PictureReading, ReadPicture
-
-FILE = "file"
-"""Key of landmarks that are read from a file."""
 
 
 class AligningController(QObject):
@@ -148,51 +139,3 @@ class AligningController(QObject):
     def _on_read(self, read: ReadPicture) -> None:
         self.picture = read
         self.read.emit()
-
-    # ---- a person
-
-    def persons(self) -> dict[str, str]:
-        """Whose landmarks there are to choose from: keys with words."""
-        session = self._context.session
-        runs = {f"run {one.name}": f"Run {one.name}" for one in session.runs.entries if one.frames}
-        truth = session.judging.truth
-        reference = {"reference": _upper(truth.words)} if truth is not None else {}
-        return {**runs, **reference, FILE: "A file …"}
-
-    def choose_person(self, key: str) -> None:
-        """Take the landmarks of a run, or of the reference."""
-        trajectory = self._trajectory(key)
-        if trajectory is not None:
-            self._take(Person(key, trajectory, in_recording=True))
-
-    def _trajectory(self, key: str) -> LandmarkTrajectory | None:
-        session = self._context.session
-        truth: Truth | None = session.judging.truth
-        if key == "reference":
-            return None if truth is None else truth.trajectory
-        entry = next((one for one in session.runs.entries if f"run {one.name}" == key), None)
-        return None if entry is None else entry.trajectory()
-
-    def read_person(self, path: Path) -> None:
-        """Take landmarks or a run from a file, which are in the world that is turned."""
-        recording = self._context.session.document.recording
-
-        def read(_task: object) -> Person:
-            found = read_trajectory(path, Stated(tilted=True))
-            if recording is not None:
-                found = found.at_rate(recording.fps, path.name)
-            return Person(f"{FILE} {path.name}", found, in_recording=False)
-
-        self._context.tasks.begin(f"reading {path.name}", read, self._take)
-
-    @Slot(object)
-    def _take(self, person: Person) -> None:
-        for note in person.trajectory.notes:
-            self._context.session.message.emit(message_of_finding(note))
-        numbers = person.trajectory.frame
-        frames = (int(numbers.min()), int(numbers.max())) if len(numbers) else None
-        self.change(person=person, frames=frames)
-
-
-def _upper(words: str) -> str:
-    return words[:1].upper() + words[1:]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -14,9 +14,7 @@ from stereotrack_core.calibrate.align import (
     POINTS,
     Alignment,
     from_board,
-    from_cameras,
     from_clicks,
-    from_person,
 )
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.seen_board import seen_board
@@ -26,21 +24,10 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import Sightings as SeenPoint
 from stereotrack_core.geometry.triangulation import point_of_sightings
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-AxesWay: TypeAlias = Literal["first", "board", "floor", "points", "person", "recording"]
+AxesWay: TypeAlias = Literal["first", "board", "floor", "points", "recording"]
 PointClicks: TypeAlias = Mapping[str, Mapping[str, tuple[float, float]]]
 """Raw pixels of points of the floor, by the point and the camera."""
-
-
-@dataclass(frozen=True, eq=False)
-class Person:
-    """Landmarks of a person who shows up and north; `words` say whose they are."""
-
-    words: str
-    trajectory: LandmarkTrajectory
-    in_recording: bool
-    """Whether they are in the world of the open recording, not in that which is turned."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +48,6 @@ class Axes:
     """The point that the next click places."""
     camera: str = ""
     """The camera whose picture is shown for clicking."""
-    person: Person | None = None
-    walking: bool = False
-    frames: tuple[int, int] | None = None
-    """First and last frame of the person; None for all."""
 
     def clicked_in(self, point: str) -> tuple[str, ...]:
         """Cameras in which a point is clicked."""
@@ -90,24 +73,6 @@ def alignment_by_clicks(axes: Axes, cameras: Mapping[str, Camera]) -> Alignment:
         for point, own in axes.clicks.items()
     }
     return from_clicks(cameras, clicks)
-
-
-def alignment_by_person(
-    axes: Axes, cameras: Mapping[str, Camera], recorded: Mapping[str, Camera]
-) -> Alignment:
-    """By a person who stands or walks; raises InputError where that cannot be told."""
-    if axes.person is None:
-        raise InputError(
-            "no person is chosen", where="axes", remedy="Choose a run, a reference or a file."
-        )
-    trajectory = axes.person.trajectory
-    first, last = axes.frames or (0, int(trajectory.frame.max(initial=0)))
-    chosen = (trajectory.frame >= first) & (trajectory.frame <= last)
-    found = from_person(trajectory.points[chosen], walking=axes.walking)
-    if not axes.person.in_recording:
-        return found
-    recorded_from_old = from_cameras(cameras, recorded).new_from_old
-    return replace(found, new_from_old=found.new_from_old @ recorded_from_old)
 
 
 def alignment_by_board(

@@ -18,11 +18,9 @@ from ...widgets.tables.panels import FindingsPanel
 from ...widgets.tables.trees import RigPanel
 from .actions import commands
 from .aligning import AligningController
+from .checking import RecordingChecks
 from .controller import CalibrationController
-from .correcting import CorrectionMaker
 from .panels.page import CalibrationPage
-from .reach import ReachCheck
-from .thorough import ThoroughCheck
 
 _FINDINGS = "Recording checks"
 
@@ -35,13 +33,11 @@ class CalibrateController(QObject):
         self._context, self._session = context, context.session
         self.rig, self.findings = RigPanel(), FindingsPanel()
         self.calibration = CalibrationController(context)
-        self.thorough = ThoroughCheck(context)
         self.aligning = AligningController(context, self.calibration)
         self.page = CalibrationPage(self.calibration, self.aligning)
-        self.corrections = CorrectionMaker(context)
-        self.findings.correction_wanted.connect(self.corrections.ask)
-        self.reach = ReachCheck(context)
-        self.reach.changed.connect(self._show_findings)
+        self.checks = RecordingChecks(context)
+        self.findings.correction_wanted.connect(self.checks.ask)
+        self.checks.changed.connect(self._show_findings)
         context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         context.docks.add("rig", "Rig", self.rig)
@@ -89,7 +85,7 @@ class CalibrateController(QObject):
     def _show_findings(self) -> None:
         known = self._session.document.findings
         if known is not None:
-            known = (*known, *self._session.cameras.findings(), *self.reach.findings)
+            known = (*known, *self._session.cameras.findings(), *self.checks.reach)
         self.findings.show_findings(known)
         serious = sum(finding.severity != "note" for finding in known or ())
         self._dock.setWindowTitle(f"{_FINDINGS} ({serious})" if serious else _FINDINGS)
@@ -146,8 +142,6 @@ def register(context: Context) -> CalibrateController:
             no_panels=context.session.no_recording,
         )
     )
-    context.actions.add(
-        commands(context, calibrate.calibration, calibrate.page, calibrate.thorough)
-    )
+    context.actions.add(commands(context, calibrate.calibration, calibrate.page, calibrate.checks))
     calibrate.findings.add_action_button(context.actions.action("check_thoroughly"))
     return calibrate

@@ -29,7 +29,6 @@ from .axes import (
     alignment_by_board,
     alignment_by_clicks,
     alignment_by_floor,
-    alignment_by_person,
 )
 
 StepName: TypeAlias = Literal["board", "pictures", "lenses", "pairs", "world", "axes", "save"]
@@ -223,8 +222,6 @@ class Calibration:
                 return alignment_by_floor(self.axes)
             case "points":
                 return alignment_by_clicks(self.axes, self.base)
-            case "person":
-                return alignment_by_person(self.axes, self.base, self._recorded_cameras())
             case "recording":
                 return from_cameras(self.base, self._recorded_cameras())
             case _:

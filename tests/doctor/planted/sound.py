@@ -111,7 +111,7 @@ def make(sound: Sound, folder: Path) -> None:
 
             list(workers.map(draw, chosen))
     cameras = {name: scene.cameras[name] for name in chosen}
-    views = tuple(_view(sound, name, empty=empty) for name in sound.views)
+    views = tuple(_view(sound, name, empty=empty) for name in simulation.views)
     reference = LandmarkTrajectory(np.arange(FRAMES, dtype=np.int64), np.array(points))
     for stale in folder.glob("*_depth") if sound.kind != "depth" else ():
         stale.rmdir()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Slot
@@ -11,13 +10,12 @@ from PySide6.QtWidgets import QButtonGroup, QComboBox, QLabel, QRadioButton, QWi
 
 from stereotrack_core.calibrate.align import POINTS, Alignment
 from stereotrack_core.calibrate.changes import place_table
-from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 
-from ....widgets.forms.form_dialog import ask_to_open, files_of, push_button
+from ....widgets.forms.form_dialog import push_button
 from ....widgets.forms.numbers import WholeNumberField
 from ....widgets.style.building import Item, choice, hbox, label, label_of, vbox
 from ....widgets.tables.plain import PlainTable
-from ..aligning import FILE, AligningController
+from ..aligning import AligningController
 from ..axes import AxesWay
 from ..controller import CalibrationController
 from ..state import Calibration
@@ -40,10 +38,6 @@ _WAYS: dict[AxesWay, tuple[str, str]] = {
         "Three clicked &points of the floor",
         "The origin, any point north of it, and a third one beside that line. Click each in two "
         "cameras or more, in the pictures on the right.",
-    ),
-    "person": (
-        "A &person",
-        "The person of a run, a reference or a file stands facing north, or walks north.",
     ),
     "recording": (
         "The world of the open &recording",
@@ -104,17 +98,6 @@ class AxesPage(QWidget):
             "Take the click of the chosen point away from the picture that is shown",
         )  # fmt: skip
         self.clear_button = push_button("Remove all", aligning.clear, "Take all clicks away")
-        self.person = choice("Whose landmarks", (), "A run, a reference or a file with landmarks")
-        self.person.activated.connect(self._on_person)
-        self.walking = choice(
-            "What the person does", (("", "stands facing north"), ("walking", "walks north"))
-        )
-        self.walking.activated.connect(
-            lambda: aligning.change(walking=bool(self.walking.currentData()))
-        )
-        self.first_frame, self.last_frame = (
-            _frame_box(name, self._on_frames) for name in ("First frame", "Last frame")
-        )
 
     def _fields(self, way: AxesWay) -> tuple[Item, ...]:
         match way:
@@ -128,12 +111,6 @@ class AxesPage(QWidget):
                 return (
                     *self.points.values(),
                     hbox(*frame, self.remove_button, self.clear_button, None, spacing=6),
-                )
-            case "person":
-                frames = self.first_frame, label("to", wraps=False), self.last_frame
-                return (
-                    hbox(self.person, self.walking, None, spacing=6),
-                    hbox(label_of(self.first_frame, "Frames"), *frames, None, spacing=6),
                 )
             case _:
                 return ()
@@ -180,15 +157,6 @@ class AxesPage(QWidget):
             else f"Unavailable: {axes.point} is not clicked in {axes.camera}."
         )  # fmt: skip
         self.clear_button.setEnabled(any(axes.clicks.values()))
-        persons = {"": "choose whose landmarks", **self._aligning.persons()}
-        words = "" if axes.person is None else axes.person.words
-        if words.startswith(FILE):
-            persons[words] = words.removeprefix(FILE).strip()
-        _fill(self.person, persons, words)
-        self.walking.setCurrentIndex(int(axes.walking))
-        first, last = axes.frames or (0, 0)
-        _put(self.first_frame, first)
-        _put(self.last_frame, last)
 
     # ---- choosing
 
@@ -196,21 +164,6 @@ class AxesPage(QWidget):
     def _on_chosen(self) -> None:
         way = next(way for way, button in self.ways.items() if button.isChecked())
         self._aligning.choose(way)
-
-    @Slot()
-    def _on_person(self) -> None:
-        key = str(self.person.currentData())
-        if key != FILE:
-            self._aligning.choose_person(key)
-            return
-        self._calibration.changed.emit()  # the list shows what is chosen, until a file is read
-        recording = self._calibration.state.recording
-        start = Path.home() if recording is None else recording.folder
-        files = files_of("Runs and landmarks", TRAJECTORY_SUFFIXES)
-        ask_to_open(self, "Landmarks of a person", start, files, self._aligning.read_person)
-
-    def _on_frames(self, _frame: int) -> None:
-        self._aligning.change(frames=(self.first_frame.value(), self.last_frame.value()))
 
 
 def _frame_box(name: str, on_changed: Callable[[int], None]) -> WholeNumberField:
@@ -261,9 +214,6 @@ def _about(state: Calibration) -> str:
     if state.axes.way == "floor":
         spread = 1000.0 * found.spread_m
         said.append(f"{found.points} points lie on the floor, within {spread:.0f} mm.")
-    if state.axes.way == "person":
-        said.append(f"{found.points} frames show the person, whose hips sway by "
-                    f"{1000 * found.spread_m:.0f} mm along the upward axis.")  # fmt: skip
     if state.axes.way not in ("first", "recording"):
         low = min(camera.position_world[2] for camera in state.cameras.values())
         said.append(f"The lowest camera stands {low:.2f} m above the floor.")

@@ -177,7 +177,7 @@ class CalibrationPage(QWidget):
             self.scene.set_layer_visible("floor", upright)
         self.scene.show_scene(scene_shown(state))
         axes = state.axes
-        place = state.world, state.recording, axes.way, axes.board_frame, axes.floor, axes.person
+        place = state.world, state.recording, axes.way, axes.board_frame, axes.floor
         if place != self._world:
             self._world = place
             self.scene.set_view("home")
