@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.locks import user
-from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
@@ -51,8 +50,6 @@ class ProjectPresenter(QObject):
     """An edit was made, taken back or made again."""
     recording_missing = Signal(object)
     """The recording of this project file was not found; the person has to say where it is."""
-    damaged = Signal(object)
-    """A project could not be opened because its file is damaged (:class:`ProjectDamaged`)."""
     message = Signal(object)
     _edited = Signal(object)
 
@@ -307,8 +304,6 @@ class ProjectPresenter(QObject):
 
     @Slot(object)
     def _on_task_failed(self, error: Exception) -> None:
-        if isinstance(error, ProjectDamaged):
-            self.damaged.emit(error)
         self._problem = f"The project could not be opened: {message_of(error).what}."
         self.followed.emit()
 

@@ -29,73 +29,9 @@ _PAUSE_SECONDS = 1.0
 """After an edit, before the log is written to the drive: edits follow one another."""
 _MOST_PAUSES = 30
 """While edits go on, before the log is brought into the file all the same."""
-_STRIDE = 100_000
-_FREE_STEPS = 20_000_000
-_STEPS_PER_BYTE = 20
-"""Steps of SQLite's machine that a statement may take: so many, and more the larger the file is.
-
-The longest statement of the program takes a quarter of a step per byte of the file.
-"""
-
-_LIMITS = {
-    sqlite3.SQLITE_LIMIT_SQL_LENGTH: 20_000,
-    sqlite3.SQLITE_LIMIT_COLUMN: 100,
-    sqlite3.SQLITE_LIMIT_EXPR_DEPTH: 100,
-    sqlite3.SQLITE_LIMIT_COMPOUND_SELECT: 2,
-    sqlite3.SQLITE_LIMIT_VDBE_OP: 25_000,
-    sqlite3.SQLITE_LIMIT_FUNCTION_ARG: 10,
-    sqlite3.SQLITE_LIMIT_ATTACHED: 0,
-    sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: 100,
-    sqlite3.SQLITE_LIMIT_VARIABLE_NUMBER: 100,
-    sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
-}
-"""Far more than statements and tables of the program need."""
 
 
-class Connection(sqlite3.Connection):
-    """A connection whose every statement comes to an end."""
-
-    _path: Path
-    _steps = 0
-
-    def guard(self, path: Path) -> None:
-        """Bound what statements may do, and let nothing within the file do anything."""
-        self._path = path
-        for kind, most in _LIMITS.items():
-            self.setlimit(kind, most)
-        self.set_progress_handler(self._ends, _STRIDE)
-        for name, value in (("trusted_schema", "OFF"), ("cell_size_check", "ON"), ("mmap_size", 0)):
-            super().execute(f"PRAGMA {name} = {value}")
-
-    def execute(self, statement: str, values: Any = (), /) -> sqlite3.Cursor:
-        """Run a statement, which has its own number of steps."""
-        self._steps = 0
-        return super().execute(statement, values)
-
-    def executemany(self, statement: str, rows: Iterable[Any], /) -> sqlite3.Cursor:
-        """Run a statement for each row, each with its own number of steps."""
-        return super().executemany(statement, self._each(rows))
-
-    def _each(self, rows: Iterable[Any]) -> Iterator[Any]:
-        for row in rows:
-            self._steps = 0
-            yield row
-
-    def _ends(self) -> bool:
-        """Whether the statement that is running has to be ended."""
-        self._steps += _STRIDE
-        return self._steps > _FREE_STEPS and self._steps > most_steps(self._path)
-
-
-def most_steps(path: Path) -> int:
-    """Steps that a statement on this file may take."""
-    try:
-        return _FREE_STEPS + _STEPS_PER_BYTE * path.stat().st_size
-    except OSError:  # it was moved away; what is open can still be read
-        return _FREE_STEPS
-
-
-def connect(path: Path) -> Connection:
+def connect(path: Path) -> sqlite3.Connection:
     """Connection for reading and writing.
 
     Every commit is on the drive, in the one file, when it returns (``synchronous = FULL``), so
@@ -113,28 +49,17 @@ def connect(path: Path) -> Connection:
     return database
 
 
-def connect_for_reading(path: Path) -> Connection:
+def connect_for_reading(path: Path) -> sqlite3.Connection:
     """Connection that cannot write. Sees what another program writes to the project meanwhile.
 
     Raises sqlite3.OperationalError where an unfinished edit would have to be taken back first; a
-    copy can be read then (:func:`copy_files`); InputError where the file is no project, or not one
-    as this program makes them; ProjectDamaged where it contradicts itself.
+    copy can be read then; InputError where the file is no project, or not one as this program makes
+    them; ProjectDamaged where it contradicts itself.
     """
     return _checked(path, "ro")
 
 
-def connect_to_rescue(path: Path) -> Connection:
-    """Connection to a copy of a file about which nothing is known; only its tables may be read.
-
-    With a schema that may be written to SQLite reads on although the list of tables makes no sense
-    or the file ends too early.
-    """
-    database = _connected(path, "rw")
-    database.execute("PRAGMA writable_schema = ON")
-    return database
-
-
-def _checked(path: Path, mode: str, pragmas: Iterable[str] = ()) -> Connection:
+def _checked(path: Path, mode: str, pragmas: Iterable[str] = ()) -> sqlite3.Connection:
     check_header(path)
     database = _connected(path, mode)
     try:
@@ -150,16 +75,16 @@ def _checked(path: Path, mode: str, pragmas: Iterable[str] = ()) -> Connection:
     return database
 
 
-def _connected(path: Path, mode: str) -> Connection:
+def _connected(path: Path, mode: str) -> sqlite3.Connection:
     database = sqlite3.connect(
         f"{path.absolute().as_uri()}?mode={mode}",
         uri=True,
         isolation_level=None,
         timeout=BUSY_SECONDS,
         check_same_thread=False,
-        factory=Connection,
     )
-    database.guard(path)
+    for pragma in ("trusted_schema = OFF", "cell_size_check = ON"):
+        database.execute(f"PRAGMA {pragma}")
     return database
 
 

@@ -5,8 +5,8 @@ What SQLite complains about is said in words for the person whose project it is.
 
 from __future__ import annotations
 
+import glob
 import os
-import shutil
 import sqlite3
 import struct
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from stereotrack_core.project.schema import (
     STATEMENTS,
     Row,
 )
-from stereotrack_core.reading import check_file, open_file
+from stereotrack_core.reading import open_file
 
 _PRIMARY = 0xFF  # the part of SQLite's result codes that names the kind of failure
 _SENTENCES: dict[int, tuple[str, str]] = {
@@ -53,40 +53,43 @@ _SENTENCES: dict[int, tuple[str, str]] = {
     ),
 }
 
-_CONTRADICTIONS: dict[int, str] = {
-    sqlite3.SQLITE_CORRUPT: "",
-    sqlite3.SQLITE_NOTADB: "",
-    sqlite3.SQLITE_CONSTRAINT: "",
-    sqlite3.SQLITE_MISMATCH: "",
-    sqlite3.SQLITE_TOOBIG: "",
-    sqlite3.SQLITE_ERROR: "",
-    sqlite3.SQLITE_INTERRUPT: "reading it does not finish",
-}
-"""What only comes of a file that is not as it should be; in which words, if not in SQLite's."""
-
-NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
+_NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
 """What comes of making something of values that nothing can be made of."""
 
-RESCUE = (
-    "The workbench can recover what is readable into a new file (File, Project, Recover damaged "
-    "project). This file is not changed."
+_DAMAGE = (
+    *(sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CONSTRAINT),
+    *(sqlite3.SQLITE_MISMATCH, sqlite3.SQLITE_TOOBIG, sqlite3.SQLITE_ERROR),
 )
+"""Result codes that only a damaged file gives."""
+
+
+def how_to_restore(path: Path) -> str:
+    """Which backup of a project that cannot be used lies beside it, and how to open it."""
+    kept = sorted(path.parent.glob(f"{glob.escape(path.stem)}.format*{path.suffix}"))
+    if not kept:
+        return (
+            "Open a copy made with File, Project, Save a copy, or one from a backup of the drive. "
+            "This file is not changed."
+        )
+    return (
+        f"Open its backup with File, Open a project, or `stereotrack open {kept[-1]}`: the "
+        "project as it was before it got the present format. This file is not changed."
+    )
 
 
 class ProjectDamaged(InputError):
     """The file is a project, but parts of it cannot be read.
 
-    :func:`stereotrack_core.project.rescue.rescue` saves what can be read to another file. `detail`
-    says what is wrong in a few words, `first` what to do before anything is rescued.
+    `detail` says what is wrong in a few words, `first` what to do before a backup is used.
     """
 
     def __init__(self, path: Path, detail: str, first: str = "") -> None:
-        self.path, self.detail = path, detail
         super().__init__(
             f"the project file is damaged ({detail})",
             where=str(path),
-            remedy=f"{first or 'Use another copy of it.'} {RESCUE}",
+            remedy=f"{first} {how_to_restore(path)}".strip(),
         )
+        self.detail = detail
 
 
 class ProjectInUse(InputError):
@@ -111,8 +114,8 @@ def speaking(path: Path) -> Iterator[None]:
         raise ProjectDamaged(path, "its list of tables cannot be read") from error
     except sqlite3.Error as error:
         kind = code_of(error)
-        if kind in _CONTRADICTIONS or (not kind and "decode" in str(error)):
-            raise ProjectDamaged(path, _CONTRADICTIONS.get(kind) or str(error)) from error
+        if kind in _DAMAGE or (not kind and "decode" in str(error)):
+            raise ProjectDamaged(path, str(error)) from error
         if kind not in _SENTENCES:
             raise
         what, remedy = _SENTENCES[kind]
@@ -128,7 +131,7 @@ def making_sense(path: Path) -> Iterator[None]:
     with speaking(path):
         try:
             yield
-        except NONSENSE as error:
+        except _NONSENSE as error:
             said = shortened(str(error))
             what = f"{said} is missing" if isinstance(error, KeyError) else said
             raise ProjectDamaged(path, what) from error
@@ -136,12 +139,9 @@ def making_sense(path: Path) -> Iterator[None]:
 
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
-_JOURNAL_AT, _VERSION_AT, _APPLICATION_AT = 18, 60, 68
+_VERSION_AT, _APPLICATION_AT = 60, 68
 _PAGE_SIZE = 8192
 """Bytes; the list of tables is on the first page then, and no other page's damage hides tables."""
-
-_LOG = "-wal"
-_WITH_LOG = 2
 
 
 def make_database(path: Path, recording: Row | None = None) -> None:
@@ -196,13 +196,13 @@ def beside(path: Path) -> tuple[Path, ...]:
 
     A journal that begins with a zero is that of an edit that was finished.
     """
-    sidecars = [path.with_name(path.name + suffix) for suffix in ("-journal", _LOG)]
+    sidecars = [path.with_name(path.name + suffix) for suffix in ("-journal", "-wal")]
 
     def begins_with_text(path: Path) -> bool:
         with path.open("rb") as file:
             return file.read(1) not in (b"", b"\0")
 
-    return tuple(one for one in sidecars if one.exists() and begins_with_text(one))
+    return tuple(one for one in sidecars if one.is_file() and begins_with_text(one))
 
 
 def leave_behind(path: Path) -> None:
@@ -228,7 +228,13 @@ def check_header(path: Path) -> None:
     Raises InputError where there is no file, it is not a project, or another program or version
     wrote it; ProjectDamaged where it was cut off.
     """
-    check_files(path)
+    if not os.path.lexists(path):
+        raise InputError(
+            "there is no such file",
+            where=str(path),
+            remedy="Correct the path. The workbench creates a project beside each recording that "
+            "it opens: `stereotrack open RECORDING`.",
+        )
     with open_file(path) as file:
         header = file.read(_HEADER)
     if not header:
@@ -244,14 +250,6 @@ def check_header(path: Path) -> None:
     check_version(path, version)
 
 
-def has_log(path: Path) -> bool:
-    """Whether edits of it may be in a log beside it, or be missing because that is not there."""
-    with open_file(path) as file:
-        header = file.read(_HEADER)
-    log = path.with_name(path.name + _LOG)
-    return _WITH_LOG in header[_JOURNAL_AT : _JOURNAL_AT + 2] or log in beside(path)
-
-
 def resolved(path: Path) -> Path:
     """The file itself, to which links may lead: log and lock lie beside that."""
     try:
@@ -262,28 +260,6 @@ def resolved(path: Path) -> Path:
             where=str(path),
             remedy="Open the project file itself.",
         ) from error
-
-
-def check_files(path: Path) -> None:
-    """Refuse what is no file, or beside which a pipe, a folder or the like would be waited for."""
-    if not os.path.lexists(path):
-        raise InputError(
-            "there is no such file",
-            where=str(path),
-            remedy="Correct the path. The workbench creates a project beside each recording that "
-            "it opens: `stereotrack open RECORDING`.",
-        )
-    check_file(path)
-    for end in ("-journal", _LOG, "-shm"):
-        check_beside(path.with_name(path.name + end))
-
-
-def check_beside(path: Path) -> None:
-    """Refuse what is neither a file nor nothing."""
-    if os.path.lexists(path) and not path.is_file():
-        raise InputError(
-            "this is not a file", where=str(path), remedy="Remove it; it is not part of a project."
-        )
 
 
 def check_version(path: Path, version: int) -> None:
@@ -332,14 +308,6 @@ def _no_project(path: Path) -> InputError:
         where=str(path),
         remedy="Open a file that ends in .stereotrack.",
     )
-
-
-def copy_files(path: Path, folder: Path) -> Path:
-    """Copy a project with what lies beside it of an unfinished edit; the copy's path."""
-    shutil.copyfile(path, folder / path.name)
-    for one in beside(path):
-        shutil.copyfile(one, folder / one.name)
-    return folder / path.name
 
 
 def copy_whole(database: sqlite3.Connection, path: Path) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -20,19 +21,16 @@ from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import FileLock, Owner, is_held, lock_path
 from stereotrack_core.project.connection import connect, connect_for_reading, log_edits
 from stereotrack_core.project.database import (
-    RESCUE,
     ProjectInUse,
     beside,
     bring_up_to_date,
     check_header,
     code_of,
-    copy_files,
-    has_log,
     is_in_place,
     making_sense,
     transaction,
 )
-from stereotrack_core.project.validity import check_rows, check_whole
+from stereotrack_core.project.validity import check_whole
 
 
 def owner_of(database: sqlite3.Connection) -> Owner | None:
@@ -57,7 +55,6 @@ def in_use(path: Path, owner: Owner | None = None, remedy: str = "") -> ProjectI
             closing(connect_for_reading(path)) as database,
             making_sense(path),
         ):
-            check_rows(database, path, ("owner",))
             owner = owner_of(database)
     who = "it is open in another program"
     if owner is not None:
@@ -187,18 +184,15 @@ def open_for_writing(
         stack.callback(lock.release)
         network = network_type(path, mounts)
         with making_sense(path):
-            _check_log(path)
             _try_what_was_left(path)
             database = connect(path)
             stack.callback(database.close)
-            check_rows(database, path, ("owner",))
             left = owner_of(database)
             if left is not None:
                 ours = lock.holds and (network is None or left.host == Owner.myself().host)
                 if not (take_over or ours):  # else it is gone for certain
                     raise in_use(path, left, _UNCERTAIN)
-                check_whole(database, path)
-            check_rows(database, path)
+            check_whole(database, path, closed=left is None)
             status = path.stat()
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
@@ -235,8 +229,7 @@ def open_for_reading(path: Path) -> Opened:
     check_header(path)
     locked, held = lock_path(path).exists(), is_held(path, unsure=True)
     with ExitStack() as stack, making_sense(path):
-        if not held:
-            _check_log(path)
+        closed = held or not beside(path)
         try:
             database = connect_for_reading(path)
         except sqlite3.OperationalError as error:
@@ -247,10 +240,8 @@ def open_for_reading(path: Path) -> Opened:
             connect(copy).close()  # takes the edit back
             database = connect_for_reading(copy)
         stack.callback(database.close)
-        check_rows(database, path)
         left = None if held else owner_of(database)
-        if left is not None:
-            check_whole(database, path)
+        check_whole(database, path, closed=closed and left is None)
         return Opened(path, database, True, _notes_of_end(path, left, locked), stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
@@ -272,8 +263,11 @@ def _give_back(database: sqlite3.Connection, path: Path, identity: tuple[int, in
 
 
 def _copy(path: Path, folder: Path) -> Path:
+    """Copy a project with what lies beside it of an unfinished edit; the copy's path."""
+    copy = folder / path.name
     try:
-        copy = copy_files(path, folder)
+        for one in (path, *beside(path)):
+            shutil.copyfile(one, folder / one.name)
     except OSError as error:
         raise InputError(
             f"it cannot be copied for reading ({error.strerror})",
@@ -297,28 +291,7 @@ def _try_what_was_left(path: Path) -> None:
         tempfile.TemporaryDirectory() as folder,
         closing(connect(_copy(path, Path(folder)))) as tried,
     ):
-        check_whole(tried, path)
-
-
-def _check_log(path: Path) -> None:
-    """Refuse a file of whose edits another program keeps some in a log.
-
-    This program's own log is in the file but for the last moment before a crash, and names it.
-    """
-    if not has_log(path):
-        return
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        closing(connect(_copy(path, Path(folder)))) as copy,
-    ):
-        check_rows(copy, path, ("owner",))
-        left = owner_of(copy)
-    if left is None:
-        raise InputError(
-            f"another program stores edits of it in a log ({path.name}-wal)",
-            where=str(path),
-            remedy=f"Close it there. {RESCUE}",
-        )
+        check_whole(tried, path, closed=False)
 
 
 def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding, ...]:

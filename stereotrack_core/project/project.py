@@ -326,11 +326,6 @@ class Project:
         with self._access.alone() as database:
             copy_whole(database, path)
 
-    def check(self) -> tuple[str, ...]:
-        """Everything that is wrong within the file, in the database's words; nothing when whole."""
-        rows = self._access.rows("PRAGMA integrity_check(20)")
-        return tuple(row[0] for row in rows if row[0] != "ok")
-
     def _changing(self, change: Callable[[], Changed | None]) -> Changed | None:
         if self.read_only:
             raise InputError(

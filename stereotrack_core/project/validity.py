@@ -1,107 +1,64 @@
-"""Whether a project is one that this program writes: its tables, and every value in them.
+"""Whether a file is a whole project as this program writes it.
 
-A project can come from a stranger. What is not exactly as the program makes it is refused before
-anything else of it is used: triggers and views do things unasked, and a value of another kind would
-come up as a failure somewhere else.
+A project can come from a stranger. It is plain SQLite: other tables, triggers and views do things
+unasked, so a file that has any is refused before anything else of it is used.
 """
 
 from __future__ import annotations
 
-import re
 import sqlite3
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from stereotrack_core.errors import InputError, shortened
-from stereotrack_core.project.database import RESCUE, ProjectDamaged, making_sense, version_of
-from stereotrack_core.project.edit import change_of, facts_of
+from stereotrack_core.project.database import ProjectDamaged, how_to_restore, version_of
+from stereotrack_core.project.edit import change_of
 from stereotrack_core.project.schema import (
     ADDED_STATEMENTS,
-    CLICK,
     EDITED_TABLES,
     FORMAT,
-    REPEAT_CLICK,
     STATEMENTS,
-    TABLES_OF_ENTRIES,
     Row,
     Table,
 )
 
-_TOKEN = re.compile(r"""'(?:[^']|'')*'|"(?:[^"]|"")*"|\w+|\S""")
-_FARTHEST_FRAME = 100_000_000
-_LARGEST = 2**53
 LARGEST_REAL = 1e9
 """Far beyond every image, and below what drawing cannot deal with."""
 
-_BY_KIND = {
-    "INTEGER": f"typeof({{0}}) = 'integer' AND {{0}} BETWEEN 0 AND {_LARGEST}",
+_CONDITIONS = {
+    "INTEGER": "typeof({0}) = 'integer' AND {0} BETWEEN 0 AND 9007199254740992",
     "REAL": f"typeof({{0}}) = 'real' AND abs({{0}}) <= {LARGEST_REAL}",
     "TEXT": "typeof({0}) = 'text' AND instr({0}, char(0)) = 0",
     "BLOB": "typeof({0}) = 'blob'",
 }
-"""What a value has to be like, by the declared type of its column."""
+"""Condition on a value, by the declared type of its column."""
 
-_BY_NAME = {
-    "frame": f"frame <= {_FARTHEST_FRAME}",
-    "visibility": "visibility <= 2",
-    "deleted": "deleted <= 1",
-    "done": "done <= 1",
-    "sigma": "sigma >= 0",
-    "confidence": "confidence BETWEEN 0 AND 1",
-    "state": "state IN ('done', 'undone', 'dropped')",
-    "changed_table": f"changed_table IN ({', '.join(map(repr, EDITED_TABLES))})",
-}
-_OF_CLICKS = (
-    "(x IS NULL) = (y IS NULL) AND (x IS NULL) = (visibility = 0) AND (sigma IS NULL OR sigma > 0)"
-)
+_FRAME = "typeof(frame) = 'integer' AND frame BETWEEN 0 AND 100000000"
+"""Arrays are made with one row for each frame up to the last one."""
 
 
-@dataclass(frozen=True)
-class Made:
-    """Something in the list of tables: what the program has made, or is found there."""
-
-    kind: str
-    name: str
-    table: str
-    statement: str | None
-
-    def same(self, other: Made) -> bool:
-        """Whether both say the same, however it is spaced."""
-        return (self.kind, self.table, _tokens(self.statement)) == (
-            other.kind,
-            other.table,
-            _tokens(other.statement),
-        )
-
-
-def _tokens(statement: str | None) -> list[str]:
-    words = _TOKEN.findall(statement or "")
-    return [word if word[0] in "'\"" else word.lower() for word in words]
-
-
-@cache
-def made(version: int = FORMAT) -> Mapping[str, Made]:
-    """What a new project of a format has, by name."""
+def _new_project(version: int) -> sqlite3.Connection:
+    """An empty project of a format, in memory."""
     later = {s for number, added in ADDED_STATEMENTS.items() if number > version for s in added}
-    with closing(_new(later)) as database:
-        return {one.name: one for one in _found(database)}
-
-
-def _new(without: Collection[str] = ()) -> sqlite3.Connection:
     database = sqlite3.connect(":memory:")
     for statement in STATEMENTS:
-        if statement not in without:
+        if statement not in later:
             database.execute(statement)
     return database
 
 
-def _found(database: sqlite3.Connection) -> Iterable[Made]:
-    rows = database.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema").fetchall()
-    return [Made(*row) for row in rows]
+def _objects(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
+    """Kind, name, table and statement (without spaces) of all that a database consists of."""
+    rows = database.execute("SELECT type, name, tbl_name, ifnull(sql, '') FROM sqlite_schema")
+    return frozenset((*names, "".join(str(sql).split()).lower()) for *names, sql in rows)
+
+
+@cache
+def _expected(version: int) -> frozenset[tuple[str, ...]]:
+    with closing(_new_project(version)) as database:
+        return _objects(database)
 
 
 def check_schema(database: sqlite3.Connection, path: Path) -> None:
@@ -109,85 +66,62 @@ def check_schema(database: sqlite3.Connection, path: Path) -> None:
 
     Raises InputError where there is something else; ProjectDamaged where a table is missing.
     """
-    wanted, seen = made(version_of(database)), set()
-    for found in _found(database):
-        seen.add(found.name)
-        if found.name not in wanted or not found.same(wanted[found.name]):
-            raise InputError(
-                f"it was modified by another program: the {found.kind} "
-                f"{shortened(repr(found.name))} is not as this program creates it",
-                where=str(path),
-                remedy=f"It could be harmful, so nothing of the project is used. {RESCUE}",
-            )
-    missing = [one.name for one in wanted.values() if one.kind == "table" and one.name not in seen]
-    if missing:
-        raise ProjectDamaged(path, f"the table {missing[0]} is missing")
+    expected, found = _expected(version_of(database)), _objects(database)
+    for kind, name, *_ in sorted(found - expected):
+        raise InputError(
+            f"it was modified by another program: the {kind} {shortened(repr(name))} is not as "
+            "this program creates it",
+            where=str(path),
+            remedy=f"It could be harmful, so nothing of it is used. {how_to_restore(path)}",
+        )
+    for kind, name, *_ in sorted(expected - found):
+        if kind == "table":  # an index that earlier versions did not make may be missing
+            raise ProjectDamaged(path, f"the table {name} is missing")
 
 
 @cache
-def sense() -> Mapping[str, str]:
+def conditions() -> Mapping[str, str]:
     """Condition that every row of a table satisfies, by the table's name."""
-    with closing(_new()) as database:
+    with closing(_new_project(FORMAT)) as database:
+        tables = [name for kind, name, *_ in _objects(database) if kind == "table"]
         return {
-            one.name: _condition(one.name, database.execute(f"PRAGMA table_info({one.name})"))
-            for one in made().values()
-            if one.kind == "table" and not one.name.startswith("sqlite_")
+            name: " AND ".join(_conditions_of(database, name))
+            for name in sorted(tables)
+            if not name.startswith("sqlite_")
         }
 
 
-def _condition(table: str, columns: Iterable[tuple[Any, ...]]) -> str:
-    conditions = [_OF_CLICKS] if table in (CLICK.name, REPEAT_CLICK.name) else []
-    for _, name, kind, needed, _, in_key in columns:
-        said = [_BY_KIND[kind].format(name), *([_BY_NAME[name]] if name in _BY_NAME else [])]
-        condition = " AND ".join(said)
-        conditions.append(condition if needed or in_key else f"({name} IS NULL OR {condition})")
-    return f"({' AND '.join(conditions)}) IS TRUE"
-
-
-def check_rows(
-    database: sqlite3.Connection, path: Path, tables: Iterable[str] | None = None
-) -> None:
-    """See that every value is one that the program can have written.
-
-    `tables`: names of the tables; all without it.
-
-    Raises ProjectDamaged where there is a row that makes no sense.
-    """
-    there = made(version_of(database))
-    for name in (n for n in sense() if n in there) if tables is None else tables:
-        row = database.execute(
-            f"SELECT * FROM {name} WHERE NOT {sense()[name]} LIMIT 1"  # noqa: S608 - constants
-        ).fetchone()
-        if row is not None:
-            raise ProjectDamaged(path, f"invalid row of {name}: {shortened(repr(row))}")
-        if name in TABLES_OF_ENTRIES:
-            with making_sense(path):
-                for (facts,) in database.execute(f"SELECT facts FROM {name}"):  # noqa: S608
-                    facts_of(facts)
+def _conditions_of(database: sqlite3.Connection, table: str) -> Iterator[str]:
+    for _, name, kind, needed, _, in_key in database.execute(f"PRAGMA table_info({table})"):
+        condition = _FRAME if name == "frame" else _CONDITIONS[kind].format(name)
+        yield f"({condition})" if needed or in_key else f"({name} IS NULL OR {condition})"
 
 
 def makes_sense(database: sqlite3.Connection, table: Table, key: Row) -> bool:
-    """Whether the row with this key, where there is one, is as all rows of its table are."""
-    condition = f"{sense()[table.name]} FROM {table.name} WHERE {table.with_key}"
+    """Whether the row with this key, if there is one, is as all rows of its table are."""
+    condition = f"({conditions()[table.name]}) FROM {table.name} WHERE {table.with_key}"
     row = database.execute(f"SELECT {condition}", key).fetchone()
     return row is None or bool(row[0])
 
 
-def check_whole(database: sqlite3.Connection, path: Path) -> None:
-    """See that a file is whole that was not closed, or was copied while it was open.
+def check_whole(database: sqlite3.Connection, path: Path, *, closed: bool) -> None:
+    """See that the file is whole: its pages, its values and, if it was not closed, its history.
 
     A copy that was made in the middle of an edit has some pages of before and some of after. Pages
     that do not fit together are found by SQLite; edits of which it has a part, by their history.
 
-    Raises ProjectDamaged where something is missing.
+    Raises ProjectDamaged where something is missing or makes no sense.
     """
-    database.execute("BEGIN")
+    database.execute("BEGIN")  # one state, also while another program writes
     try:
         verdict = str(database.execute("PRAGMA integrity_check(1)").fetchone()[0]).splitlines()[-1]
-        wrong = "" if verdict == "ok" else verdict
-        wrong = wrong or contradiction(database)
+        wrong = verdict if verdict != "ok" else _invalid_row(database)
+        if not (wrong or closed):
+            wrong = contradiction(database)
     finally:
         database.execute("ROLLBACK")
+    if wrong and closed:
+        raise ProjectDamaged(path, wrong)
     if wrong:
         raise ProjectDamaged(
             path,
@@ -197,24 +131,37 @@ def check_whole(database: sqlite3.Connection, path: Path) -> None:
         )
 
 
+def _invalid_row(database: sqlite3.Connection) -> str:
+    """The first row whose values are not of their kind, in words; empty if there is none."""
+    tables = {name for kind, name, *_ in _expected(version_of(database)) if kind == "table"}
+    for name, condition in conditions().items():
+        if name in tables:
+            row = database.execute(
+                f"SELECT * FROM {name} WHERE ({condition}) IS NOT TRUE LIMIT 1"  # noqa: S608
+            ).fetchone()
+            if row is not None:
+                return f"invalid row of {name}: {shortened(repr(row))}"
+    return ""
+
+
 def contradiction(database: sqlite3.Connection) -> str:
     """What a table and the history say differently, in words; empty where they agree."""
     numbers = {row[0] for row in database.execute("SELECT number FROM edit")}
     changed = {row[0] for row in database.execute("SELECT DISTINCT edit FROM edit_change")}
     if numbers != changed or (numbers and numbers != set(range(1, max(numbers) + 1))):
         return "its history has gaps"
-    words = last_words(database)
-    for (name, key), after in words.items():
+    latest = _latest_rows(database)
+    for (name, key), after in latest.items():
         if EDITED_TABLES[name].read(database, key) != after:
             return f"the history of {name} is inconsistent with its rows"
     for table in EDITED_TABLES.values():
-        if any((table.name, key) not in words for key in _keys_since_first_edit(database, table)):
+        if any((table.name, key) not in latest for key in _keys_since_first_edit(database, table)):
             return f"the history of {table.name} is incomplete"
     return ""
 
 
 def _keys_since_first_edit(database: sqlite3.Connection, table: Table) -> Iterator[Row]:
-    """Keys of rows that an edit must have written; a rescued project may have older ones."""
+    """Keys of rows that an edit must have written; a project may have older rows without one."""
     if "at" in table.values:
         yield from database.execute(
             f"SELECT {', '.join(table.key)} FROM {table.name}"  # noqa: S608 - constants
@@ -222,7 +169,7 @@ def _keys_since_first_edit(database: sqlite3.Connection, table: Table) -> Iterat
         )
 
 
-def last_words(database: sqlite3.Connection) -> dict[tuple[str, Row], Row | None]:
+def _latest_rows(database: sqlite3.Connection) -> dict[tuple[str, Row], Row | None]:
     """Row after the last edit in effect, by table and key.
 
     Raises ValueError, LookupError where the history keeps something else.

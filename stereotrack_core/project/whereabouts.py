@@ -14,7 +14,6 @@ import platformdirs
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.connection import connect_for_reading
 from stereotrack_core.project.database import beside, making_sense
-from stereotrack_core.project.validity import check_rows
 from stereotrack_core.recording.folder import DESCRIPTION, fingerprint, open_recording
 from stereotrack_core.recording.toml_table import load_toml
 
@@ -129,7 +128,7 @@ def _fingerprint_of(folder: Path) -> str | None:
 
 
 def no_recording(project: Path) -> Whereabouts:
-    """What there is to say of a project that was rescued without the row of its recording."""
+    """What there is to say of a project without the row of its recording."""
     what = "the recording of the project is not known"
     return Whereabouts(None, Finding("error", str(project), what, "Choose the recording's folder."))
 
@@ -163,15 +162,13 @@ def stated_folders(project: Path) -> tuple[Path, ...]:
     """
     try:
         with closing(connect_for_reading(project)) as database, making_sense(project):
-            check_rows(database, project, ("recording",))
             row = database.execute("SELECT relative, absolute FROM recording").fetchone()
+            if row is None:
+                return ()
+            stated = project.parent / row[0] if row[0] else Path(row[1])
+            return Path(os.path.normpath(stated)), Path(row[1])
     except (InputError, OSError, sqlite3.Error):
         return ()
-    if row is None:
-        return ()
-    relative, absolute = row
-    stated = project.parent / relative if relative else Path(absolute)
-    return Path(os.path.normpath(stated)), Path(absolute)
 
 
 def project_path_for(folder: Path, documents: Path | None = None, home: Path | None = None) -> Path:

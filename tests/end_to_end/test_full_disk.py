@@ -131,7 +131,6 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.doctor.correcting": "a recording of its own, tests/doctor",
         "stereotrack_core.pose_model.installation": "files of its own, tests/pose_model",
         "stereotrack_core.project.database": "tests/project",
-        "stereotrack_core.project.rescue": "tests/project/test_project_damaged.py",
         "stereotrack_core.recording.importing.files": "part of importing.making",
         "stereotrack_core.study.store": "a text of its own, tests/cli/test_sweep.py",
         "app.features.review.controller": "a text of its own, tests/gui/test_review.py",

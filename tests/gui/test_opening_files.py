@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import sqlite3
-from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -15,7 +13,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
 from stereotrack_core.interop.run_file import write_run
-from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.reader import FrameReader
 from tests.gui.conftest import FRAMES
@@ -174,26 +171,6 @@ def test_damaged_dates_cost_no_recent_recording(window, folder, settings):
     for damaged in (["tomorrow"], "2026-11-25T10:00:00", ["2026-11-25T10:00:00", "x"], 5):
         settings.setValue("recent_dates", damaged)
         assert window.context.session.opening.recent() == [folder]
-
-
-def test_a_damaged_project_says_what_can_be_done(window, qtbot, folder, tmp_path, monkeypatch):
-    path = tmp_path / "mine.stereotrack"
-    Project.create(path, folder).close()
-    with closing(sqlite3.connect(path)) as database:
-        database.executescript("DROP TABLE keyframe")
-    whole = path.read_bytes()
-    assert drop(window, path)
-    qtbot.waitUntil(lambda: window.messages.message is not None)
-    settle(qtbot, window)
-    assert "this project file is damaged" in window.messages.text()
-    assert "It is left as it is" in window.messages.text()
-    assert window.messages.do_button.text() == "Recover …"
-    asked = []
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **_: asked.append(a) or ("", ""))
-    accept_offer(qtbot, window)
-    assert asked[0][1] == "Save recovered project as"
-    assert asked[0][2].endswith("mine-rescued.stereotrack")
-    assert path.read_bytes() == whole
 
 
 def test_what_the_window_cannot_open_is_not_taken(window, tmp_path):

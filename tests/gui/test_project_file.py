@@ -270,24 +270,19 @@ def test_who_annotates_is_a_setting(window, qtbot, folder, settings):
     assert settings.value("annotator") == "Somebody Else"
 
 
-def test_a_damaged_project_is_said_and_can_be_rescued(
-    window, qtbot, folder, tmp_path, monkeypatch, settings
-):
-    home = tmp_path / "projects"
-    home.mkdir()
-    path = home / "walk.stereotrack"
+def test_a_damaged_project_is_refused_with_its_backup(window, qtbot, folder, tmp_path):
+    path = tmp_path / "walk.stereotrack"
+    backup = path.with_name("walk.format1.stereotrack")
     with Project.create(path, folder) as project:
-        for frame in range(200):
-            project.apply(place(Click(frame, "N_right", "head", (10.0, 20.0))))
+        project.apply(place(Click(0, "N_right", "head", (10.0, 20.0))))
+        project.save_copy(backup)
     whole = bytearray(path.read_bytes())
-    size = len(whole)
-    for start_at in range(size // 2, size // 2 + 3 * 4096, 4096):
-        whole[start_at : start_at + 3000] = b"\xff" * 3000
+    whole[len(whole) // 2 :] = b"\xff" * (len(whole) - len(whole) // 2)
     path.write_bytes(whole)
-    target = tmp_path / "saved.stereotrack"
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (str(path), ""))
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: (str(target), ""))
-    window.context.actions.action("rescue_project").trigger()
-    ready(qtbot, window)
-    assert window.context.session.project.path == target
-    assert window.context.session.project.project.clicks.count() > 100
+    window.context.session.opening.open(path)
+    qtbot.waitUntil(lambda: window.messages.message is not None)
+    assert "the project file is damaged" in window.messages.text()
+    assert f"stereotrack open {backup}" in window.messages.text()
+    assert path.read_bytes() == whole
+    open_path(qtbot, window, backup)
+    assert window.context.session.project.project.clicks.count() == 1

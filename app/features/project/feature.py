@@ -53,9 +53,6 @@ def _files(
                 "another program, when that program is certainly no longer running.",
                 projects.take_over, icon="lock", why_not=lambda: (
                     "" if session.project.in_use else "The project is not locked.")),
-        project("rescue_project", "Recover damaged project …", "Save everything that can be read "
-                "from a damaged project file to a new one.", projects.ask_what_to_rescue,
-                icon="reset"),
         project("projects_beside", "Keep new projects beside recordings", "Create the project of "
                 "a new recording beside the recording's folder.", projects.keep_beside,
                 checked=projects.kept_beside, section=True),

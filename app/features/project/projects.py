@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Slot
@@ -10,15 +9,11 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.locks import user
-from stereotrack_core.project.database import ProjectDamaged
-from stereotrack_core.project.rescue import Rescued, rescue
 from stereotrack_core.project.whereabouts import SUFFIX
 
 from ...context import Context
-from ...services.failures import message_of
 from ...session.edits import Moved, WindowEdit
 from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
-from ...widgets.forms.message import Message
 
 _FILTER = f"Projects (*{SUFFIX})"
 _WITH_FRAMES = ("click", "repeat_click", "frame_flag", "keyframe")
@@ -40,7 +35,6 @@ class ProjectController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         context.session.project.recording_missing.connect(self._on_missing)
-        context.session.project.damaged.connect(self._on_damaged)
         context.session.edits.moved.connect(self._show_what_moved)
 
     def ask_for_project(self) -> None:
@@ -78,49 +72,6 @@ class ProjectController(QObject):
         )
         if sure == QMessageBox.StandardButton.Yes:
             self._session.project.open_file(path, self._session.document.frame, take_over=True)
-
-    def ask_what_to_rescue(self) -> None:
-        """Let the person choose a damaged project and where to save what can be read."""
-        parent = self._context.docks.dialog_parent
-        ask_to_open(parent, "Recover project", "", _FILTER, self._ask_where_to_rescue)
-
-    def _ask_where_to_rescue(self, damaged: Path) -> None:
-        def save(target: Path) -> None:
-            self._context.tasks.begin(
-                "recovering the project",
-                lambda _task: rescue(damaged, _with_suffix(target)),
-                self._on_rescued,
-                promised=True,
-            )
-
-        parent, title = self._context.docks.dialog_parent, "Save recovered project as"
-        proposed = damaged.with_stem(f"{damaged.stem}-rescued")
-        ask_to_save(parent, title, proposed, _FILTER, save)
-
-    @Slot(object)
-    def _on_damaged(self, error: ProjectDamaged) -> None:
-        """Say of a damaged project what can be done about it, in place of the bare error."""
-        notifier = self._context.notifier
-        notifier.take_back(message_of(error))
-        notifier.show(
-            Message(
-                "error",
-                f"this project file is damaged: {error.detail}",
-                str(error.path),
-                "It is left as it is. Recover saves everything that can be read to a new file.",
-                button="Recover …",
-                do=partial(self._ask_where_to_rescue, error.path),
-            )
-        )
-
-    @Slot(object)
-    def _on_rescued(self, rescued: Rescued) -> None:
-        rows = sum(rescued.rows.values())
-        history = "including its history" if rescued.history_whole else "its history was damaged"
-        self._context.notifier.show(
-            Message("note", f"{rows} rows recovered, {history}", str(rescued.path))
-        )
-        self._session.opening.open(rescued.path)
 
     def ask_for_home(self) -> None:
         """Let the person choose where new projects go."""
