@@ -1,4 +1,5 @@
 """Faults that are planted into a rendered recording, one at a time, are named."""
+
 import pytest
 
 from tests.doctor.planted.faults import faults
