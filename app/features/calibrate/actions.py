@@ -32,12 +32,6 @@ def commands(
     def why_not_recording() -> str:
         return in_page() or why_not_into(calibration.state)
 
-    def why_not_calculate() -> str:
-        return in_page() or calibration.why_not_calculate()
-
-    def why_no_next() -> str:
-        return in_page() or calibration.why_no_next()
-
     command = Menu(_MENU).command
     return [
         command("calibrate", "Calibrate cameras", "Calibrate cameras with pictures of a board, "
@@ -46,12 +40,6 @@ def commands(
         command("check_thoroughly", "Check thoroughly", "Measure whether images, clocks, cameras "
                 "and reference of the open recording fit each other; takes some seconds to "
                 "minutes.", checks.measure, why_not=checks.why_not_measure),
-        command("calibrate_step", "Calculate this step", "Calculate the step of the calibration "
-                "that is shown.", calibration.calculate, why_not=why_not_calculate, section=True),
-        command("calibrate_next", "Next step", "Show the next step of the calibration, and "
-                "calculate it.", calibration.go_on, why_not=why_no_next),
-        command("calibrate_stop", "Stop calculation", "Stop what is being calculated; the steps "
-                "before stay.", calibration.cancel, icon="stop", why_not=calibration.why_not_stop),
         command("calibrate_save", "Save calibration …", "Write the calibration.toml and a report.",
                 page.save.ask, icon="save", why_not=why_no_file, section=True),
         command("calibrate_into", "Save into the recording", "Replace the calibration of the open "

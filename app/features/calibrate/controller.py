@@ -12,7 +12,6 @@ from PySide6.QtCore import QObject, Signal, Slot
 from stereotrack_core.calibrate import work
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.pairs import stereo_names
-from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.work import LookedAt, Progress, Source
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import read_calibration
@@ -23,17 +22,7 @@ from ...services.tasks.task import Task
 from . import saving
 from .axes import Axes
 from .reading import PictureReading
-from .state import STEPS, Calibration, KeptLenses, Made, Recorded, Shot, StepName
-
-_TITLES: dict[StepName, str] = {
-    "board": "Recognising the board",
-    "pictures": "Searching for the board",
-    "lenses": "Calculating the lenses",
-    "pairs": "Placing the pairs",
-    "world": "Placing all cameras",
-    "axes": "Looking for the floor",
-    "save": "Comparing with the recording",
-}
+from .state import DOING, STEPS, Calibration, KeptLenses, Made, Recorded, Shot, StepName
 
 
 class CalibrationController(QObject):
@@ -228,7 +217,7 @@ class CalibrationController(QObject):
 
     def _on_found(self, found: work.Found) -> None:
         first = next((one for one in found.search.sightings if len(one)), None)
-        self.change(found=found, looked=())
+        self.change(found=found, looked=None)
         if first is not None:
             self.choose(first.camera, int(first.frames[0]))
 
@@ -269,7 +258,7 @@ class CalibrationController(QObject):
         """Have a task done for a step, instead of what is being calculated."""
         self.cancel()
         process = self._context.session.processes.calibration
-        task = Task(_TITLES[step], lambda own: process(todo, own.tell, own.token.cancelled))
+        task = Task(DOING[step], lambda own: process(todo, own.tell, own.token.cancelled))
 
         def finished(result: Any) -> None:
             if task is self._task:
@@ -292,25 +281,19 @@ class CalibrationController(QObject):
         self._task = task
         problem = self.state.problem
         self.change(busy=step, problem=None if problem and problem[0] == step else problem)
-        self.progressed.emit(0.0, _TITLES[step])
+        self.progressed.emit(0.0, DOING[step])
         self._context.tasks.start(task)
 
     def _end(self) -> None:
         self._task = None
         self.change(busy=None)
 
-    def why_not_stop(self) -> str:
-        """Why nothing can be stopped."""
-        return (
-            "" if self.state.busy is not None else "No calculation of the calibration is running."
-        )
-
     def cancel(self) -> None:
         """Stop what is being calculated; what was calculated before stays."""
         if self._task is not None:
             task, self._task = self._task, None
             task.cancel()
-            self.change(busy=None, looked=())
+            self.change(busy=None, looked=None)
 
     def _hear(self, task: Task, words: list[Any]) -> None:
         if task is not self._task:
@@ -323,18 +306,12 @@ class CalibrationController(QObject):
             last = looked[-1]
             said = f"{last.looked.camera}, {last.looked.name}"
             self._tell(task, last.done / max(last.count, 1), said)
-            self._show_looked(tuple(one.looked for one in looked))
+            shown = next((o.looked for o in reversed(looked) if o.looked.image is not None), None)
+            self.change(looked=shown or self.state.looked)
 
     def _tell(self, task: Task, share: float, words: str) -> None:
         task.report(share, words)
         self.progressed.emit(share, f"{task.title}: {words}")
-
-    def _show_looked(self, looked: tuple[Looked, ...]) -> None:
-        """Keep what was searched, and the pixels of one picture only."""
-        every = (*self.state.looked, *looked)
-        shown = next((one for one in reversed(every) if one.image is not None), None)
-        kept = (one if one is shown else replace(one, image=None) for one in every)
-        self.change(looked=tuple(kept))
 
     def _on_recognised(self, found: Any) -> None:
         words = f"{found.board.words[:1].upper()}{found.board.words[1:]}"

@@ -15,19 +15,12 @@ from stereotrack_core.recording.images import DamagedFrame
 from ...services.tasks.newest import LatestOnly
 
 
-@dataclass(frozen=True)
-class WantedPicture:
-    """A picture that is to be shown."""
-
-    source: Source
-    frame: int
-
-
 @dataclass(frozen=True, eq=False)
 class ReadPicture:
     """A picture that was read, or why it was not."""
 
-    wanted: WantedPicture
+    source: Source
+    frame: int
     name: str
     image: ImageArray | None
     problem: str = ""
@@ -40,13 +33,14 @@ class _Reader:
         self._source: Source | None = None
         self._pictures: Pictures | None = None
 
-    def __call__(self, wanted: WantedPicture) -> ReadPicture:
+    def __call__(self, wanted: tuple[Source, int]) -> ReadPicture:
+        source, frame = wanted
         try:
-            pictures = self._opened(wanted.source)
-            image = pictures.read(wanted.frame)
+            pictures = self._opened(source)
+            image = pictures.read(frame)
         except (InputError, DamagedFrame) as problem:
-            return ReadPicture(wanted, f"picture {wanted.frame}", None, str(problem))
-        return ReadPicture(wanted, pictures.name(wanted.frame), image)
+            return ReadPicture(source, frame, f"picture {frame}", None, str(problem))
+        return ReadPicture(source, frame, pictures.name(frame), image)
 
     def _opened(self, source: Source) -> Pictures:
         if self._pictures is None or source != self._source:
@@ -70,7 +64,7 @@ class PictureReading(QObject):
 
     def ask(self, source: Source, frame: int) -> None:
         """Read a picture."""
-        self._worker.ask(WantedPicture(source, frame))
+        self._worker.ask((source, frame))
 
     @Slot()
     def close(self) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.bundle import rms_of
-from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.report import lens_table
 from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.geometry.transform import RigidTransform
@@ -20,12 +19,10 @@ from ...widgets.plots.coverage_map import CoverageShown
 from ...widgets.scene.content import SceneContent
 from ...widgets.tables.picture_tree import CameraRows, PictureRow
 from .reading import ReadPicture
-from .state import STEPS, Calibration, StepName
+from .state import DOING, STEPS, Calibration, StepName
 
 _MOST_EMPTY = 200
 """Pictures without a board that are listed for a camera; of long videos only those with one are."""
-_LIVE = 200
-"""Pictures that are listed while the search goes on."""
 _BAD, _BAD_PX = 2.0, 0.3
 """Times the usual error, and pixels, from which a picture is marked."""
 _MOST_BOARDS = 150
@@ -68,22 +65,13 @@ _HINTS: dict[StepName, tuple[str, tuple[str, ...]]] = {
     "axes": ("Choose where up, north and the origin are.", ()),
     "save": ("Save the calibration.", ()),
 }
-_DOING: dict[StepName, str] = {
-    "board": "Looking at the board …",
-    "pictures": "Searching for the board …",
-    "lenses": "Calculating the lenses …",
-    "pairs": "Placing the pairs …",
-    "world": "Placing all cameras …",
-    "axes": "Looking for the floor …",
-    "save": "Comparing with the recording …",
-}
 _COLOURS = {"good": "good", "doubtful": "warning", "bad": "error"}
 
 
 def verdict_shown(state: Calibration) -> tuple[str, Sequence[str], str]:
     """Sentence, remarks and colour of the step that is shown."""
     if state.busy == state.step:
-        return _DOING[state.step], (), "accent"
+        return f"{DOING[state.step]} …", (), "accent"
     if state.step == "save" and state.saved:
         return state.saved, (), "good"
     if state.step == "board" and state.recognised:
@@ -109,30 +97,8 @@ def verdict_shown(state: Calibration) -> tuple[str, Sequence[str], str]:
 def camera_rows(state: Calibration) -> list[CameraRows]:
     """The pictures of all cameras with their ticks and errors."""
     if state.found is None:
-        return _live_rows(state)
+        return []
     return [_rows_of(state, one) for one in state.found.search.sightings]
-
-
-def _live_rows(state: Calibration) -> list[CameraRows]:
-    """What was searched so far, the last pictures only."""
-    by_camera: dict[str, list[Looked]] = {}
-    for one in state.looked:
-        by_camera.setdefault(one.camera, []).append(one)
-    return [
-        CameraRows(
-            name,
-            ("", "", f"found in {sum(one.pixels is not None for one in seen)} of {len(seen)}"),
-            tuple(_live_row(state, one) for one in seen[-_LIVE:]),
-        )
-        for name, seen in by_camera.items()
-    ]
-
-
-def _live_row(state: Calibration, looked: Looked) -> PictureRow:
-    if looked.pixels is None:
-        return PictureRow(looked.frame, looked.name, remark="the board was not found")
-    ticked = (looked.camera, looked.frame) not in state.unticked
-    return PictureRow(looked.frame, looked.name, ticked, str(_count(looked.pixels)))
 
 
 def _rows_of(state: Calibration, seen: Sightings) -> CameraRows:
@@ -189,7 +155,7 @@ def _count(pixels: FloatArray) -> int:
 def shot_shown(state: Calibration, read: ReadPicture | None) -> BoardShot | None:
     """The picture that is chosen, with corners and errors; the newest while the search goes on."""
     if state.busy == "pictures":
-        live = next((one for one in reversed(state.looked) if one.image is not None), None)
+        live = state.looked
         if live is None:
             return BoardShot("", message="Opening the pictures …")
         columns = state.board.columns if live.pixels is not None and len(live.pixels) == len(
@@ -197,7 +163,7 @@ def shot_shown(state: Calibration, read: ReadPicture | None) -> BoardShot | None
         title = f"{live.camera}, {live.name}"
         title += "" if live.pixels is not None else ": no board found"
         return BoardShot(title, live.image, live.pixels, None, columns)
-    if read is None or state.shot != (read.wanted.source.camera, read.wanted.frame):
+    if read is None or state.shot != (read.source.camera, read.frame):
         return None
     camera, frame = state.shot
     corners, errors, columns = None, None, 0

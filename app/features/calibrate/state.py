@@ -43,6 +43,17 @@ STEPS: dict[StepName, str] = {
 }
 """Steps with their titles, in their order."""
 
+DOING: dict[StepName, str] = {
+    "board": "Recognising the board",
+    "pictures": "Searching for the board",
+    "lenses": "Calculating the lenses",
+    "pairs": "Placing the pairs",
+    "world": "Placing all cameras",
+    "axes": "Looking for the floor",
+    "save": "Comparing with the recording",
+}
+"""What is said while a step is calculated."""
+
 Shot: TypeAlias = tuple[str, int]
 """A picture: the name of its camera and its number."""
 
@@ -118,8 +129,8 @@ class Calibration:
     """What could not be calculated last."""
     busy: StepName | None = None
     """What is being calculated."""
-    looked: tuple[Looked, ...] = ()
-    """Pictures that were searched so far, without their pixels but for the last that has them."""
+    looked: Looked | None = None
+    """The newest picture that was searched, while the search goes on."""
     shot: Shot | None = None
     """The picture that is shown."""
     recording: Recorded | None = None

@@ -85,9 +85,7 @@ class PointsPanel(QWidget):
     def _show_picture(self) -> None:
         axes, read = self._axes, self._aligning.picture
         source = self._aligning.source_of(axes.camera)
-        wanted = read is not None and (read.wanted.source, read.wanted.frame) == (
-            source, axes.frame,
-        )  # fmt: skip
+        wanted = read is not None and (read.source, read.frame) == (source, axes.frame)
         image = read.image if read is not None and wanted else None
         message = read.problem if read is not None and wanted else "Loading image …"
         self.view.show_picture(

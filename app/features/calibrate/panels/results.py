@@ -42,10 +42,7 @@ class _Pictures(PictureTree):
     def show_state(self, state: Calibration) -> None:
         """Show the pictures as they are known."""
         self.show_pictures(camera_rows(state))
-        if state.busy == "pictures":
-            self.scrollToBottom()
-            return
-        if state.shot is not None:
+        if state.shot is not None and state.busy != "pictures":
             with QSignalBlocker(self):
                 self.choose(*state.shot)
 
