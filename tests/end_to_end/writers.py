@@ -17,6 +17,7 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.calibrate.verdict import Verdict
+from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
@@ -153,6 +154,10 @@ def _foreign(path: Path, things: Things, form: str) -> None:
     write_foreign(path, tuple(things.recording.cameras.values()), form)
 
 
+def _demo(folder: Path, _things: Things) -> None:
+    copied_demo(folder.parent)
+
+
 def _imported(folder: Path, things: Things) -> None:
     images = (things.recording.folder / things.recording.views[0].image.frames).parent
     choices = propose(look_at([images]))
@@ -284,6 +289,7 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
 
 FOLDERS: dict[str, Callable[[Path, Things], None]] = {
     "simulated": _simulate,
+    "demo": _demo,
     "recording": _description,
     "imported": _imported,
     "strips": _strips,
