@@ -1,4 +1,4 @@
-"""Runs beside each other in numbers: the same that ``stereotrack compare`` prints."""
+"""Runs beside each other in numbers: the same that ``stereotrack evaluate --against`` prints."""
 
 from __future__ import annotations
 

@@ -74,16 +74,9 @@ COMMANDS: tuple[Command, ...] = (
     Command("proportions", "estimate a person's segment lengths from the recording"),
     Command("track", "track the person through a recording and write the run"),
     Command(
-        "evaluate", "compute the errors of a run against the reference, with the thesis's measures"
+        "evaluate",
+        "errors of a run against the reference; its joint angles, failures, or another run",
     ),
-    Command(
-        "compare", "compare runs: how much better one is, and whether the difference is significant"
-    ),
-    Command(
-        "angles",
-        "joint angles of a run or reference: ranges of motion, velocities, left-right differences",
-    ),
-    Command("episodes", "detect failures in a run and their probable causes"),
     Command(
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",

@@ -1,31 +1,46 @@
-"""``stereotrack evaluate``: the errors of a run against a reference."""
+"""``stereotrack evaluate``: the errors of a run, its joint angles, its failures, another run."""
 
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.cli.arguments import (
+    FPS,
     FRAMES,
     JSON,
     LIMIT_OF_SIGMA,
+    OF_RUN,
     REFERENCE,
     SEGMENTS,
     STATED,
+    changes,
+    flag,
     option,
+)
+from stereotrack_core.cli.evaluations import (
+    Measured,
+    Told,
+    against_told,
+    angles_told,
+    failures_told,
 )
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
+    Truth,
     limit_of_sigma,
     read_measured,
+    recording_in,
     some_segments,
     stated_for,
     truth_of,
     warn_about_size,
 )
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.accuracy import (
     accuracy_facts,
     accuracy_of,
@@ -33,6 +48,7 @@ from stereotrack_core.evaluation.accuracy import (
     stated_means,
 )
 from stereotrack_core.evaluation.errors import LimbErrors, none_of_the_frames
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import error_table, segment_table
@@ -42,7 +58,8 @@ DESCRIPTION = (
     "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "
     "forearms against the reference, and the share of arm segments more than 45 degrees off. "
     "Frames missing in the run count 90 degrees and 500 mm. Frames missing in the reference "
-    "are not scored."
+    "are not scored. With --angles, --failures or --against these are printed instead, and need "
+    "no reference."
 )
 
 OPTIONS = (
@@ -50,46 +67,107 @@ OPTIONS = (
         "run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d, .nc)", type=Path
     ),
     REFERENCE,
+    OF_RUN,
     *STATED,
     LIMIT_OF_SIGMA,
+    FPS,
     FRAMES,
     SEGMENTS,
+    flag("--angles", "joint angles: ranges of motion, left against right, errors"),
+    flag("--failures", "stretches in which limbs fail, with their probable causes"),
+    changes("change how failures are detected, for example episode_error=30"),
+    option(
+        "--against RUN",
+        "compare with another run or landmarks, frame by frame: how much better one is, and "
+        "whether the difference is significant",
+        type=Path,
+    ),
     JSON,
 )
 
 
 def run(args: Namespace) -> int:
     """Measure and print."""
-    stated = stated_for(args, args.run_file, args.reference)
-    trajectory, stored = read_measured(args.run_file, stated.get(args.run_file))
+    wanted = args.angles or args.failures or args.against is not None
+    if args.changes and not args.failures:
+        raise InputError(
+            "it changes how failures are detected", where="--set", remedy="Add --failures."
+        )
+    measured = _measured(args, needs_truth=not wanted)
+    told: dict[str, Told] = {}
+    if not wanted and measured.truth is not None:
+        told[""] = _errors_told(args, measured, measured.truth)
+    if args.angles:
+        told["angles"] = angles_told(args, measured)
+    if args.failures:
+        told["failures"] = failures_told(args, measured)
+    if args.against is not None:
+        told["against"] = against_told(args, measured)
+    source = None if measured.truth is None else measured.truth.source
+    if args.json:
+        facts: dict[str, Any] = {"run": args.run_file, "reference": source}
+        for name, (one, _) in told.items():
+            facts |= {name: one} if name else one
+        put_json(facts)
+        return OK
+    if wanted:
+        put(f"Reference: {source}\n" if source is not None else "No reference.\n")
+    for _, tables in told.values():
+        for table in tables:
+            if isinstance(table, str):
+                put(f"{table}\n")
+            else:
+                put_table(table)
+    return OK
+
+
+def _measured(args: Namespace, *, needs_truth: bool) -> Measured:
+    """Read what is asked for; without truth where there is none and it is not needed."""
+    path = args.run_file
+    stated = stated_for(args, path, args.against, args.reference)
+    trajectory, stored = read_measured(path, stated.get(path), args.recording)
     meta = {} if stored is None else dict(stored.meta)
-    limit = limit_of_sigma(args)
-    truth = truth_of(args.reference, meta, trajectory, limit, stated.get(args.reference))
-    segments = some_segments(truth.segments, truth.source) if args.segments else ()
-    found = stored or trajectory
+    limit, truth = limit_of_sigma(args), None
+    try:
+        truth = truth_of(args.reference, meta, trajectory, limit, stated.get(args.reference))
+        warn_about_size(truth)
+    except InputError as error:
+        if needs_truth or args.reference is not None:
+            raise
+        say(f"No reference: {error.what}.")
+    segments: Sequence[Segment] = ()
+    if args.segments:
+        folder = Path(str(meta.get("recording_folder") or path.parent))
+        recording = recording_in(folder) if truth is None else None
+        known = recording.segments if recording is not None else ()
+        segments = some_segments(known if truth is None else truth.segments, folder)
+    return Measured(path, trajectory, stored, truth, asked_frames(args.frames), segments, stated)
+
+
+def _errors_told(args: Namespace, measured: Measured, truth: Truth) -> Told:
+    """The errors against the reference."""
+    trajectory = measured.trajectory
+    found = measured.run or trajectory
+    meta = {} if measured.run is None else dict(measured.run.meta)
     accuracy = accuracy_of(
-        found, truth.reference, truth.states, segments, asked_frames(args.frames), limit
-    )
+        found, truth.reference, truth.states, measured.segments, measured.frames,
+        limit_of_sigma(args),
+    )  # fmt: skip
     if not len(accuracy.errors.frame):
         raise none_of_the_frames("--frames" if args.frames else "--reference")
     _warn_about_frames(trajectory, accuracy.errors, args.frames)
-    warn_about_size(truth)
     if heading := heading_words(meta.get(HEADING)):
-        say(f"{args.run_file}: {heading.what}. {heading.remedy}")
+        say(f"{measured.path}: {heading.what}. {heading.remedy}")
     speed = _frames_per_second(trajectory, meta)
-    if args.json:
-        facts = {"run": args.run_file, "reference": truth.source, "frames_per_second": speed}
-        facts |= accuracy_facts(accuracy)
-        if args.segments:
-            facts["segments"] = [error_facts(part) for part in accuracy.segments]
-        put_json(facts)
-        return OK
-    put_table(error_table(accuracy, f"{args.run_file} against {truth.source}", speed))
+    facts = {"frames_per_second": speed} | accuracy_facts(accuracy)
+    title = f"{measured.path} against {truth.source}"
+    tables: list[Any] = [error_table(accuracy, title, speed)]
     if accuracy.quality:
-        put(f"Means: {'; '.join(stated_means(accuracy))}.\n")
+        tables.append(f"Means: {'; '.join(stated_means(accuracy))}.")
     if args.segments:
-        put_table(segment_table(accuracy.segments))
-    return OK
+        facts["segments"] = [error_facts(part) for part in accuracy.segments]
+        tables.append(segment_table(accuracy.segments))
+    return facts, tables
 
 
 def _warn_about_frames(

@@ -22,9 +22,10 @@ from stereotrack_core.cli.arguments import (
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
-    angle_source,
+    angles_in,
     limit_of_sigma,
     open_project,
+    read_measured,
     recording_of,
     recording_of_run,
     say_if_unfinished,
@@ -212,8 +213,9 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
         rate = reference.fps if args.fps is None else args.fps
         return export_reference(args.output, reference, form, rate, limit_of_sigma(args))
     if form.name in ANGLE_FORMATS:
-        source = angle_source(args.source, args.fps, stated_in(args))
-        return export_angles(args.output, source.angles, form, source.fps)
+        found = read_measured(args.source, stated_in(args))
+        angles, fps = angles_in(args.source, *found, args.fps)
+        return export_angles(args.output, angles, form, fps)
     check_kind(form, "run")
     if holds_run(args.source):
         run = read_run(args.source)

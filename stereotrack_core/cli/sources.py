@@ -27,7 +27,7 @@ from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
-from stereotrack_core.interop.reference_npz import is_reference, read_reference
+from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import (
     at_recording,
     has_own_axes,
@@ -44,14 +44,14 @@ from stereotrack_core.recording.description import Recording, Segment, read_segm
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
-from stereotrack_core.recording.frame_times import same_rate, stated_fps
+from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
-from stereotrack_core.tracking.stored import fps_of_run, up_of_meta
+from stereotrack_core.tracking.stored import up_of_meta
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 
@@ -80,20 +80,25 @@ def limit_of_sigma(args: Namespace) -> float:
 
 
 def read_measured(
-    path: Path, stated: Stated | None = None
+    path: Path, stated: Stated | None = None, folder: Path | None = None
 ) -> tuple[LandmarkTrajectory, Run | None]:
     """Landmarks of a file, and the run where it holds a complete one.
 
     Their rate is that of their recording where that is found: a stated one may be corrected later.
+    `folder`: where the run's recording is now.
     """
     if holds_run(path):
         stored = read_run(path)
         say_if_unfinished(path, stored)
+        if folder is not None:
+            open_recording(folder)
+            stored = replace(stored, meta={**stored.meta, "recording_folder": str(folder)})
         return _at_its_rate(stored.trajectory(), _tracked_recording(stored.meta)), stored
     if path.suffix.lower() == ".npz":
-        return read_reference(path).trajectory(np.inf), None
-    found = read_trajectory(path, stated)
-    say_notes(found.notes)
+        found = read_reference(path).trajectory(np.inf)
+    else:
+        found = read_trajectory(path, stated)
+        say_notes(found.notes)
     return found if found.fps else _at_its_rate(found, recording_in(path.parent)), None
 
 
@@ -326,63 +331,23 @@ def recording_of(project: Project) -> Recording:
     return open_recording(place.folder)
 
 
-@dataclass(frozen=True, eq=False)
-class AngleSource:
-    """Joint angles of a file."""
+def angles_in(
+    path: Path, trajectory: LandmarkTrajectory, run: Run | None, fps: float | None
+) -> tuple[JointAngles, float]:
+    """Joint angles of a file that has been read, and the given frames per second, or its own.
 
-    angles: JointAngles
-    fps: float
-    """Frame sets per second."""
-    recording: Recording | None
-    """Where it is known and there."""
-
-
-def angle_source(path: Path, fps: float | None, stated: Stated | None = None) -> AngleSource:
-    """Angles of a run, a reference or landmarks.
-
-    The frames per second that are given hold, for files that do not say them. Raises InputError for
-    a file that cannot be read, or that nothing states the frame rate of.
+    Raises InputError where nothing states the frame rate.
     """
-    angles, recording, own = _read(path, stated)
-    rate = fps if fps is not None else own
-    if rate is None and recording is not None:
-        rate = recording.fps
+    rate = fps if fps is not None else trajectory.fps
     if rate is None:
         raise InputError(
-            "the file does not state its frame rate",
-            where=str(path),
-            remedy="Give --fps N.",
+            "the file does not state its frame rate", where=str(path), remedy="Give --fps N."
         )
-    return AngleSource(angles, rate, recording)
-
-
-def angles_at(source: AngleSource, path: Path, stated: Stated | None = None) -> JointAngles:
-    """Angles of another run, reference or landmarks at the frames of `source`, by time."""
-    if holds_run(path):
-        angles, _, fps = _read(path, stated)
-        if fps is None or same_rate(fps, source.fps, angles.frame):
-            return angles
-    return angles_of_reference(
-        named_reference(path, source.recording, source.fps, source.angles.frame, stated)
-    )
-
-
-def _read(path: Path, stated: Stated | None) -> tuple[JointAngles, Recording | None, float | None]:
-    """Angles, the recording where its folder is known and there, and frames per second."""
-    if path.suffix.lower() == ".npz" and is_reference(path):
-        reference = read_reference(path)
-        folder = reference.meta.get("recording_folder")
-        place = Path(str(folder)) if folder else path.parent
-        return angles_of_reference(reference), recording_in(place), reference.fps
-    if not holds_run(path):
-        trajectory = read_trajectory(path, stated)
-        say_notes(trajectory.notes)
-        return angles_of_trajectory(trajectory), recording_in(path.parent), trajectory.fps
-    run = read_run(path)
-    say_if_unfinished(path, run)
-    folder = run.meta.get("recording_folder")
-    recording = recording_in(Path(str(folder))) if folder else None
-    return angles_of_run(run), recording, fps_of_run(run) if "fps" in run.meta else None
+    if run is not None:
+        return angles_of_run(run), rate
+    if path.suffix.lower() == ".npz":
+        return angles_of_reference(read_reference(path)), rate
+    return angles_of_trajectory(trajectory), rate
 
 
 def stated_for(args: Namespace, *paths: Path | None) -> dict[Path, Stated]:

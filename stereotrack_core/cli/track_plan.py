@@ -320,21 +320,19 @@ def _frames_like(args: Namespace, stored: StoredSpec, count: int) -> range:
 
 def _said(args: Namespace) -> list[str]:
     """Options that were given, in their own words."""
-    options = {
-        "--preset": args.preset,
-        "--set": " ".join(args.changes) or None,
-        "--frames": args.frames,
-        "--views": args.views,
-        "--seed": args.seed,
-        "--init": args.init,
-        "--heading": args.heading,
-        "--detections": args.detections,
-        "--keypoints": args.keypoints,
-        "--layout": args.layout,
-        "--person": args.person,
-        "--clicks": args.clicks,
-    }
-    said = [f"{name} {value}" for name, value in options.items() if value is not None]
+    values = {**vars(args), "set": " ".join(args.changes) or None}
+    names: tuple[str, ...] = (
+        "preset",
+        "set",
+        "frames",
+        "views",
+        "seed",
+        "init",
+        "heading",
+        "detections",
+    )
+    names += ("keypoints", "layout", "person", "clicks")
+    said = [f"--{name} {values[name]}" for name in names if values[name] is not None]
     if args.smooth is not None:
         said.append("--smooth" if args.smooth else "--no-smooth")
     return said

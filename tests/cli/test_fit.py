@@ -210,7 +210,12 @@ def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
     assert np.isfinite(stored.covariance).all()
     assert stored.filled.tolist() == [True, False, True, True, False, True]
     assert stored.meta["click_sigma_px"] == 1
-    assert run("angles", tmp_path / "a.npz", "--json").json["frames_per_second"] == 10.0
+    assert (
+        run("evaluate", tmp_path / "a.npz", "--angles", "--json").json["angles"][
+            "frames_per_second"
+        ]
+        == 10.0
+    )
     assert (
         run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc").status == 0
     )

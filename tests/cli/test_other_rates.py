@@ -115,9 +115,10 @@ def test_landmarks_of_one_rate_are_measured_against_those_of_another(run, tmp_pa
         assert facts["measures"]["forearms"]["mean"] < 1.0
         assert "resampled by time" in ended.err
         assert (facts["frames"], facts["not_tracked"]) == (int(frames[1:]), 0)
-    compared = run("compare", slow, fast, "--json")
-    apart = compared.json["pairs"][0]["apart"]
-    assert (compared.json["frames"], apart["not_tracked"]) == (10, 0)
+    compared = run("evaluate", slow, "--against", fast, "--json")
+    against = compared.json["against"]
+    apart = against["apart"]
+    assert (against["frames"], apart["not_tracked"]) == (10, 0)
     assert apart["measures"]["forearms"]["mean"] < 1e-3
     assert "the recording 10. It was resampled by time." in compared.err
     write_landmarks(tmp_path / "bare.csv", waving(range(10), 10.0))
@@ -127,12 +128,10 @@ def test_landmarks_of_one_rate_are_measured_against_those_of_another(run, tmp_pa
 
 def test_failures_angles_and_report_take_the_same_reference(run, moving, fast, tmp_path):
     said = "it has 100 frames per second, the recording 10"
-    ended = run("episodes", moving, "--reference", fast, "--no-pictures", "--json")
+    ended = run("evaluate", moving, "--reference", fast, "--failures", "--angles", "--json")
     assert said in ended.err
-    assert [one for one in ended.json["episodes"] if one["found"] != "signs"] == []
-    ended = run("angles", moving, "--reference", fast, "--json")
-    assert said in ended.err
-    assert ended.json["errors"]["left_elbow_flexion"]["frames"] == 10
+    assert [one for one in ended.json["failures"]["list"] if one["found"] != "signs"] == []
+    assert ended.json["angles"]["errors"]["left_elbow_flexion"]["frames"] == 10
     page = tmp_path / "page.html"
     ended = run("report", moving, "--reference", fast, "-o", page, "--json")
     assert ended.status == 0, ended.err

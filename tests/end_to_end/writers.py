@@ -177,7 +177,7 @@ def _window(path: Path, _things: Things) -> None:
 
 
 def _angles(path: Path, things: Things) -> None:
-    write_angles(path, angles_of_run(things.run), 10.0, None)
+    write_angles(path, angles_of_run(things.run), 10.0)
 
 
 def _motion(path: Path, things: Things) -> None:
@@ -302,11 +302,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "run.c3d": ("export", "RUN", "--format", "c3d", "-o", "TARGET"),
     "run.bvh": ("export", "RUN", "--format", "bvh", "-o", "TARGET"),
     "exported angles.csv": ("export", "RUN", "--format", "angles", "-o", "TARGET"),
-    "angles.csv": ("angles", "RUN", "-o", "TARGET"),
     "cloud.ply": ("cloud", "RECORDING", "--frame", "0", "-o", "TARGET"),
     "page.html": ("report", "RUN", "-o", "TARGET"),
-    "film.mp4": ("episodes", "RUN", "--no-pictures", "--video", "TARGET"),
-    "strips": ("episodes", "RUN", "--no-pictures", "--strips", "TARGET"),
     "simulated": ("simulate", "TARGET", "--frames", "2", "--views", "N", *_SMALL),
 }
 """Commands by the file or folder that they write."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,17 +11,22 @@ from typing import Any
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
 from stereotrack_core.calibrate.intrinsics import check_model
 from stereotrack_core.calibrate.lens import LENS_MODELS
-from stereotrack_core.calibrate.pictures import Looked, Pictures
-from stereotrack_core.calibrate.report import finding_table, left_out_table
+from stereotrack_core.calibrate.pictures import Looked, Pictures, check_same_length
+from stereotrack_core.calibrate.report import (
+    finding_table,
+    left_out_table,
+    world_facts,
+    world_tables,
+)
 from stereotrack_core.calibrate.search import Search, search
 from stereotrack_core.calibrate.sightings import LeftOut
+from stereotrack_core.calibrate.world import World, calibrate_world
 from stereotrack_core.cli.arguments import check_least, check_output, check_suffix, option
 from stereotrack_core.cli.output import put_json, put_table
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.locks import writing
-from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.tables import Table
 
 BOARD = (
@@ -44,7 +49,7 @@ LENSES = option(
     "calibration whose lenses are kept, by the names of the cameras; others are calibrated",
     type=Path,
 )
-NOT_ALIGNED = Finding(
+_NOT_ALIGNED = Finding(
     "note",
     "world",
     "the world is that of the first camera, taken as level and looking south",
@@ -75,11 +80,6 @@ def calibrating(args: Namespace) -> Iterator[None]:
     board_of(args)
     with writing(args.output):
         yield
-
-
-def given_lenses(path: Path | None) -> dict[str, Camera]:
-    """The cameras of ``--lenses``."""
-    return {} if path is None else read_calibration(path)
 
 
 def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Search:
@@ -117,3 +117,32 @@ def put_calibration(
     for table in (*tables, left_out_table(left_out), finding_table(findings)):
         if table is not None:
             put_table(table)
+
+
+def put_world(
+    args: Namespace,
+    sources: Sequence[Pictures],
+    check: Callable[[Search], None] = lambda _: None,
+    told: Callable[[World], tuple[dict[str, Any], list[Table]]] = lambda _: ({}, []),
+) -> None:
+    """Search for the board, calibrate the cameras together, write and print the result.
+
+    `check` refuses what was found, and `told` adds to the result as JSON and as tables.
+    """
+    given = {} if args.lenses is None else read_calibration(args.lenses)
+    found = found_board(args, sources, check_same_length(sources))
+    found.check_not_mirrored()
+    check(found)
+    with stoppable(NOTHING) as stop:
+        world = calibrate_world(
+            found.sightings, found.board, model=args.model, given=given, stop=stop
+        )
+    facts, tables = told(world)
+    write_calibration(args.output, {camera.name: camera for camera in world.cameras})
+    put_calibration(
+        {"calibration": args.output, **facts, **world_facts(world)},
+        [*world_tables(world), *tables],
+        [out for one in world.sightings for out in one.left_out],
+        [*found.findings, *world.findings, _NOT_ALIGNED],
+        as_json=args.json,
+    )

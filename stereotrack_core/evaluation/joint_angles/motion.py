@@ -135,7 +135,7 @@ def _check(fps: float, cut_off: float) -> None:
     if not (np.isfinite(cut_off) and cut_off > 0):
         raise InputError(
             f"{cut_off:g} Hz is not a cut-off frequency",
-            where="--cutoff",
+            where="cut_off",
             remedy="Give a frequency above 0 Hz; 6 is usual.",
         )
 

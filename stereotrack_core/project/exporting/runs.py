@@ -13,7 +13,6 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.motion import (
-    CUT_OFF_HZ,
     frame_columns,
     frame_rows,
     motion_of,
@@ -134,8 +133,8 @@ def export_angles(path: Path, angles: JointAngles, form: ExportFormat, fps: floa
     return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"}, notes)
 
 
-def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | None = None) -> int:
+def write_angles(path: Path, angles: JointAngles, fps: float) -> int:
     """Write the angles of every frame as CSV; the number of frames."""
-    motion = motion_of(angles, fps, CUT_OFF_HZ if cut_off is None else cut_off)
+    motion = motion_of(angles, fps)
     write_file(path, csv_text(frame_columns(), frame_rows(angles, motion)))
     return len(angles.frame)

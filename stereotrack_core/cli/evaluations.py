@@ -1,0 +1,309 @@
+"""What ``stereotrack evaluate`` tells beside the errors: angles, failures, another run."""
+
+from __future__ import annotations
+
+import math
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.cli.output import say
+from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.sources import (
+    Truth,
+    angles_in,
+    read_measured,
+    recording_of_run,
+    say_notes,
+)
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.accuracy import error_facts
+from stereotrack_core.evaluation.comparison.compare import (
+    Candidate,
+    Comparison,
+    Pair,
+    compare,
+    compare_segments,
+    how_it_is_made,
+    verdict,
+)
+from stereotrack_core.evaluation.errors import none_of_the_frames
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
+from stereotrack_core.evaluation.failure_segments.segment import agreement_of, limbs_words
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
+from stereotrack_core.evaluation.joint_angles.motion import (
+    SHORTEST,
+    AngleError,
+    StretchMotion,
+    angle_errors,
+    motion_of,
+    range_of_motion,
+)
+from stereotrack_core.evaluation.joint_angles.series import (
+    angles_of_reference,
+    angles_of_trajectory,
+)
+from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.frame_times import values_at
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.report.run_tables import measure_rows, range_table, side_table
+from stereotrack_core.tables import Table, number
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import fps_of_run
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What is evaluated, and against what."""
+
+    path: Path
+    trajectory: LandmarkTrajectory
+    run: Run | None
+    """Where the file holds a complete one."""
+    truth: Truth | None
+    frames: range
+    segments: Sequence[Segment]
+    """Those that results are asked for."""
+    stated: Mapping[Path, Stated]
+    """Names and axes of the files."""
+
+
+Told = tuple[dict[str, Any], list[Table | str]]
+"""A result as JSON, and as tables and sentences."""
+
+
+def angles_told(args: Namespace, measured: Measured) -> Told:
+    """Ranges of motion, left against right, and the errors of joint angles where there is truth.
+
+    Raises InputError where the frame rate is not known, or there are no frames.
+    """
+    angles, fps = angles_in(measured.path, measured.trajectory, measured.run, args.fps)
+    angles = angles.between(measured.frames.start, measured.frames.stop)
+    if not len(angles.frame):
+        raise InputError(
+            "there are no frames to process",
+            where="--frames" if args.frames is not None else str(measured.path),
+            remedy="Give a file with frames, or another frame range.",
+        )
+    motion = motion_of(angles, fps)
+    stretches = range_of_motion(angles, motion, measured.segments)
+    facts: dict[str, Any] = {
+        "frames_per_second": fps,
+        "cut_off_hz": motion.cut_off,
+        "low_pass": motion.words,
+        "stretches": [_range_facts(stretch) for stretch in stretches],
+    }
+    tables: list[Table | str] = [*map(range_table, stretches), side_table(stretches)]
+    if measured.truth is not None:
+        states, reference = measured.truth.states, measured.truth.reference
+        known = angles_of_trajectory(reference) if states is None else angles_of_reference(states)
+        if not np.isin(angles.frame, known.frame).any():
+            raise none_of_the_frames(str(measured.truth.source))
+        errors = angle_errors(angles, known)
+        facts["errors"] = {
+            one.angle.name: {
+                "frames": one.frames, **one.degrees(), "within_two_sigma": one.within_two_sigma
+            }
+            for one in errors
+        }  # fmt: skip
+        tables.append(_angle_error_table(errors))
+    tables.append(motion.words)
+    if not any(one.frames for one in stretches[0].ranges):
+        say(f"No angle is known in {SHORTEST} consecutive frames, so ranges cannot be computed.")
+    return facts, tables
+
+
+def _angle_error_table(errors: Sequence[AngleError]) -> Table:
+    headings = (
+        *("angle", ">frames", ">mean error", ">median", ">rms", ">95 %"),
+        *(">stated ±", ">within 2 ± %"),
+    )
+    rows = [
+        (
+            error.angle.words,
+            str(error.frames),
+            *map(number, error.degrees().values()),
+            number(100.0 * error.within_two_sigma, 0),
+        )
+        for error in errors
+        if error.frames
+    ]
+    return Table("Errors of the joint angles, degrees", headings, rows)
+
+
+def _range_facts(stretch: StretchMotion) -> dict[str, Any]:
+    """Ranges for JSON, degrees and degrees per second."""
+    return {
+        "name": stretch.name,
+        "first": stretch.first,
+        "end": stretch.end,
+        "angles": {
+            one.angle.name: {"frames": one.frames, **one.degrees()} for one in stretch.ranges
+        },
+        "sides": {
+            side.left.angle.kind: {**side.degrees(), "symmetry_percent": 100.0 * side.symmetry}
+            for side in stretch.sides
+        },
+    }
+
+
+def failures_told(args: Namespace, measured: Measured) -> Told:
+    """The stretches in which limbs fail, with their probable causes.
+
+    Raises InputError for a file that is not a complete run.
+    """
+    rules = FailureRules().replaced(**parsed_settings(args.changes))
+    run = measured.run
+    if run is None:
+        raise InputError(
+            "failures are found in complete runs only",
+            where=str(measured.path),
+            remedy="Give a run that was written as .npz.",
+        )
+    recording = recording_of_run(args.recording, run, "causes are classified from the run alone")
+    reference = None if measured.truth is None else measured.truth.reference
+    fps = recording.fps if recording is not None else fps_of_run(run)
+    search = FailureSearch(run, fps, reference, recording, rules)
+    with watched("Detecting failures", "Nothing was written.") as (report, stopped):
+        every = find_failures(search, report, stopped)
+    if reference is None and not has_signs(run):
+        say(
+            "Without depth, failures are detected against a reference alone (--reference). Without "
+            "one, only frames that are not tracked are listed."
+        )
+    listed = [
+        e for e in every if e.first < measured.frames.stop and e.last >= measured.frames.start
+    ]
+    facts: dict[str, Any] = {"fps": fps, "rules": rules.values(), "list": listed}
+    heading = f"{counted(len(listed), 'failure') if listed else 'No failures'} in {measured.path}"
+    if reference is not None:
+        agreed = agreement_of(every)
+        facts["without_truth"] = {
+            "precision": agreed.precision, "recall": agreed.recall, "true": agreed.true,
+            "found": agreed.found, "called": agreed.called, "right": agreed.right,
+        }  # fmt: skip
+        if agreed.true or agreed.called:
+            heading += f"; {agreed.words}"
+    if not listed:
+        return facts, [f"{heading}."]
+    rows = [
+        (
+            f"{e.first}-{e.last}",
+            f"{e.first / fps:.1f}-{(e.last + 1) / fps:.1f}",
+            limbs_words(e.limbs),
+            e.found,
+            e.peak_words,
+            e.verdict.cause,
+            f"{100.0 * e.verdict.confidence:.0f} %" if e.verdict.confidence else "-",
+            e.verdict.words,
+        )
+        for e in listed
+    ]
+    columns = (
+        *("frames", "seconds", "limbs", "detected by"),
+        *(">peak", "cause", ">sure", "description"),
+    )
+    return facts, [Table(heading, columns, rows)]
+
+
+def against_told(args: Namespace, measured: Measured) -> Told:
+    """The run, B, compared with another one, A, over the frames that both have."""
+    path = args.against
+    other, run = read_measured(path, measured.stated.get(path))
+    unexplained = None if run is None else run.unexplained_fraction
+    fps, own = measured.trajectory.fps, other
+    if fps is not None:
+        other = own.at_rate(fps, str(path))
+        say_notes(other.notes[len(own.notes) :])
+        if unexplained is not None and own.fps and other is not own:
+            values = unexplained[:, None, None]
+            unexplained = values_at(own.frame, values, own.fps, fps, other.frame)[:, 0, 0]
+    prints = {one.meta.get("fingerprint") for one in (run, measured.run) if one is not None}
+    if len(prints - {None}) > 1:
+        say(
+            "The runs are of different recordings, so their differences are meaningless: "
+            f"{path}, {measured.path}."
+        )
+    mine = None if measured.run is None else measured.run.unexplained_fraction
+    both = [Candidate("A", other, unexplained), Candidate("B", measured.trajectory, mine)]
+    reference = None if measured.truth is None else measured.truth.reference
+    whole = compare(both, reference, measured.frames)
+    parts = compare_segments(both, reference, measured.segments, measured.frames)
+    facts = {"run": path, **_comparison_facts(whole)}
+    if args.segments:
+        facts["segments"] = [
+            {"name": name} | ({} if part is None else _comparison_facts(part))
+            for name, part in parts
+        ]
+    tables: list[Table | str] = [f"A  {path}\nB  {measured.path}"]
+    for title, comparison in (("", whole), *parts):
+        if comparison is None:
+            tables.append(f"{title}: the runs have no frame in common.")
+            continue
+        tables.append(_comparison_table(comparison, title))
+        if not comparison.against_reference:
+            tables.append(_apart_table(comparison.pairs[0], title))
+    return facts, [*tables, how_it_is_made(whole)]
+
+
+def _comparison_table(comparison: Comparison, title: str) -> Table:
+    """Means of both runs, their difference with its interval, and what that comes to."""
+    where = f"{title}: " if title else ""
+    heading = f"{where}B compared with A, means over {len(comparison.frames)} frames"
+    rows = [
+        (
+            f"{paired.measure.label} [{paired.measure.unit}]",
+            number(paired.first_mean, 2),
+            number(paired.second_mean, 2),
+            f"{paired.difference:+z.2f}" if math.isfinite(paired.difference) else "-",
+            f"{paired.low:+z.2f} to {paired.high:+z.2f}" if paired.enough else "-",
+            f"{paired.better_percent:.0f} %" if math.isfinite(paired.better_percent) else "-",
+            number(paired.p, 3),
+            str(paired.block_frames),
+            verdict(paired, "A", "B"),
+        )
+        for paired in comparison.pairs[0].measures
+    ]
+    columns = (
+        *("measure", ">A", ">B", ">B - A", ">95 % interval"),
+        *(">B better in", ">p", ">block", "conclusion"),
+    )
+    return Table(heading, columns, rows)
+
+
+def _apart_table(pair: Pair, title: str) -> Table:
+    """How far two runs are from each other."""
+    where = f"{title}: " if title else ""
+    rows = measure_rows(pair.apart)
+    rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))
+    heading = f"{where}B and A, distance from each other"
+    return Table(heading, ("measure", ">mean", ">median", ">95 %"), rows)
+
+
+def _comparison_facts(comparison: Comparison) -> dict[str, Any]:
+    """The same for JSON."""
+    pair = comparison.pairs[0]
+    measures = {}
+    for paired in pair.measures:
+        facts = asdict(paired)
+        measures[paired.measure.name] = {
+            "unit": facts.pop("measure")["unit"],
+            **facts,
+            "differs": paired.differs,
+            "verdict": verdict(paired, "A", "B"),
+        }
+    return {
+        "frames": len(comparison.frames),
+        "first_frame": comparison.frames[0],
+        "last_frame": comparison.frames[-1],
+        "against_reference": comparison.against_reference,
+        "measures": measures,
+        "apart": error_facts(pair.apart),
+    }

@@ -1,0 +1,252 @@
+"""Joint angles, failures and other runs by ``stereotrack evaluate``."""
+
+import csv
+import dataclasses
+import shutil
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.evaluation.joint_angles.definitions import NAMES
+from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.run_file import read_run, read_trajectory, write_run
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import save_reference
+from stereotrack_core.recording.landmarks import write_landmarks
+from tests.evaluation.failure_segments.runs import recorded
+
+pytestmark = pytest.mark.xdist_group("cli")
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    """A run that loses its left forearm in frames 4 to 9, beside its recording."""
+    folder = tmp_path_factory.mktemp("failures")
+    (folder / "recording").mkdir()
+    _, run, truth = recorded(folder / "recording")
+    write_run(folder / "run.npz", run)
+    write_landmarks(folder / "truth.csv", truth)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def runs(tracked, tmp_path_factory):
+    """Two runs of many frames, the second with half the errors, and what is true."""
+    folder = tmp_path_factory.mktemp("runs")
+    stored, frames = read_run(tracked), 160
+    arrays = {
+        name: np.concatenate([getattr(stored, name)] * frames)[:frames]
+        for name in (
+            *("x", "P", "tracked", "unexplained_fraction", "residual", "innovation"),
+            *("limb_sigma_deg", "limb_lost", "seconds"),
+        )
+    }
+    points = np.tile(stored.landmarks[stored.tracked][0], (frames, 1, 1))
+    for name, sigma in (("rough", 0.04), ("fine", 0.02), ("truth", 0.0)):
+        errors = sigma * np.random.default_rng(round(1000 * sigma)).normal(size=points.shape)
+        fields = {**arrays, "frame": np.arange(frames), "landmarks": points + errors}
+        long = dataclasses.replace(stored, **fields)
+        write_run(folder / f"{name}.npz", long)
+        write_run(folder / f"{name}.csv", long)
+    return folder
+
+
+def with_meta(run, path, **meta):
+    stored = read_run(run)
+    write_run(path, dataclasses.replace(stored, meta={**stored.meta, **meta}))
+    return path
+
+
+def test_angles_of_a_run_are_tables(run, tracked):
+    ended = run("evaluate", tracked, "--angles")
+    assert ended.status == 0
+    for words in (
+        *("left shoulder elevation", "left against right", "Errors of the joint angles"),
+        "cut-off 4 Hz, the highest possible at 10 frames per second",
+    ):
+        assert words in ended.out
+    ended = run("evaluate", tracked, "--angles", "--frames", "3:5")
+    assert ended.status == 0
+    assert "in 5 consecutive frames" in ended.err
+
+
+def test_angles_as_json_are_ranges_sides_and_errors(run, recording):
+    reference = recording / "reference.csv"
+    arguments = ("evaluate", reference, "--angles", "--json")
+    facts = run(*arguments, "--reference", reference).json["angles"]
+    whole = facts["stretches"][0]
+    # a person in the T pose
+    assert whole["angles"]["left_shoulder_elevation"]["mean"] == pytest.approx(90, abs=10)
+    assert whole["angles"]["right_shoulder_plane"]["mean"] == pytest.approx(0, abs=10)
+    assert whole["angles"]["torso_turn"]["mean"] == pytest.approx(0, abs=5)
+    assert (whole["name"], whole["first"], whole["end"]) == ("all", 0, 10)
+    assert set(whole["angles"]) == set(NAMES)
+    assert whole["angles"]["left_shoulder_elevation"]["range_sigma"] is None
+    assert "elbow_flexion" in whole["sides"]
+    assert facts["errors"]["torso_turn"]["rms"] == pytest.approx(0, abs=1e-9)
+    few = run(*arguments, "--frames", "2:9").json
+    assert few["reference"] is None
+    assert (few["angles"]["stretches"][0]["first"], few["angles"]["stretches"][0]["end"]) == (2, 9)
+
+
+def test_angles_of_a_reference_state_their_uncertainty(run, recording, tmp_path):
+    truth = read_trajectory(recording / "reference.csv")
+    covariance = np.broadcast_to(0.005**2 * np.eye(3), (len(truth.frame), 9, 3, 3))
+    path = tmp_path / "fitted.npz"
+    write_reference(path, Reference(truth.frame, truth.points, covariance))
+    refused = run("evaluate", path, "--angles")
+    assert (refused.status, "--fps" in refused.err) == (2, True)
+    facts = run("evaluate", path, "--angles", "--fps", 25, "--json").json["angles"]
+    elevation = facts["stretches"][0]["angles"]["right_shoulder_elevation"]
+    # 5 mm at both ends of an upper arm of some 0.3 m, and the torso that it is measured against
+    assert 1.1 < elevation["sigma"] < 2.5
+
+
+def test_angles_are_exported_from_runs_and_projects(run, recording, tracked, tmp_path):
+    truth = read_trajectory(recording / "reference.csv")
+    project, tables = tmp_path / "a.stereotrack", []
+    with Project.create(project, recording, who="A") as made:
+        made.apply(save_reference("truth", Reference(truth.frame, truth.points)))
+    for k, source in enumerate((tracked, project, recording / "reference.csv")):
+        path = tmp_path / f"{k}.csv"
+        assert run("export", source, "--format", "angles", "-o", path).status == 0
+        with path.open(newline="") as file:
+            tables.append(list(csv.DictReader(file)))
+    assert tables[1] == tables[2]
+    first = tables[0][0]
+    assert (first["frame"], first["seconds"]) == ("0", "0.0")
+    assert [row["frame"] for row in tables[0]] == [str(frame) for frame in range(10)]
+    seen = next(row for row in tables[0] if row["left_shoulder_elevation_deg"])
+    assert 0.0 < float(seen["left_shoulder_elevation_deg"]) < 180.0
+    assert 0.5 < float(seen["left_shoulder_elevation_sigma_deg"]) < 45
+    assert first["left_shoulder_elevation_acceleration_deg_s2"] == ""
+
+
+@pytest.mark.parametrize(("kind", "suffix"), [("angles", ".csv"), ("trc", ".trc")])
+def test_a_file_without_frames_is_exported_without_frames(run, tmp_path, kind, suffix):
+    path, output = tmp_path / "none.csv", tmp_path / f"out{suffix}"
+    path.write_text("frame,landmark,x,y,z\n")
+    ended = run("export", path, "--format", kind, "-o", output, "--fps", "10")
+    assert ended.status == 0
+    assert "0 frames" in ended.out
+    assert output.is_file()
+
+
+def test_failures_have_frames_limbs_peak_cause_and_evidence(run, failing):
+    ended = run("evaluate", failing / "run.npz", "--failures")
+    assert ended.status == 0
+    for words in ("1 failure in", "4-9", "left forearm", "80°"):
+        assert words in ended.out
+    told = run("evaluate", failing / "run.npz", "--failures", "--json").json["failures"]
+    (failure,) = told["list"]
+    assert (failure["first"], failure["last"], failure["found"]) == (4, 9, "truth")
+    assert failure["limbs"] == ["left_forearm"]
+    assert {"cause", "confidence", "evidence"} <= set(failure["verdict"])
+    assert told["without_truth"] == {
+        "precision": None, "recall": 0.0, "true": 1, "found": 0, "called": 0, "right": 0,
+    }  # fmt: skip
+    assert told["rules"]["episode_error"] == 45.0
+
+
+def test_rules_and_frames_choose_failures(run, failing):
+    for options in (("--set", "episode_error=120"), ("--frames", "10:")):
+        ended = run("evaluate", failing / "run.npz", "--failures", *options)
+        assert ended.status == 0
+        assert f"No failures in {failing / 'run.npz'}" in ended.out
+
+
+def test_failures_of_a_run_that_has_lost_its_recording(run, failing, tmp_path):
+    gone = with_meta(
+        failing / "run.npz", tmp_path / "gone.npz", recording_folder=str(tmp_path / "gone")
+    )
+    arguments = ("evaluate", gone, "--failures", "--json")
+    ended = run(*arguments, "--reference", failing / "truth.csv")
+    assert len(ended.json["failures"]["list"]) == 1
+    assert "classified from the run alone" in ended.err
+    without = run(*arguments).json["failures"]
+    assert without["list"] == []
+    assert "without_truth" not in without
+    assert len(run(*arguments, "--recording", failing / "recording").json["failures"]["list"]) == 1
+
+
+def test_failures_tell_of_a_recording_that_is_not_the_runs(run, failing, tmp_path):
+    other = with_meta(failing / "run.npz", tmp_path / "other.npz", fingerprint="0" * 32)
+    ended = run("evaluate", other, "--failures")
+    assert ended.status == 0
+    assert "not the recording that was tracked" in ended.err
+
+
+def test_the_better_run_is_named_in_a_sentence(run, runs):
+    arguments = ("--reference", runs / "truth.csv", "--frames", "20:")
+    against = ("--against", runs / "rough.npz", *arguments)
+    ended = run("evaluate", runs / "fine.npz", *against)
+    assert ended.status == 0
+    assert "B is better by" in ended.out
+    assert "140 frames" in ended.out
+    facts = run("evaluate", runs / "fine.npz", *against, "--json").json["against"]
+    forearms = facts["measures"]["forearms"]
+    assert facts["frames"] == 140
+    assert forearms["low"] < forearms["difference"] < forearms["high"] < 0
+    assert forearms["differs"]
+    evaluated = run("evaluate", runs / "fine.npz", *arguments, "--json").json
+    assert forearms["second_mean"] == pytest.approx(evaluated["measures"]["forearms"]["mean"])
+    lost = facts["measures"]["lost"]["second_mean"]
+    assert lost == pytest.approx(evaluated["lost_percent"])
+
+
+def test_without_a_reference_agreement_is_told(run, runs):
+    ended = run("evaluate", runs / "fine.csv", "--against", runs / "rough.csv")
+    assert ended.status == 0
+    assert "No reference" in ended.out
+    assert "distance from each other" in ended.out
+    assert "No reference" in ended.err
+
+
+def test_the_recordings_own_reference_and_segments_are_used(run, recording, tracked, tmp_path):
+    moved = tmp_path / "tiny"
+    shutil.copytree(recording, moved)
+    description = (moved / "recording.toml").read_text()
+    if "segments" not in description:
+        (moved / "recording.toml").write_text(f'segments = "segments.csv"\n{description}')
+    (moved / "segments.csv").write_text("segment,first,end\nstart,0,4\nrest,4,10\n")
+    here = with_meta(tracked, tmp_path / "a.npz", recording_folder=str(moved))
+    arguments = ("evaluate", here, "--against", here, "--angles", "--segments")
+    ended = run(*arguments)
+    assert ended.status == 0, ended.err
+    for words in ("start: B compared with A", "rest: B compared with A", "equal in every frame"):
+        assert words in ended.out
+    facts = run(*arguments, "--json").json
+    assert [part["name"] for part in facts["against"]["segments"]] == ["start", "rest"]
+    assert facts["against"]["segments"][0]["frames"] == 4
+    assert [part["name"] for part in facts["angles"]["stretches"]] == ["all", "start", "rest"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("{bare} --angles --fps -1", "--fps"),
+        ("{bare} --angles --fps 10 --frames 90:99", "--frames"),
+        ("{bare} --angles --fps 10 --segments", "no segments"),
+        ("{bare} --angles --fps 10 --reference nowhere.csv", "nowhere.csv"),
+        ("{run} --angles --reference {late}", "contains none of the frames"),
+        ("{bare} --failures", "complete runs"),
+        ("{run} --failures --set episode_error=-3", "episode_error"),
+        ("{run} --set episode_error=30", "--failures"),
+        ("{unrated} --failures", "frame rate"),
+        ("{run} --against nothing.npz", "nothing.npz"),
+        ("{run} --against {run} --frames 500:600", "have no frame in common"),
+        ("{run} --recording nowhere", "nowhere"),
+    ],
+)
+def test_wrong_input_is_one_sentence(run, recording, tracked, tmp_path, words, said):
+    bare, late = tmp_path / "reference.csv", tmp_path / "late.csv"
+    bare.write_bytes((recording / "reference.csv").read_bytes())
+    late.write_text("frame,landmark,x,y,z\n900,head,0,0,1\n")
+    stored = read_run(tracked)
+    write_run(tmp_path / "unrated.npz", dataclasses.replace(stored, meta={"recording": "gone"}))
+    places = {"bare": bare, "late": late, "run": tracked, "unrated": tmp_path / "unrated.npz"}
+    ended = run("evaluate", *(word.format(**places) for word in words.split()))
+    assert (ended.status, ended.out) == (2, "")
+    assert said in ended.err
+    assert "Traceback" not in ended.err
