@@ -77,6 +77,7 @@ COMMANDS: tuple[Command, ...] = (
         "evaluate",
         "errors of a run against the reference; its joint angles, failures, or another run",
     ),
+    Command("compare", "compare runs with the first of them, frame by frame"),
     Command(
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",

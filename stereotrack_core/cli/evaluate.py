@@ -52,6 +52,7 @@ from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import error_table, segment_table
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.run_checks import HEADING, heading_words
 
 DESCRIPTION = (
@@ -93,7 +94,7 @@ def run(args: Namespace) -> int:
         raise InputError(
             "it changes how failures are detected", where="--set", remedy="Add --failures."
         )
-    measured = _measured(args, needs_truth=not wanted)
+    measured = measured_of(args, needs_truth=not wanted)
     told: dict[str, Told] = {}
     if not wanted and measured.truth is not None:
         told[""] = _errors_told(args, measured, measured.truth)
@@ -110,18 +111,25 @@ def run(args: Namespace) -> int:
             facts |= {name: one} if name else one
         put_json(facts)
         return OK
-    if wanted:
+    put_told([tables for _, tables in told.values()], source, states_it=wanted)
+    return OK
+
+
+def put_told(
+    results: Sequence[Sequence[Table | str]], source: Path | None, *, states_it: bool = True
+) -> None:
+    """Print what results refer to, and their tables and sentences."""
+    if states_it:
         put(f"Reference: {source}\n" if source is not None else "No reference.\n")
-    for _, tables in told.values():
+    for tables in results:
         for table in tables:
             if isinstance(table, str):
                 put(f"{table}\n")
             else:
                 put_table(table)
-    return OK
 
 
-def _measured(args: Namespace, *, needs_truth: bool) -> Measured:
+def measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
     """Read what is asked for; without truth where there is none and it is not needed."""
     path = args.run_file
     stated = stated_for(args, path, args.against, args.reference)

@@ -195,6 +195,17 @@ def test_the_better_run_is_named_in_a_sentence(run, runs):
     assert lost == pytest.approx(evaluated["lost_percent"])
 
 
+def test_several_runs_are_compared_with_the_first(run, runs):
+    files = (runs / "rough.npz", runs / "fine.npz", runs / "rough.npz")
+    arguments = ("compare", *files, "--reference", runs / "truth.csv", "--frames", "20:")
+    facts = run(*arguments, "--json").json
+    assert [pair["run"] for pair in facts["pairs"]] == [str(file) for file in files[1:]]
+    better, same = (pair["measures"]["forearms"]["difference"] for pair in facts["pairs"])
+    assert better < 0.0 == same
+    assert run(*arguments).out.count("B compared with A") == 2
+    assert run("compare", files[0]).status == 2
+
+
 def test_without_a_reference_agreement_is_told(run, runs):
     ended = run("evaluate", runs / "fine.csv", "--against", runs / "rough.csv")
     assert ended.status == 0
