@@ -34,7 +34,11 @@ from stereotrack_core.evaluation.comparison.compare import (
 )
 from stereotrack_core.evaluation.errors import none_of_the_frames
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import agreement_of, limbs_words
+from stereotrack_core.evaluation.failure_segments.segment import (
+    FailureSegment,
+    agreement_of,
+    limbs_words,
+)
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
 from stereotrack_core.evaluation.joint_angles.motion import (
     SHORTEST,
@@ -193,6 +197,10 @@ def failures_told(args: Namespace, measured: Measured) -> Told:
             heading += f"; {agreed.words}"
     if not listed:
         return facts, [f"{heading}."]
+    return facts, [_failure_table(heading, listed, fps)]
+
+
+def _failure_table(heading: str, listed: Sequence[FailureSegment], fps: float) -> Table:
     rows = [
         (
             f"{e.first}-{e.last}",
@@ -210,7 +218,7 @@ def failures_told(args: Namespace, measured: Measured) -> Told:
         *("frames", "seconds", "limbs", "detected by"),
         *(">peak", "cause", ">sure", "description"),
     )
-    return facts, [Table(heading, columns, rows)]
+    return Table(heading, columns, rows)
 
 
 def against_told(args: Namespace, measured: Measured) -> Told:
