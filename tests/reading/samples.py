@@ -122,7 +122,11 @@ def made_run(folder: Path) -> Run:
 
 def made_unfinished(path: Path, run: Run) -> None:
     """The first frames of a run as they are kept while it is tracked."""
-    origin: Any = SimpleNamespace(meta=lambda: dict(run.meta), state_names=run.state_names)
+    origin: Any = SimpleNamespace(
+        meta=lambda: dict(run.meta),
+        state_names=run.state_names,
+        spec=SimpleNamespace(used_keypoints=run.keypoints),
+    )
     poses = pose_of_state(run.x, ALL_JOINTS)
     journal = RunJournal(path, lambda: 1.5, Wish(smooth=True))
     for i in range(4):
