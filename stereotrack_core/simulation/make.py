@@ -104,6 +104,11 @@ class Simulation:
     """What to simulate.
 
     Raises InputError for an unknown name, an impossible strength, no frames or a negative seed.
+
+    Examples
+    --------
+    >>> Simulation(person="P2", frames=60, disturbances={"exposure": 0.3}).motion
+    'cross-arms'
     """
 
     person: str = "P1"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -178,11 +179,9 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
             assert cancelled.wait(30)
             return whole(frames)
 
-        object.__setattr__(filling, "make", make)
-        return filling
+        return replace(filling, make=make, at_once=2)
 
     monkeypatch.setattr("app.features.annotate.filling.predicting.fit_filling", slowly)
-    monkeypatch.setattr("stereotrack_core.project.prefilling._AT_ONCE", 2)
     trigger(clicked, "annotate-fill-fit")
     assert work.busy
     qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)

@@ -83,7 +83,7 @@ def misled(monkeypatch):
     def mislead(tracker, cloud, trace=None):
         found = step(tracker, cloud, trace)
         if cloud.frame not in WRONG:
-            return replace(found, limb_lost=np.full(6, 0.1))
+            return replace(found, limb_lost=np.full(6, 0.05))
         rotations = found.pose.rotations.copy()
         rotations[ARMS] = ELSEWHERE.rotations[ARMS]
         pose = replace(found.pose, rotations=rotations)
@@ -142,11 +142,11 @@ def test_arms_that_all_tries_find_in_the_same_place_are_less_doubtful(
     assert run.meta["looked_again"] == []
     over = WRONG[-1] + AFTER
     agreed = [k for k in range(1, over + 1) if k not in WRONG]
-    np.testing.assert_allclose(run.limb_lost[agreed][:, ARMS], 0.1 * 0.2)
+    np.testing.assert_allclose(run.limb_lost[agreed][:, ARMS], 0.05 * 0.2)
     np.testing.assert_array_equal(run.limb_lost[list(WRONG)][:, ARMS].max(axis=1), 0.9)
-    np.testing.assert_array_equal(run.limb_lost[over + 1 :], 0.1)
+    np.testing.assert_array_equal(run.limb_lost[over + 1 :], 0.05)
     np.testing.assert_array_equal(
-        run.limb_lost[:, :2], np.where(run.limb_lost[:, :2] > 0.5, 0.9, 0.1)
+        run.limb_lost[:, :2], np.where(run.limb_lost[:, :2] > 0.5, 0.9, 0.05)
     )
 
 
@@ -255,7 +255,7 @@ def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):
 
 def test_ways_with_the_same_poses_cost_the_same_beside_somebody_else(rng):
     tracker = person_tracker()
-    (origin,) = [frame_with(tracker, 0, 0.1)]
+    (origin,) = [frame_with(tracker, 0, 0.05)]
     gone, follower = (second_look._Way.from_frame(origin, tracker, 0) for _ in range(2))
     for k in (1, 2):
         there = turned(APART, 0.0, (0.1 * k, 0.0, 0.0))
@@ -425,7 +425,7 @@ def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recordin
 def test_where_the_pose_alone_decides_how_a_run_went_on(untracked, looks, frame, settled):
     tracker, frames = person_tracker(), {}
     for k in range(30):
-        made = frame_with(tracker, k, None if k in untracked else 0.1)
+        made = frame_with(tracker, k, None if k in untracked else 0.05)
         spent = sum(seconds for stretch, seconds in looks.items() if k in stretch)
         frames[k] = replace(made, seconds={SECOND_LOOK: spent})
     assert last_settled(frames, frame) == settled

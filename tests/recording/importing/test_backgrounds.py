@@ -11,7 +11,7 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import doubts_about
 from stereotrack_core.recording.importing.making import make_recording
-from stereotrack_core.recording.importing.proposing import possible_units, propose
+from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
@@ -95,7 +95,7 @@ def test_depth_in_metres_as_floating_point_numbers(tmp_path, suffix):
         depth[:, :4], depth[:, 4:8] = np.nan, 0.0
         cv2.imwrite(str(folder / f"{k:04d}{suffix}"), depth)
     choices = chosen(tmp_path / "in", fps=10.0)
-    assert possible_units(choices.uses[0].source)[0][0] == 0.0005
+    assert choices.uses[0].source.unit == 0.0005
     recording = make_recording(choices, tmp_path / "out")
     with FrameReader(recording, colour=False, read_ahead=0) as reader:
         shown = reader.frame_set(2).views["O"].depth
