@@ -1,4 +1,4 @@
-"""What ``stereotrack evaluate`` tells beside the errors: angles, failures, another run."""
+"""Results of ``stereotrack evaluate`` besides the errors: angles, failures, another run."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ from stereotrack_core.tracking.stored import fps_of_run
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What is evaluated, and against what."""
+    """A trajectory to evaluate, and the reference to evaluate it against."""
 
     path: Path
     trajectory: LandmarkTrajectory
@@ -287,7 +287,7 @@ def _comparison_table(comparison: Comparison, title: str) -> Table:
 
 
 def _apart_table(pair: Pair, title: str) -> Table:
-    """How far two runs are from each other."""
+    """Distances between two runs."""
     where = f"{title}: " if title else ""
     rows = measure_rows(pair.apart)
     rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))

@@ -54,13 +54,13 @@ class Corrected:
 
 
 def words_of(correction: Correction) -> str:
-    """What a correction changes, as a sentence."""
+    """Sentence that states what a correction changes."""
     names = " and ".join(filter(None, (", ".join(correction.names[:-1]), correction.names[-1])))
     return _WORDS[correction.kind].format(names=names, amount=correction.amount)
 
 
 def intended(folder: Path, correction: Correction) -> str:
-    """What a correction would change in which file, as a sentence."""
+    """Sentence that states what a correction would change, and in which file."""
     return f"{_file_of(folder, correction).name}: {words_of(correction)}"
 
 
@@ -174,7 +174,7 @@ def _why_not(
 
 
 def _stem(finding: Finding) -> str:
-    """What was found, without its numbers."""
+    """Text of a finding without its numbers."""
     return _NUMBER.sub("#", finding.what)
 
 

@@ -52,7 +52,7 @@ DOING: dict[StepName, str] = {
     "axes": "Looking for the floor",
     "save": "Comparing with the recording",
 }
-"""What is said while a step is calculated."""
+"""Messages shown while a step is calculated."""
 
 Shot: TypeAlias = tuple[str, int]
 """A picture: the name of its camera and its number."""

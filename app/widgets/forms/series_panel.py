@@ -36,7 +36,7 @@ _NOTHING = (
 
 @dataclass(frozen=True)
 class SeriesValue:
-    """What was found with one value of the parameter."""
+    """Results with one value of the parameter."""
 
     words: str
     """The value with its unit."""

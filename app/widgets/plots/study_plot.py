@@ -155,7 +155,7 @@ def _place(axis: PlotAxis, value: float) -> float:
 
 
 def _asides(axis: PlotAxis, count: int) -> list[float]:
-    """How far each curve stands aside, so that points of several do not hide each other."""
+    """Sideways offset of each curve, so that points of several do not hide each other."""
     places = sorted(_place(axis, value) for value in axis.places.values())
     gap = min(np.diff(places), default=1.0)
     step = min(_ASIDE * gap, 0.3 * gap / max(1, count))
