@@ -213,7 +213,7 @@ def _as_video(recording: Recording, stream: Stream) -> Stream:
     height, width = pictures[0].shape
     name = f"{stream.camera}.mp4"
     with VideoWriter(
-        recording.folder / name, fps=recording.fps, width=width, height=height, quick=True
+        recording.folder / name, fps=recording.fps, width=width, height=height
     ) as video:
         for picture in pictures:
             video.write(picture)
