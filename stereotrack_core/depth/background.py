@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.depth.light import EmptyScene, Light, empty_scene, light_of, relit
 from stereotrack_core.depth.match import Region, changed_bands
-from stereotrack_core.depth.outline import Compared, beside, new_pixels, same_structure, seen_at
+from stereotrack_core.depth.outline import (
+    Compared,
+    beside,
+    difference_of,
+    new_pixels,
+    same_structure,
+    seen_at,
+)
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import (
@@ -268,20 +275,29 @@ class ViewBackground:
             scene = replace(scene, picture=self._filtered)
         empty = relit(frame.picture, scene, light, apart)
         now, before, noise = frame.picture[region.slices], empty.picture[region.slices], empty.noise
-        new = new_pixels(now, before, noise)
-        behind = apart[region.slices] & self._measured_behind(disparity, region)
-        if isinstance(frame, StereoFrame) and self._is_large(new & behind):
-            assert self.model is not None  # noqa: S101 - something was measured behind
-            expected = self.model.disparity[region.slices]
-            shadow = behind & same_structure(now, before, noise)
-            if self._is_large(new & shadow) and self._is_large(
-                new & (shadow := shadow & seen_at(frame, expected, region))
-            ):
-                # the edges of a shadow have no structure of one side
-                filled = cv2.morphologyEx(shadow.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES)
-                return Compared(now, before, empty, self._p.match_window, behind & (filled > 0))
-        nothing = np.zeros(new.shape, dtype=bool)
-        return Compared(now, before, empty, self._p.match_window, nothing)
+        difference, shadow = difference_of(now, before), np.zeros(now.shape, dtype=bool)
+        beside_person = apart[region.slices]
+        new = new_pixels(difference, noise) & beside_person
+        if isinstance(frame, StereoFrame) and self._is_large(new):
+            behind = beside_person & self._measured_behind(disparity, region)
+            if self._is_large(new & behind):
+                changed_grey = behind & same_structure(now, before, noise)
+                if self._is_large(new & changed_grey):
+                    shadow = self._shadow(frame, changed_grey, new, region) & behind
+        return Compared(now, before, difference, empty, self._p.match_window, shadow)
+
+    def _shadow(
+        self, frame: StereoFrame, part: BoolArray, new: BoolArray, region: Region
+    ) -> BoolArray:
+        """Part (h, w) of a region where both pictures show the empty scene's surface.
+
+        With the edges of a shadow, which have no structure of one side.
+        """
+        assert self.model is not None  # noqa: S101 - something was measured behind
+        seen = part & seen_at(frame, self.model.disparity[region.slices], region)
+        if not self._is_large(new & seen):
+            return np.zeros(part.shape, dtype=bool)
+        return cv2.morphologyEx(seen.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES).astype(bool)
 
     def _is_large(self, part: BoolArray) -> bool:
         """Whether pixels (h, w) are more than a limb that the matcher has missed."""

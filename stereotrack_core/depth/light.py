@@ -279,13 +279,14 @@ def _robust_plane(log_gain: Float32Array, shape: tuple[int, ...]) -> Float32Arra
     rows, columns = np.arange(height) / height - 0.5, np.arange(width) / width - 0.5
     z = log_gain.astype(np.float64).ravel()
     v, u = (g.ravel() for g in np.meshgrid(rows[3::6], columns[3::6], indexing="ij"))
-    a = np.column_stack([np.ones_like(u), u, v])
+    a = np.stack([np.ones_like(u), u, v])
+    products = (a[:, None] * a).reshape(9, -1)
     x = np.array([np.median(z), 0.0, 0.0])
     held = np.diag([1e-9, 1.0, 1.0])  # a slope needs evidence
     for _ in range(4):
-        weight = 1 / (1 + ((z - a @ x) / _GAIN_SCALE) ** 2) ** 2
-        weighted = a * weight[:, None]
-        x = np.linalg.solve(weighted.T @ a + held, weighted.T @ z)
+        apart = (z - x @ a) * (1 / _GAIN_SCALE)
+        weight = 1 / (1 + apart * apart) ** 2
+        x = np.linalg.solve((products @ weight).reshape(3, 3) + held, a @ (weight * z))
     plane: Float32Array = (x[0] + x[1] * columns + x[2] * rows[:, None]).astype(np.float32)
     return plane
 

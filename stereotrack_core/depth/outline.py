@@ -51,21 +51,20 @@ def difference_of(picture: ImageArray, empty: ImageArray) -> ImageArray:
 
 
 def sharp_outline(
-    picture: ImageArray,
-    empty: ImageArray,
+    difference: ImageArray,
     foreground: BoolArray,
     noise: float = 0.0,
     behind: BoolArray | None = None,
 ) -> BoolArray:
-    """Where the picture is not the empty scene's (H, W), with edges at half their height.
+    """Where a picture is not the empty scene's (H, W), with edges at half their height.
 
-    A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
-    because lenses blur. Where stereo sees something well inside its own edge, that counts too:
-    `foreground` is what the disparities say; block matching widens it by up to half its window.
+    `difference` is :func:`difference_of` both. A fixed threshold would put the edge of a strong
+    one a pixel or two too far outside, because lenses blur. Where stereo sees something well
+    inside its own edge, that counts too: `foreground` is what the disparities say; block matching
+    widens it by up to half its window.
     Looking farther for the strongest difference in blurred pictures was tried: arms join with what
     is beside them, and 24 % of them were lost instead of 1 % (mesh-P4, `fast`, blur of 2 px).
     """
-    difference = difference_of(picture, empty)
     least = max(_LEAST, _NOISES * noise)
     near, inside = (np.ones((side, side), np.uint8) for side in (_NEAR, _INSIDE))
     limit = np.maximum(cv2.dilate(difference, near).astype(np.float32) * _SHARE, least)
@@ -91,11 +90,11 @@ def outline_without_depth(picture: ImageArray, scene: EmptyScene) -> BoolArray |
     """
     light, nothing = light_of(picture, scene), np.zeros(picture.shape, dtype=bool)
     empty = relit(picture, scene, light, ~nothing)
-    first = sharp_outline(picture, empty.picture, nothing, empty.noise)
+    first = sharp_outline(difference_of(picture, empty.picture), nothing, empty.noise)
     empty = relit(picture, scene, light, beside(first))
     if empty.noise > _UNLIKE:
         return None
-    return sharp_outline(picture, empty.picture, nothing, empty.noise)
+    return sharp_outline(difference_of(picture, empty.picture), nothing, empty.noise)
 
 
 def seen_at(frame: StereoFrame, disparity: Float32Array, region: Region) -> BoolArray:
@@ -122,9 +121,9 @@ def seen_at(frame: StereoFrame, disparity: Float32Array, region: Region) -> Bool
     return np.asarray(apart < max(_SAME, _NOISES * noise))
 
 
-def new_pixels(now: ImageArray, before: ImageArray, noise: float) -> BoolArray:
+def new_pixels(difference: ImageArray, noise: float) -> BoolArray:
     """Where (h, w) a picture clearly differs from the empty scene in its light."""
-    return np.asarray(difference_of(now, before) > max(_LEAST, _NOISES * noise))
+    return np.asarray(difference > max(_LEAST, _NOISES * noise))
 
 
 def beside(foreground: BoolArray) -> BoolArray:
@@ -154,6 +153,8 @@ class Compared:
 
     picture: ImageArray
     before: ImageArray
+    difference: ImageArray
+    """:func:`difference_of` both."""
     empty: Relit
     window: int
     """Pixels. Side of the matcher's window."""
@@ -178,4 +179,4 @@ class Compared:
 
     def outline(self, foreground: BoolArray) -> BoolArray:
         """The person's sharp outline."""
-        return sharp_outline(self.picture, self.before, foreground, self.empty.noise, self.behind)
+        return sharp_outline(self.difference, foreground, self.empty.noise, self.behind)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.depth.light import empty_scene, light_of, relit, sensor_noise, shaded
-from stereotrack_core.depth.outline import sharp_outline
+from stereotrack_core.depth.outline import difference_of, sharp_outline
 from tests.depth.scenes import texture
 
 EMPTY = (40 + 0.6 * texture(240, 320, seed=1)).clip(0, 255).astype(np.uint8)
@@ -31,7 +31,7 @@ def _overlap(picture, background=APART):
     """Overlap of the outline found in a picture with the person's."""
     scene = empty_scene(EMPTY)
     empty = relit(picture, scene, light_of(picture, scene), background)
-    found = sharp_outline(picture, empty.picture, NOBODY, empty.noise)
+    found = sharp_outline(difference_of(picture, empty.picture), NOBODY, empty.noise)
     return (found & PERSON).sum() / (found | PERSON).sum()
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.depth.outline import sharp_outline
+from stereotrack_core.depth.outline import difference_of, sharp_outline
 from tests.depth.scenes import texture
 
 HEIGHT, WIDTH = 120, 160
@@ -40,22 +40,24 @@ def _mean_radius(found):
     return float(np.sqrt(found.sum() / np.pi))
 
 
+def _found(picture, foreground=NOTHING):
+    return sharp_outline(difference_of(picture, _empty()), foreground)
+
+
 @given(
     radius=st.floats(12.0, 45.0),
     grey=st.sampled_from([20.0, 160.0, 200.0, 250.0]),
     blur=st.floats(0.6, 1.8),
 )
 def test_the_edge_of_a_blurred_body_is_where_the_body_ends(radius, grey, blur):
-    found = sharp_outline(_picture(_disc(radius), grey, blur=blur), _empty(), NOTHING)
+    found = _found(_picture(_disc(radius), grey, blur=blur))
     assert _mean_radius(found) == pytest.approx(radius, abs=0.7)
 
 
 @given(edge=st.floats(60.0, 100.0), slope=st.floats(0.1, 0.4), leans=st.sampled_from([-1, 1]))
 def test_a_straight_edge_is_right_in_every_row(edge, slope, leans):
     slope *= leans
-    found = sharp_outline(
-        _picture(lambda u, v: u < edge + slope * (v - 60.0), 210.0), _empty(), NOTHING
-    )
+    found = _found(_picture(lambda u, v: u < edge + slope * (v - 60.0), 210.0))
     rows = np.arange(5, HEIGHT - 5)
     off = found[rows].sum(axis=1) - 0.5 - (edge + slope * (rows - 60.0))
     assert abs(off.mean()) < 0.7
@@ -63,10 +65,7 @@ def test_a_straight_edge_is_right_in_every_row(edge, slope, leans):
 
 
 def test_strong_and_weak_differences_end_at_the_same_place():
-    weak, strong = (
-        _mean_radius(sharp_outline(_picture(_disc(30.0), grey), _empty(), NOTHING))
-        for grey in (145.0, 255.0)
-    )
+    weak, strong = (_mean_radius(_found(_picture(_disc(30.0), grey))) for grey in (145.0, 255.0))
     assert weak == pytest.approx(strong, abs=0.7)
 
 
@@ -74,14 +73,14 @@ def test_a_place_where_the_body_looks_like_the_wall_is_closed():
     picture = _picture(_disc(30.0), 200.0)
     like_wall = _disc(4.0)(*np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)))
     picture[like_wall] = _empty()[like_wall]
-    found = sharp_outline(picture, _empty(), NOTHING)
+    found = _found(picture)
     assert found[like_wall].all()
     assert _mean_radius(found) == pytest.approx(30.0, abs=0.7)
 
 
 def test_a_wide_gap_between_arm_and_body_stays_open():
     ring = lambda u, v: _disc(40.0)(u, v) & ~_disc(15.0)(u, v)  # noqa: E731
-    found = sharp_outline(_picture(ring, 200.0), _empty(), NOTHING)
+    found = _found(_picture(ring, 200.0))
     assert not found[61, 80]
     assert found.sum() == pytest.approx(np.pi * (40.0**2 - 15.0**2), rel=0.04)
 
@@ -90,21 +89,21 @@ def test_specks_are_nobody():
     picture = _empty().copy()
     for row, column in ((20, 30), (60, 100), (100, 140)):
         picture[row, column] += 60
-    assert not sharp_outline(picture, _empty(), NOTHING).any()
+    assert not _found(picture).any()
     picture[60, 100] = 255
-    assert sharp_outline(picture, _empty(), NOTHING).sum() <= 9
+    assert _found(picture).sum() <= 9
 
 
 def test_noise_of_a_camera_is_nobody():
     noise = np.random.default_rng(7).normal(scale=2.0, size=(HEIGHT, WIDTH))
     picture = np.rint(_wall() + noise).astype(np.uint8)
-    assert sharp_outline(picture, _empty(), NOTHING).mean() < 0.002
+    assert _found(picture).mean() < 0.002
 
 
 def test_what_stereo_sees_well_inside_its_own_edge_counts():
     wide = np.zeros((HEIGHT, WIDTH), dtype=bool)
     wide[30:90, 50:110] = True
-    found = sharp_outline(_empty(), _empty(), wide)
+    found = _found(_empty(), wide)
     assert found[60, 80]
     rows, columns = np.flatnonzero(found.any(axis=1)), np.flatnonzero(found.any(axis=0))
     assert (rows[0], rows[-1], columns[0], columns[-1]) == (34, 85, 54, 105)
@@ -113,5 +112,5 @@ def test_what_stereo_sees_well_inside_its_own_edge_counts():
 def test_stereo_does_not_widen_what_the_picture_shows():
     picture, widened = _picture(_disc(30.0), 200.0), np.zeros((HEIGHT, WIDTH), dtype=np.uint8)
     cv2.circle(widened, (80, 61), 34, 1, -1)
-    found = sharp_outline(picture, _empty(), widened.astype(bool))
+    found = _found(picture, widened.astype(bool))
     assert _mean_radius(found) == pytest.approx(30.0, abs=0.7)
