@@ -33,14 +33,13 @@ ABLATIONS: Mapping[str, Mapping[str, Value]] = {
     "no arm search": {"search_arms": False},
     "no silhouettes": {"measure_silhouettes": False},
     "no render-and-compare": {"picture_cost": 0.0},
-    "with free space": {"sight_cost": 1.0},
     "a third of the proposals": {"search_proposals": 73},
     "no fitted shape": {"fit_shape": False},
     "no legs": {"legs": False},
     "average proportions": {"proportions": "average"},
     "no colours": {"colour_weight": 0.0},
     "wide loss scale throughout": {"loss_scale": 0.12},
-    "no robust loss": {"first_loss_scale": 2.0, "loss_scale": 2.0},
+    "no robust loss": {"loss_scale": 2.0},
     "no prior inflation": {"prior_inflation_above": 100.0},
     "the thesis's process noise": {"sigma_rotation": 20.0, "sigma_joint": 40.0},
     "three iterations": {"iterations": 3},
@@ -48,7 +47,6 @@ ABLATIONS: Mapping[str, Mapping[str, Value]] = {
     "no collisions": {"clearance": 0.0},
     "full-image matching": {"match_region": "whole"},
     "no left-right check": {"match_left_right": -1},
-    "background without silhouette evidence": {"background_doubt": False},
 }
 """By the table's name, the parameters that differ from those of ``accurate``."""
 

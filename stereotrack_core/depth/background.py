@@ -159,7 +159,7 @@ class ViewBackground:
     ) -> None:
         """The model from frames of a recording in which somebody moves."""
         self._set(percentile_model(disparities, self._p.background_percentile))
-        if self._p.background_standing and self._forget_standing(disparities):
+        if self._forget_standing(disparities):
             return  # the pictures show the person too
         if pictures:
             middle = len(pictures) // 2

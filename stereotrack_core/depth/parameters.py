@@ -50,10 +50,8 @@ class DepthParameters(ParameterGroup):
         "Stated for people at 3 m; the default grows with the distance of people beyond 4 m."
     )
     low_pass: float = parameter(0.0, _MATCH, (0.0, 5.0), unit="px", thesis=0.8)(
-        "Standard deviation of the low-pass filter before rectification; 0 disables it."
-    )
-    low_pass_noise: bool = parameter(True, _MATCH, thesis=False)(
-        "Filter images (low-pass of 1 px) in which noise of more than 3 grey levels is measured."
+        "Standard deviation of the low-pass filter before rectification. 0: 1 px where noise of "
+        "more than 3 grey levels is measured, else none."
     )
     align_rows: bool = parameter(True, _MATCH, thesis=False)(
         "Measure by how much of a pixel left images lie too low, and take that off."
@@ -103,16 +101,10 @@ class DepthParameters(ParameterGroup):
     background_percentile: float = parameter(5.0, _BACKGROUND, (0.0, 100.0), unit="%")(
         "Percentile of a pixel's disparities used as background."
     )
-    background_standing: bool = parameter(True, _BACKGROUND, thesis=False)(
-        "Keep a person who stands still out of a background that is learned from the recording."
-    )
-    background_doubt: bool = parameter(True, _BACKGROUND, thesis=False)(
-        "Use the silhouette (difference from the background image) as evidence: background "
-        "disparities inside it are discarded."
-    )
     silhouettes: bool = parameter(True, _BACKGROUND, thesis=False)(
-        "Find the sharp silhouette contour of the person in the images as a measurement for the "
-        "tracker. Needs a background image or a mask."
+        "Find the silhouette of the person in the images: its sharp contour is a measurement for "
+        "the tracker, and background disparities inside it are discarded. Needs a background "
+        "image or a mask."
     )
     halo_trim: str = parameter(
         "silhouette",

@@ -113,7 +113,7 @@ class StereoSource:
         self.geometry = rectification.geometry
         self.rectification = rectification
         self._low_pass = parameters.low_pass
-        self._by_noise = parameters.low_pass_noise and parameters.low_pass < NOISE_FILTER
+        self._by_noise = parameters.low_pass == 0.0
         self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = matcher_of(parameters, self.disparity_range)

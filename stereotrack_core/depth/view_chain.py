@@ -256,11 +256,8 @@ class ViewChain:
             if p.halo_trim == "picture" and compared is not None:
                 chosen &= compared.changed()
         silhouette, outline = None, mask if p.silhouettes else None
-        if compared is not None:
-            if p.background_doubt:
-                silhouette = compared.changed()
-            if p.silhouettes:
-                outline = compared.outline(chosen)
+        if compared is not None and p.silhouettes:
+            silhouette, outline = compared.changed(), compared.outline(chosen)
         return chosen, silhouette, outline
 
     def _view_depth(

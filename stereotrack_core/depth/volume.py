@@ -170,7 +170,7 @@ def _settled(
         )
     seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
     points, why = np.concatenate(seen), _ABOUT_ORIGIN
-    if len(points) < _FEW_POINTS and parameters.background_standing:
+    if len(points) < _FEW_POINTS:
         seen = person.still(parameters.upright.up)
         points = np.concatenate(seen)
     if len(points) < _FEW_POINTS:

@@ -20,6 +20,7 @@ from stereotrack_core.body.pose import Pose, orthonormal, t_pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.sigma_points import sigma_deviations
+from stereotrack_core.tracking.arm_search.score import SEARCH_GAIN
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import innovation_of
 from stereotrack_core.tracking.correspondences import DataToModel
@@ -341,7 +342,7 @@ class IteratedEstimator(Estimator):
         search, trace, rng = self.search, measured.trace, measured.random(1)
         expected, here, best = prior.pose, followed.pose, followed
         evidence = search.evidence(measured.cloud, here, rng)
-        least = search.cost(evidence, expected, here) - search.parameters.search_gain
+        least = search.cost(evidence, expected, here) - SEARCH_GAIN
         if trace is not None:
             trace.searching(search, evidence, expected)
         for proposed in search.best_pairs(evidence, expected, here, rng, trace):

@@ -49,9 +49,6 @@ class TrackingParameters(ParameterGroup):
     sigma_joint: float = parameter(10.0, _NOISE, (0.1, 180.0), unit="deg", thesis=40.0)(
         "Expected rotation of a joint between two frame sets at 10 Hz."
     )
-    sigma_girdle: float = parameter(3.0, _NOISE, (0.1, 180.0), unit="deg")(
-        "Expected rotation of a shoulder about its clavicle between two frame sets at 10 Hz."
-    )
     sigma_measurement: float = parameter(
         0.015, _NOISE, (0.001, 1.0), unit="m", thesis=0.02, fast=0.02
     )("Expected distance between corresponding points.")
@@ -75,12 +72,9 @@ class TrackingParameters(ParameterGroup):
         "Measured points farther than this from the model are ignored (maximum correspondence "
         "distance)."
     )
-    first_loss_scale: float = parameter(0.12, _DATA, (0.005, 2.0), unit="m")(
-        "Scale of the Geman-McClure loss in the first two iterations: the distance at which a "
-        "point loses three quarters of its weight."
-    )
     loss_scale: float = parameter(0.06, _DATA, (0.005, 2.0), unit="m")(
-        "Scale of the Geman-McClure loss from the third iteration on."
+        "Scale of the Geman-McClure loss: the distance at which a point loses three quarters of "
+        "its weight; twice that in the first two iterations."
     )
     least_points: int = parameter(LEAST_POINTS, _DATA, (1, 100000))(
         "A cloud with fewer points than this is not tracked."
@@ -95,9 +89,6 @@ class TrackingParameters(ParameterGroup):
         "Minimum distance between the axes of the two forearms. An upper arm and the other "
         "forearm, which are thicker, keep twice this distance. 0 lets the arms pass through each "
         "other."
-    )
-    least_elbow_angle: float = parameter(30.0, _LIMITS, (0.0, 170.0), unit="deg")(
-        "Minimum angle between upper arm and forearm."
     )
     fit_shape: bool = parameter(True, _METHOD, thesis=False)(
         "Fit torso, head and legs to the first frames before tracking starts."
@@ -127,16 +118,9 @@ class TrackingParameters(ParameterGroup):
     search_iterations: int = parameter(3, _SEARCH, (1, 20), fast=2)(
         "Corrections used to refine a pair."
     )
-    search_gain: float = parameter(3.0, _SEARCH, (0.0, 1000.0))(
-        "A pair replaces the tracked arms only if its cost is lower by more than this."
-    )
     second_look: int = parameter(6, _SEARCH, (0, 50), thesis=0, fast=2)(
         "How often at most a stretch with doubtful arms is tracked again with other random "
         "numbers; the best way through it is kept. With several depth views; 0: never."
-    )
-    sight_cost: float = parameter(0.0, _SEARCH, (0.0, 100.0))(
-        "Factor on the costs of positions that views see through or do not support. It helps where "
-        "render-and-compare is off, and misleads with one depth view."
     )
     picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2")(
         "Render-and-compare cost per square metre in which a view does not show the rendered pose."

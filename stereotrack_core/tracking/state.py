@@ -31,6 +31,9 @@ _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 _UT_BETA, _UT_KAPPA = 2.0, 0.0
 """Of the scaled unscented transform: for a normal distribution, and as the thesis leaves it."""
 
+_SIGMA_GIRDLE = 3.0
+"""Degrees. Expected rotation of a shoulder about its clavicle between two frame sets at 10 Hz."""
+
 _STATED_AT = 10.0
 """Frame sets per second for which the parameters state the standard deviations."""
 
@@ -110,7 +113,7 @@ class Setup:
         Variances grow with the time between frame sets.
         """
         p = self.parameters
-        turns = [p.sigma_girdle if j in CLAVICLES else p.sigma_joint for j in self.joints]
+        turns = [_SIGMA_GIRDLE if j in CLAVICLES else p.sigma_joint for j in self.joints]
         rotations = np.radians([p.sigma_rotation] * 3 + np.repeat(turns, 2).tolist())
         sigma = np.concatenate([np.full(3, p.sigma_position), rotations])
         return np.diag(sigma**2 * _STATED_AT / self.fps)

@@ -19,6 +19,7 @@ from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
 from stereotrack_core.tracking.failure.features import Evidence, judged
+from stereotrack_core.tracking.residuals.limits import LEAST_ELBOW_ANGLE
 from stereotrack_core.tracking.state import Belief, Setup, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.thesis_collisions import collisions_avoided
@@ -169,7 +170,7 @@ class ThesisTracker:
     def avoid_collisions(self, trace: StepRecorder | None = None) -> None:
         """Set the arms to a pose that keeps the least distances (3.2.4)."""
         p = self.setup.parameters
-        least = p.clearance, np.radians(p.least_elbow_angle)
+        least = p.clearance, LEAST_ELBOW_ANGLE
         jump = collisions_avoided(self.setup.body, self.pose, *least)
         self.x = np.append(self.x[:6], state_of_pose(jump.after, THESIS_JOINTS)[6:])
         if trace is not None:

@@ -81,7 +81,7 @@ def test_different_principal_points_do_not_move_the_cloud():
 def test_matching_only_what_changed_gives_the_same_inside():
     recording = stereo_recording()
     whole, changed = (
-        chain_with_background(recording, match_region=r, low_pass_noise=False).process(
+        chain_with_background(recording, match_region=r, low_pass=0.3).process(
             frame_set(recording, 0)
         )
         for r in ("whole", "changed")

@@ -43,12 +43,6 @@ def test_a_trunk_that_stands_still_while_an_arm_moves_is_no_background():
     assert not shown[:, :130].any()
 
 
-def test_without_it_the_trunk_is_learned():
-    shown = foreground(moving_arm(), background_standing=False)
-    assert not shown[TRUNK].any()
-    assert shown[142:150, 185:220].all()
-
-
 def test_what_is_not_touched_by_what_moves_is_the_scene():
     frames = moving_arm()
     for images in frames:
@@ -70,7 +64,6 @@ def test_a_person_who_does_not_move_at_all_is_told_by_size():
         assert shown[92:100, 185:220].all()
         assert not shown[:, 230:].any()
         assert not shown[:, :130].any()
-    assert not foreground([pictures(90)] * 8, background_standing=False).any()
 
 
 def test_of_a_scene_without_motion_what_is_low_or_large_is_learned_as_it_is():

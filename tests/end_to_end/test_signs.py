@@ -99,10 +99,6 @@ def test_a_volume_elsewhere_gives_an_empty_cloud(sound, tmp_path, run):
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        (
-            ("background_empty_scene=false", "background_standing=false"),
-            "learned from the recording itself",
-        ),
         (("disparity_minimum=300", "least_focal=0"), "disparity_minimum=300"),
         (("volume_bottom=2.2",), "volume_bottom"),
         (("outlier_distance=0.5",), "outlier_distance"),

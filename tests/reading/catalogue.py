@@ -151,7 +151,7 @@ def _of_the_recording(samples: Samples, folder: Path) -> dict[str, Reader]:
         f"{frame},{view},{corner},{frame + 1},{corner + 0.5}\n"
         for frame in range(6) for view in ("N", "O", "S") for corner in range(8)
     )  # fmt: skip
-    preset = UserPreset("mine", "fast", {"iterations": 4, "legs": True, "sight_cost": 0.5})
+    preset = UserPreset("mine", "fast", {"iterations": 4, "legs": True, "picture_cost": 500.0})
     return {
         "recording.toml": _in_recording(own, "recording.toml", mutated_toml, whole),
         "calibration.toml": _in_recording(own, "calibration.toml", mutated_toml, whole),

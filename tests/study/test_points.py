@@ -84,7 +84,7 @@ RANGES = tuple(
     for text in (
         "iterations=1:12",
         "max_correspondence_distance=0.05:1.0:log",
-        "first_loss_scale=0.02:0.4",
+        "loss_scale=0.02:0.4",
         "sampling=random,regular",
     )
 )

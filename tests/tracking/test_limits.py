@@ -20,7 +20,7 @@ from stereotrack_core.tracking.state import GIRDLE_REST
 from tests.tracking.scenes import POSES, numerical_information, pose_with_arms
 
 BODY = body_model(AVERAGE)
-PARAMETERS = TrackingParameters(clearance=0.045, least_elbow_angle=30.0)
+PARAMETERS = TrackingParameters(clearance=0.045)
 IN_BELLY = pose_with_arms([0.5, 0.1, -1], [-1, 0.1, 0.1], [-1, 0, 0], [-1, 0.1, 0])
 FOLDED = pose_with_arms([1, 0, 0], [-1, 0.15, 0], [-1, 0, 0], [-1, 0.1, 0])
 

@@ -15,14 +15,12 @@ def setup_with(parameters, fps):
 
 
 def test_sigmas_are_those_of_the_parameters_at_ten_frames_per_second():
-    p = TrackingParameters(
-        sigma_position=0.1, sigma_rotation=20.0, sigma_joint=40.0, sigma_girdle=2.0
-    )
+    p = TrackingParameters(sigma_position=0.1, sigma_rotation=20.0, sigma_joint=40.0)
     sigma = np.sqrt(np.diag(setup_with(p, 10.0).Q))
     np.testing.assert_allclose(sigma[:3], 0.1)
     np.testing.assert_allclose(sigma[3:6], np.radians(20.0))
     np.testing.assert_allclose(sigma[6:-4], np.radians(40.0))
-    np.testing.assert_allclose(sigma[-4:], np.radians(2.0))
+    np.testing.assert_allclose(sigma[-4:], np.radians(3.0))
 
 
 @pytest.mark.parametrize("fps", [1.0, 5.0, 25.0, 120.0])

@@ -51,7 +51,6 @@ _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 
 _SHOWN = 6
 _COST_TIPS = {
     "data": "Measured points that neither torso nor arms explain",
-    "sight": "Arm positions that a view sees through, or that no view supports",
     "anatomy": "Elbows bent too far, arms inside the torso, implausible arm positions",
     "change": "Change from the predicted arms",
     "crossing": "Arms that intersect each other",
@@ -60,7 +59,6 @@ _COST_TIPS = {
 
 _COSTS = {
     "data": "Data",
-    "sight": "Visib.",
     "anatomy": "Anat.",
     "change": "Change",
     "crossing": "Cross",

@@ -41,6 +41,7 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.silhouette import EdgeMap, SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
+    FIRST_LOSS,
     Trust,
     surface_distances,
     surface_residual,
@@ -255,7 +256,7 @@ class Stretch:
     ) -> BiasedSurface:
         """Pair measured points with the surface, which is `off` its parts by their bias."""
         p = self._limits
-        scale = p.first_loss_scale if i < _WIDE_ROUNDS else p.loss_scale
+        scale = p.loss_scale * (FIRST_LOSS if i < _WIDE_ROUNDS else 1.0)
         trust = Trust(
             p.max_correspondence_distance, scale, p.sigma_measurement, _INDEPENDENT_POINTS
         )

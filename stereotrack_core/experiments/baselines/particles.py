@@ -21,10 +21,12 @@ from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import (
+    LEAST_ELBOW_ANGLE,
     limit_residuals,
     resting_limbs,
     shoulders_at_rest,
 )
+from stereotrack_core.tracking.residuals.surface import FIRST_LOSS
 from stereotrack_core.tracking.state import Belief
 
 PARTICLES, LAYERS = 200, 10
@@ -230,7 +232,7 @@ class PoseEnergy:
             np.ascontiguousarray(data),
             tables,
             p.max_correspondence_distance,
-            p.first_loss_scale**2,
+            (FIRST_LOSS * p.loss_scale) ** 2,
             result,
         )
         crowd = max(1.0, len(data) / p.effective_sample_size)
@@ -249,7 +251,7 @@ class PoseEnergy:
         """Poses (K,) whose elbows may be folded too far, or whose forearms are at the torso."""
         arms = list(FOREARMS)
         straight = poses.rotations[:, arms][:, :, 2, 2].min(axis=1)
-        folded = straight < -np.cos(np.radians(self.parameters.least_elbow_angle))
+        folded = straight < -np.cos(LEAST_ELBOW_ANGLE)
         if self.parameters.clearance <= 0.0:
             return np.asarray(folded)
         along = frames.rotations[:, arms][..., 2] * self.body.skeleton.lengths[arms][:, None]

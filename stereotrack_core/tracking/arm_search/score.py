@@ -3,48 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.compiled import compiled
-from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, Arms, ArmShape
 
-_ALONG = np.linspace(0.0, 3.0, 11)[2:]
-"""Nine places along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tip."""
-
-_BEYOND_ELBOW = 2
-"""The first of them that is beyond the elbow."""
+_ALONG = np.linspace(0.0, 3.0, 11)[4:]
+"""Seven places along the arm beyond the elbow: 1 elbow, 2 wrist, 3 finger tip."""
 
 _SEGMENT = np.minimum(_ALONG.astype(int), 2)
-_T = _ALONG - _SEGMENT
-_SHARES = np.eye(4)[_SEGMENT] * (1.0 - _T)[:, None] + np.eye(4)[_SEGMENT + 1] * _T[:, None]
-"""Shares (9, 4) of the nodes in these places."""
-
-_SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
-"""Pixels of disparity from which a view looks through a place, and up to which it supports it: a
-little more than the matcher's errors."""
-
-SEEN_THROUGH, UNSUPPORTED = 2.5, 1.5
-"""Costs of a place that a view looks through, at most two views counting, and of one that no view
-supports or hides; in data explained, as all of the search's costs."""
-
-_FILLED, _ONLY_HIDDEN = 0.25, 0.75
-"""Costs of a place inside a silhouette where no view has a range, and of one that all views have
-something in front of: less, for nothing speaks against an arm there (docs/accuracy.md)."""
+_SHARES = (
+    np.eye(4)[_SEGMENT] * (1.0 - _ALONG + _SEGMENT)[:, None]
+    + np.eye(4)[_SEGMENT + 1] * (_ALONG - _SEGMENT)[:, None]
+)
+"""Shares (7, 4) of the nodes in these places."""
 
 _UPPER, _FORE = (0, 1), (1, 3)
 """First and last node of an upper arm, and of a forearm with its hand."""
 
-_UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
+SEARCH_GAIN = 3.0
+"""A pair replaces the tracked arms only if its cost is lower by more than this."""
 
 _DEEP = -0.03
 """Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
@@ -53,52 +37,10 @@ give way where arms lie on them."""
 _FOLDED, _FOLDING = math.radians(140.0), math.radians(15.0)
 
 
-def sight_of(depths: Iterable[ViewDepth], places: FloatArray, radius: FloatArray) -> IntArray:
-    """How many views look through, support, hide or have no range at each place (M, 4).
-
-    Parameters
-    ----------
-    depths : iterable of ViewDepth
-    places : (M, 3) float64, world
-    radius : (M,) float64, metres
-        The surface lies nearer to the cameras by this.
-    """
-    seen = np.zeros((len(places), 4), dtype=np.int64)
-    for depth in depths:
-        g = depth.geometry
-        pinhole = np.array([g.focal, g.c_x, g.c_y])
-        in_camera = g.world_from_depth.inverse().apply(places)
-        silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette
-        limits = _SEE_THROUGH_PX / g.disparity_scale, _SUPPORT_PX / g.disparity_scale
-        _count_sight(in_camera, radius, depth.range_z, silhouette, pinhole, *limits, seen)
-    return seen
-
-
-def sight_cost(
-    frames: PartFrames, depths: Iterable[ViewDepth], shape: ArmShape, arms: Arms
-) -> FloatArray:
-    """Cost (K,) of places where views look through the arm, or where no view supports it.
-
-    Pixels without a range prove nothing by themselves; inside the silhouette they weakly support,
-    outside of it they are looked through.
-    """
-    of_segments = shape.radii[_SEGMENT]
-    radii = of_segments[:, 0] * (1.0 - _T) + of_segments[:, 1] * _T
-    places = _SHARES @ shape.nodes(arms)
-    world = places.reshape(-1, 3) @ frames.rotations[TORSO].T + frames.origins[TORSO]
-    seen = sight_of(depths, world, np.tile(radii, len(arms)))
-    through, supported, hidden, filled = seen.reshape(len(arms), -1, 4).transpose(2, 0, 1)
-    unsupported = np.where(hidden > 0, _ONLY_HIDDEN, UNSUPPORTED)
-    unsupported = np.where(filled > 0, _FILLED, unsupported)
-    cost = SEEN_THROUGH * np.minimum(through, 2) + np.where(supported > 0, 0.0, unsupported)
-    result: FloatArray = cost.sum(axis=1)
-    return result
-
-
 def anatomy_cost(body: BodyModel, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
     cones = body.cones
-    places = _SHARES[_BEYOND_ELBOW:] @ shape.nodes(arms)
+    places = _SHARES @ shape.nodes(arms)
     in_cone = (places - cones.origins[0]) @ cones.rotations[0]
     cost = np.empty(len(arms))
     mirrored = -1.0 if shape.side == LEFT else 1.0
@@ -176,46 +118,6 @@ def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: 
                 d = min(others[i], left[k, i], right[m, i])
                 total += d * d / (d * d + squared_scale)
             result[k, m] = total
-
-
-@compiled()
-def _count_sight(
-    points: Any,
-    radius: Any,
-    image: Any,
-    silhouette: Any,
-    pinhole: Any,
-    see_through: float,
-    support: float,
-    seen: Any,
-) -> None:
-    """Add to the counters (M, 4) how one view judges every point.
-
-    `points` (M, 3) are in the frame of the depth camera, and the surface lies nearer to it by
-    `radius` (M,); `image` (H, W) are ranges along z, NaN where not known; `silhouette` is (0, 0)
-    where it is not known; `see_through` and `support` are differences of inverse range.
-    """
-    height, width = image.shape
-    for i in range(points.shape[0]):
-        z = points[i, 2] - radius[i]
-        if z < 0.1:
-            continue
-        u = round(pinhole[0] * points[i, 0] / points[i, 2] + pinhole[1])
-        v = round(pinhole[0] * points[i, 1] / points[i, 2] + pinhole[2])
-        if u < 0 or v < 0 or u >= width or v >= height:
-            continue
-        measured = image[v, u]
-        if not measured > 0.0:
-            if silhouette.shape[0] > 0:
-                seen[i, 3 if silhouette[v, u] else 0] += 1
-            continue
-        difference = 1.0 / measured - 1.0 / z
-        if difference < -see_through:
-            seen[i, 0] += 1
-        elif abs(difference) < support:
-            seen[i, 1] += 1
-        elif difference > 0.0:
-            seen[i, 2] += 1
 
 
 @compiled(error_model="numpy")

@@ -13,7 +13,7 @@ from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.depth.cloud import Cloud, ViewDepth
+from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import (
     LEFT,
@@ -39,7 +39,6 @@ from stereotrack_core.tracking.arm_search.score import (
     change_cost,
     crossing_cost,
     pair_sums,
-    sight_cost,
     unexplained_sums,
 )
 
@@ -89,7 +88,6 @@ class Evidence:
     """Of the left and the right arm, from where the shoulders are."""
     frames: PartFrames
     """Of the present pose; proposals are in its torso's frame."""
-    depths: tuple[ViewDepth, ...]
     pictures: tuple[SeenPicture, ...]
     """What the views saw, thinned out; none where they are not compared."""
     keypoints: tuple[ArmKeypoints, ArmKeypoints] | None = None
@@ -135,7 +133,6 @@ class ArmSearch:
             np.abs(closest.distance),
             shapes,
             frames,
-            tuple(cloud.depths.values()),
             seen_pictures(cloud, _PICTURE_STEP) if self.parameters.picture_cost > 0.0 else (),
             arm_keypoints(cloud.keypoints, self.parameters.keypoint_sigma, self.body, pose),
         )
@@ -193,7 +190,7 @@ class ArmSearch:
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
         far = [self._distances(evidence, s, arms[s.side])[0] for s in evidence.shapes]
-        found = {"data": 0.0, "keypoints": 0.0, "sight": 0.0, "anatomy": 0.0, "change": 0.0}
+        found = {"data": 0.0, "keypoints": 0.0, "anatomy": 0.0, "change": 0.0}
         for shape, arm in zip(evidence.shapes, arms, strict=True):
             expected = arm_of_pose(before, shape.side)
             of_arm = self.arm_terms(evidence, shape.side, arm, expected, far[1 - shape.side])
@@ -216,7 +213,6 @@ class ArmSearch:
         return {
             "data": explained,
             "keypoints": self._keypoints(evidence, shape, arms),
-            "sight": self._sight(evidence, shape, arms),
             "anatomy": anatomy_cost(self.body, shape, arms),
             "change": change_cost(expected, arms),
         }
@@ -306,17 +302,11 @@ class ArmSearch:
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
     ) -> FloatArray:
-        seen = self._sight(evidence, shape, arms) + self._keypoints(evidence, shape, arms)
+        seen = self._keypoints(evidence, shape, arms)
         natural = anatomy_cost(self.body, shape, arms)
         change = change_cost(expected, arms)
         own = seen + natural + change
         return own - change + _NATURAL * natural if self._free else own
-
-    def _sight(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
-        if self.parameters.sight_cost == 0.0:
-            return np.zeros(len(arms))
-        seen = sight_cost(evidence.frames, evidence.depths, shape, arms)
-        return self.parameters.sight_cost * seen
 
     def _keypoints(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         if evidence.keypoints is None:

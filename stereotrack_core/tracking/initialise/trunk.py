@@ -5,11 +5,12 @@ Bodies look much the same from behind, but do not bend that way.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import (
@@ -22,10 +23,20 @@ from stereotrack_core.body.skeleton import (
     UPPER_ARMS,
 )
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.arm_search.score import SEEN_THROUGH, UNSUPPORTED, sight_of
+from stereotrack_core.compiled import compiled
+from stereotrack_core.depth.cloud import Cloud, ViewDepth
 
 _SQUARED_SCALE = 0.06**2
+
+_SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
+"""Pixels of disparity from which a view looks through a place, and up to which it supports it: a
+little more than the matcher's errors."""
+
+_SEEN_THROUGH, _UNSUPPORTED = 2.5, 1.5
+"""Costs of a place that a view looks through, at most two views counting, and of one that no view
+supports or hides; in data explained, as all of the search's costs."""
+
+_UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
 
 _MAYBE_ARM = 0.5
 """Weight of data that an arm could explain."""
@@ -52,13 +63,24 @@ def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Po
 def trunk_sight_cost(cloud: Cloud, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
     """Cost (S,) of places inside torso, head and legs where views see that nobody is."""
     places = np.concatenate([_places(body, body.frames(pose)) for pose in poses])
-    through, supported, hidden, filled = sight_of(
-        cloud.depths.values(), places, np.zeros(len(places))
-    ).T
+    through, supported, hidden, filled = _sight_of(cloud.depths.values(), places).T
     nothing = (supported + hidden + filled == 0) & (through == 0)
-    cost = SEEN_THROUGH * np.minimum(through, 2) + UNSUPPORTED * nothing
+    cost = _SEEN_THROUGH * np.minimum(through, 2) + _UNSUPPORTED * nothing
     result: FloatArray = cost.reshape(len(poses), -1).sum(axis=1)
     return result
+
+
+def _sight_of(depths: Iterable[ViewDepth], places: FloatArray) -> IntArray:
+    """How many views look through, support, hide or have no range at each place (M, 3), world."""
+    seen = np.zeros((len(places), 4), dtype=np.int64)
+    for depth in depths:
+        g = depth.geometry
+        pinhole = np.array([g.focal, g.c_x, g.c_y])
+        in_camera = g.world_from_depth.inverse().apply(places)
+        silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette
+        limits = _SEE_THROUGH_PX / g.disparity_scale, _SUPPORT_PX / g.disparity_scale
+        _count_sight(in_camera, depth.range_z, silhouette, pinhole, *limits, seen)
+    return seen
 
 
 def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
@@ -193,3 +215,42 @@ def _on_floor(frames: PartFrames) -> FloatArray:
     ahead = frames.rotations[TORSO, :, 1] * np.array([1.0, 1.0, 0.0])
     result: FloatArray = ahead / max(float(np.linalg.norm(ahead)), 1e-6)
     return result
+
+
+@compiled()
+def _count_sight(
+    points: Any,
+    image: Any,
+    silhouette: Any,
+    pinhole: Any,
+    see_through: float,
+    support: float,
+    seen: Any,
+) -> None:
+    """Add to the counters (M, 4) how one view judges every point.
+
+    `points` (M, 3) are in the frame of the depth camera; `image` (H, W) are ranges along z, NaN
+    where not known; `silhouette` is (0, 0) where it is not known; `see_through` and `support` are
+    differences of inverse range.
+    """
+    height, width = image.shape
+    for i in range(points.shape[0]):
+        z = points[i, 2]
+        if z < 0.1:
+            continue
+        u = round(pinhole[0] * points[i, 0] / z + pinhole[1])
+        v = round(pinhole[0] * points[i, 1] / z + pinhole[2])
+        if u < 0 or v < 0 or u >= width or v >= height:
+            continue
+        measured = image[v, u]
+        if not measured > 0.0:
+            if silhouette.shape[0] > 0:
+                seen[i, 3 if silhouette[v, u] else 0] += 1
+            continue
+        difference = 1.0 / measured - 1.0 / z
+        if difference < -see_through:
+            seen[i, 0] += 1
+        elif abs(difference) < support:
+            seen[i, 1] += 1
+        elif difference > 0.0:
+            seen[i, 2] += 1

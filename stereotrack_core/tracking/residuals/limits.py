@@ -41,6 +41,9 @@ _GIRDLE: IntArray = np.repeat(np.array(CLAVICLES, dtype=np.int64), 2)
 _ACROSS_GIRDLE: FloatArray = np.array([REST[part][:, k % 2] for k, part in enumerate(_GIRDLE)])
 """The clavicles' x and y axes at rest (4, 3), and whose they are; x is vertical."""
 
+LEAST_ELBOW_ANGLE = np.radians(30.0)
+"""Between upper arm and forearm."""
+
 _ELBOW_SIGMA = np.radians(3.0)
 """How firmly an elbow is kept from folding farther than its limit."""
 
@@ -150,7 +153,7 @@ def limit_residuals(
         off, variance = shoulders_at_rest(pose.rotations)
         across, nothing = _ACROSS_GIRDLE, np.zeros(len(off))
         rows.append(DirectionResidual(_GIRDLE, _PARENTS[_GIRDLE], across, nothing, variance))
-    rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
+    rows += _folded_elbows(pose, LEAST_ELBOW_ANGLE)
     frames = body.frames(pose)
     rows += _collisions(body, frames, parameters.clearance)
     if parameters.arms_apart > 0.0:

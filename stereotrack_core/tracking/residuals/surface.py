@@ -17,6 +17,9 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 UNEXPLAINED_SCALE = 0.05
 """Metres from the model at which a datum counts as half unexplained."""
 
+FIRST_LOSS = 2.0
+"""Factor on the scale of the loss in the first iterations."""
+
 _MOST_POINTS = 1500
 
 
@@ -107,7 +110,7 @@ class Trust:
     @staticmethod
     def of(p: TrackingParameters, *, wide: bool = False) -> Trust:
         """As the parameters state it; `wide`: weights fall off slowly, as at first."""
-        scale = p.first_loss_scale if wide else p.loss_scale
+        scale = p.loss_scale * (FIRST_LOSS if wide else 1.0)
         reach = p.max_correspondence_distance
         return Trust(reach, scale, p.sigma_measurement, p.effective_sample_size)
 

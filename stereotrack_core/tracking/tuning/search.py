@@ -6,15 +6,14 @@ from stereotrack_core.parameters import ParameterRow
 
 _ARMS = (
     "arms_apart", "clearance", "search_arms", "search_proposals", "search_refined",
-    "search_iterations", "search_gain", "sight_cost", "picture_cost", "colour_weight", "girdle",
-    "least_elbow_angle",
+    "search_iterations", "picture_cost", "colour_weight", "girdle",
 )  # fmt: skip
 _LOSS = (
-    "search_arms", "search_gain", "prior_inflation_above", "max_correspondence_distance",
-    "first_loss_scale", "max_unexplained_fraction", "least_points", "longest_bridge",
+    "search_arms", "prior_inflation_above", "max_correspondence_distance",
+    "max_unexplained_fraction", "least_points", "longest_bridge",
 )  # fmt: skip
 _MOTION = (
-    "sigma_position", "sigma_rotation", "sigma_joint", "sigma_girdle", "prior_inflation_above",
+    "sigma_position", "sigma_rotation", "sigma_joint", "prior_inflation_above",
 )  # fmt: skip
 _WORK = (
     "matcher", "match_region", "disparity_count", "least_focal", "subpixel", "pixel_step",
@@ -24,15 +23,15 @@ _WORK = (
 )  # fmt: skip
 _POINTS = (
     "speckle_size", "outlier_neighbours", "outlier_distance", "outlier_repeat", "match_uniqueness",
-    "match_left_right", "low_pass", "halo_trim", "background_threshold", "background_doubt",
+    "match_left_right", "low_pass", "halo_trim", "background_threshold",
 )  # fmt: skip
 _SIZE = (
     "proportions", "torso_radius_low", "torso_radius_high", "torso_flatness", "torso_forward_low",
     "torso_forward_high", "head_forward", "arm_radius_factor", "fit_shape",
 )  # fmt: skip
 _PERSON = (
-    "background_mode", "background_empty_scene", "background_threshold", "background_doubt",
-    "background_standing", "silhouettes", "halo_trim", "volume_from_recording", "up_axis",
+    "background_mode", "background_empty_scene", "background_threshold",
+    "silhouettes", "halo_trim", "volume_from_recording", "up_axis",
     "volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z",
 )  # fmt: skip
 
@@ -57,7 +56,7 @@ TOPICS: dict[tuple[str, ...], tuple[str, ...]] = {
         "colour_weight",
     ),
     ("outliers", "robust", "loss", "stray", "speckles", "clutter", "wild"): (
-        *_POINTS, "max_correspondence_distance", "first_loss_scale", "loss_scale",
+        *_POINTS, "max_correspondence_distance", "loss_scale",
         "detection_gate",
     ),
     ("person", "people", "foreground", "room", "furniture", "object", "space"): _PERSON,
@@ -80,10 +79,10 @@ TOPICS: dict[tuple[str, ...], tuple[str, ...]] = {
         "silhouettes", "halo_trim", "measure_silhouettes", "silhouette_sigma", "edge_images",
     ),
     ("hands", "elbows", "wrists", "forearms"): (*_ARMS, "arm_radius_factor", "detection_gate"),
-    ("shoulders", "shrug", "clavicle"): ("girdle", "sigma_girdle", "torso_radius_high"),
+    ("shoulders", "shrug", "clavicle"): ("girdle", "torso_radius_high"),
     ("detector", "detections", "keypoints", "openpose"): ("detection_gate",),
     ("penetration", "collision", "inside", "through"): ("clearance", "arms_apart"),
-    ("start", "beginning", "initial", "initialisation"): ("fit_shape", "first_loss_scale"),
+    ("start", "beginning", "initial", "initialisation"): ("fit_shape",),
 }  # fmt: skip
 """What a person may look for, and the parameters that concern it."""
 

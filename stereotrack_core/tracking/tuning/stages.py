@@ -35,7 +35,6 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
             "background_rate",
             "background_validity_rate",
             "background_percentile",
-            "background_standing",
         ),
         Stage.BACKGROUND,
     )
@@ -44,7 +43,6 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
             "subpixel",
             "speckle_size",
             "background_threshold",
-            "background_doubt",
             "silhouettes",
             "halo_trim",
             "pixel_step",
@@ -64,8 +62,8 @@ _DEPTH = frozenset(row.name for row in DepthParameters.rows())
 
 _WITHOUT_DEPTH = frozenset({row.name for row in BodyParameters.rows()}) | {
     *("background_empty_scene", "silhouettes", "measure_silhouettes", "silhouette_sigma"),
-    *("iterations", "sigma_position", "sigma_rotation", "sigma_joint", "sigma_girdle"),
-    *("clearance", "arms_apart", "least_elbow_angle", "fit_shape", "longest_bridge"),
+    *("iterations", "sigma_position", "sigma_rotation", "sigma_joint"),
+    *("clearance", "arms_apart", "fit_shape", "longest_bridge"),
     *("keypoint_sigma", "detection_gate"),
 }
 """Parameters that act where keypoints and contours alone are tracked; all others act on a cloud."""

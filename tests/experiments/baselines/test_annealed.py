@@ -72,7 +72,7 @@ def expected_energy(body, p, data, pose):
     """The same from the tracker's own residuals."""
     trust = Trust(
         p.max_correspondence_distance,
-        p.first_loss_scale,
+        2.0 * p.loss_scale,
         p.sigma_measurement,
         p.effective_sample_size,
     )
@@ -80,7 +80,7 @@ def expected_energy(body, p, data, pose):
     e = np.append(
         surface.distance, np.full(len(data) - len(surface.distance), p.max_correspondence_distance)
     )
-    squared, crowd = p.first_loss_scale**2, max(1.0, len(data) / p.effective_sample_size)
+    squared, crowd = (2.0 * p.loss_scale) ** 2, max(1.0, len(data) / p.effective_sample_size)
     total = np.sum(0.5 * squared * e**2 / (squared + e**2)) / (p.sigma_measurement**2 * crowd)
     frames = body.frames(pose[None])
     for row in limit_residuals(body, pose, p, ALL_JOINTS):
