@@ -23,7 +23,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.series import angles_of_reference, angles_of_run
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.calibrations.deciding import completed, decide
-from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.interop.calibrations.opencv_storage import storage_text
 from stereotrack_core.interop.coco import write_coco
@@ -308,7 +307,7 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
 def _of_calibrations(folder: Path) -> dict[str, Reader]:
     def decided(path: Path) -> object:
         foreign = completed(read_foreign([path]), size=(1280, 720))
-        return decide(foreign, Evidence())
+        return decide(foreign)
 
     pair, _ = layouts.matlab(new=False)
     text = json.dumps(pair, default=lambda array: array.tolist())

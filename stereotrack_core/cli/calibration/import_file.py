@@ -8,28 +8,28 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
 from stereotrack_core.cli.output import OK, put_result, put_table, say
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import Decided, Undecided, completed, decide
-from stereotrack_core.interop.calibrations.evidence import (
-    Evidence,
-    evidence_of,
-    recording_without_calibration,
-)
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, ForeignCalibration
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.interop.calibrations.readings import CONVENTIONS, MEANINGS
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import describe
+from stereotrack_core.recording.stream_files import picture_size
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Read a calibration of another tool: aniposelib, FreeMoCap, Pose2Sim or caliscope TOML, "
     "OpenCV YAML or XML, Kalibr, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT, "
-    "ZED .conf, EuRoC sensor.yaml, camodocal. Where "
-    "units or convention are open, all of them are tried on the data, and the table is printed."
+    "ZED .conf, EuRoC sensor.yaml, camodocal. If "
+    "units or convention are open, all of them are tried, and the table is printed."
 )
 
 OPTIONS = (
@@ -44,7 +44,7 @@ OPTIONS = (
     option(
         "--units UNIT",
         "unit of the file's lengths: m, cm, mm or in (default: stated in the file, usual for the "
-        "format, or decided from the data)",
+        "format, or decided from the lengths of the rig)",
         choices=tuple(METRES_PER_UNIT),
     ),
     option(
@@ -53,12 +53,7 @@ OPTIONS = (
         + "; ".join(f"{name}: {MEANINGS[name]}".replace("%", "%%") for name in CONVENTIONS),
         choices=tuple(CONVENTIONS),
     ),
-    option(
-        "--recording DIR",
-        "recording to try the cameras on; its clicks, board corners and stereo images decide",
-        type=Path,
-    ),
-    option("--clicks CSV", "clicks in the recording to try the cameras on", type=Path),
+    option("--recording DIR", "recording of these cameras: their names and image sizes", type=Path),
     option("--names A,B", "camera names, in the order of the file"),
     option("--size WIDTHxHEIGHT", "image size, for files that do not state it"),
     JSON,
@@ -69,20 +64,14 @@ def run(args: Namespace) -> int:
     """Read, decide what is open, write."""
     check_suffix(args.output, ".toml")
     size = _size(args.size)
-    recording = None if args.recording is None else recording_without_calibration(args.recording)
+    recording = None if args.recording is None else _recording_without_calibration(args.recording)
     # a calibration that a recording lacks may be put there; what it has is never replaced
     check_output(args.output, recording if args.output.exists() else None)
-    if args.clicks is not None and recording is None:
-        raise InputError(
-            "clicks need the recording that they are in",
-            where="--clicks",
-            remedy="Give the recording with --recording.",
-        )
     names = [] if args.names is None else [name.strip() for name in args.names.split(",")]
     foreign = completed(read_foreign(args.files), recording, names=names, size=size)
-    evidence = Evidence() if recording is None else _evidence(recording, foreign, args.clicks)
+    pairs = () if recording is None else _pairs(recording, foreign)
     try:
-        decided = decide(foreign, evidence, convention=args.convention, unit=args.units)
+        decided = decide(foreign, pairs, convention=args.convention, unit=args.units)
     except Undecided as open_question:
         if not args.json:
             put_table(open_question.table)
@@ -105,10 +94,33 @@ def _size(given: str | None) -> tuple[int, int] | None:
     return int(found[1]), int(found[2])
 
 
-def _evidence(recording: Recording, foreign: ForeignCalibration, clicks: Path | None) -> Evidence:
+def _recording_without_calibration(folder: Path) -> Recording:
+    """A recording whose calibration is not there yet, or is wrong.
+
+    Its cameras have the names and image sizes of the streams and nothing else. Raises InputError
+    where it has no views, or their images cannot be found.
+    """
+    complaints: list[InputError] = []
+    recording = describe(folder, complaints)
+    if recording is None or not recording.views:
+        raise complaints[0]
+    cameras: dict[str, Camera] = {}
+    for view in recording.views:
+        for key, stream in view.streams().items():
+            name = stream.camera or view.image.camera
+            where = f"{folder / 'recording.toml'}, view {view.name}, {key}.frames"
+            width, height = picture_size(recording.folder, stream.frames, where)
+            cameras[name] = Camera(
+                name, width, height, np.eye(3), np.zeros(5), False, RigidTransform.identity()
+            )
+    return replace(recording, cameras=cameras)
+
+
+def _pairs(recording: Recording, foreign: ForeignCalibration) -> tuple[tuple[str, str], ...]:
+    """Left and right cameras of the stereo views that the file has both of."""
     names = {one.name for one in foreign.cameras}
-    both = {name: camera for name, camera in recording.cameras.items() if name in names}
-    return evidence_of(replace(recording, cameras=both), clicks)
+    pairs = [(view.left.camera, view.image.camera) for view in recording.views if view.left]
+    return tuple(pair for pair in pairs if names.issuperset(pair))
 
 
 def _facts(foreign: ForeignCalibration, decided: Decided, output: Path) -> dict[str, Any]:

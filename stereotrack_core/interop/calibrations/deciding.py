@@ -1,13 +1,12 @@
 """From a calibration in its own convention to cameras in metres: what is open is decided or asked.
 
-The convention and the unit that a format documents are kept unless measured points contradict them;
-how cameras usually stand is only a note. What is open is tried on the data; where these cannot
-decide, the person is asked, and sees what was tried.
+The convention and the unit that a format documents are kept; that cameras stand in an unusual way
+is only a note. What no format documents is told by how cameras stand; where that cannot decide, the
+person is asked, and sees what was tried.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
@@ -15,7 +14,6 @@ from typing import TypeAlias
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import PADDED, Camera, is_padded
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.calibrations.evidence import Evidence, joins_all, names_in
 from stereotrack_core.interop.calibrations.foreign import (
     METRES_PER_UNIT,
     ForeignCalibration,
@@ -23,10 +21,9 @@ from stereotrack_core.interop.calibrations.foreign import (
 from stereotrack_core.interop.calibrations.readings import (
     CONVENTIONS,
     MEANINGS,
-    Fit,
+    Pairs,
     Scale,
-    fit_of,
-    fits,
+    in_order,
     lengths_of,
     moved,
     scale_of,
@@ -35,11 +32,10 @@ from stereotrack_core.recording.camera_checks import world_camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tables import Table
 
-_MUCH_PX = 1000
-_DOUBTFUL, _DOUBTFUL_PX = 0.01, 4.0  # of the image's diagonal; pixels
-
 DOCUMENTED = "world-to-camera"
 """The convention that every reader gives its cameras in, as its format documents them."""
+
+_YES_NO = {None: "-", True: "yes", False: "no"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,22 +154,22 @@ def cameras_read(foreign: ForeignCalibration, convention: str) -> dict[str, Came
 
 def decide(
     foreign: ForeignCalibration,
-    evidence: Evidence,
+    pairs: Pairs = (),
     *,
     convention: str | None = None,
     unit: str | None = None,
 ) -> Decided:
     """Decide what is open about a completed calibration; a choice of the person's is kept.
 
-    Raises InputError, with what was tried, where neither file nor data tell.
+    Raises InputError, with what was tried, where neither the file nor its cameras tell.
     """
     if not foreign.placed:
         note = "the file does not say where the cameras are: each is at the origin of the world"
         cameras = cameras_read(foreign, DOCUMENTED)
         return Decided(cameras, DOCUMENTED, unit or "m", (), (), (*foreign.notes, note))
-    chosen, tried, why, doubts = _convention(foreign, evidence, convention)
+    chosen, tried, why, doubts = _convention(foreign, pairs, convention)
     cameras = cameras_read(foreign, chosen)
-    scale, scales, because, odd = _unit(foreign, cameras, evidence, unit)
+    scale, scales, because, odd = _unit(foreign, cameras, pairs, unit)
     cameras = moved(cameras, METRES_PER_UNIT[scale])
     return Decided(
         cameras,
@@ -197,45 +193,27 @@ def _notes(cameras: Mapping[str, Camera]) -> tuple[str, ...]:
 
 
 def _convention(
-    foreign: ForeignCalibration, evidence: Evidence, given: str | None
+    foreign: ForeignCalibration, pairs: Pairs, given: str | None
 ) -> tuple[str, Table, str, tuple[str, ...]]:
     """The convention, what was tried, why it was chosen, and what is doubtful about it."""
-    tried = [fit_of(name, cameras_read(foreign, name), evidence) for name in CONVENTIONS]
-    seen = evidence.seen and any(math.isfinite(one.error_px) for one in tried)
-    best = min((one.error_px for one in tried if one.in_front > 0.5), default=math.inf)
-    diagonal = max(math.hypot(*one.size) for one in foreign.cameras if one.size is not None)
-    held = seen and joins_all(evidence, {one.name for one in foreign.cameras})
-    fitting = [
-        one.convention
-        for one in tried
-        if (not seen or fits(one, best, diagonal)) and (held or one.in_order is not False)
-    ]
-    table = _table_of_fits(tried, fitting)
+    tried = {name: in_order(cameras_read(foreign, name), pairs) for name in CONVENTIONS}
+    fitting = [name for name, ordered in tried.items() if ordered is not False]
+    rows = [(name, MEANINGS[name], _YES_NO[ordered]) for name, ordered in tried.items()]
+    table = Table("Conventions tried", ("convention", "meaning", "cameras in order"), rows)
     if given is not None:
         return given, table, f"convention {given}: given with --convention", ()
-    where = ", ".join(f"{count} points of {name}" for name, count in names_in(evidence).items())
-    doubts: tuple[str, ...] = ()
-    if seen and best > max(_DOUBTFUL_PX, _DOUBTFUL * diagonal):
-        doubts = (
-            f"the cameras miss {where} by {best:.0f} px (median): check that every camera has its"
-            " own name and calibration",
-        )
-    documented = next(one for one in tried if one.convention == DOCUMENTED)
-    measured = not seen or fits(documented, best, diagonal)
-    if DOCUMENTED not in fitting and foreign.documented and measured:
-        reason = f"as {foreign.format} documents it"
-        doubts = (*doubts, _unusual(fitting))
-        return DOCUMENTED, table, f"convention {DOCUMENTED}: {reason}", doubts
-    if DOCUMENTED in fitting:
-        reason = (
-            f"nothing else fits {where}"
-            if len(fitting) == 1 and seen
-            else f"as {foreign.format} documents it, and nothing contradicts it"
-        )
-        return DOCUMENTED, table, f"convention {DOCUMENTED}: {reason}", doubts
-    if len(fitting) == 1 and seen:
-        return fitting[0], table, f"convention {fitting[0]}: only this fits {where}", doubts
-    raise _no_convention(foreign, tried, fitting, table, seen=bool(seen))
+    if DOCUMENTED in fitting or foreign.documented:
+        reason = f"convention {DOCUMENTED}: as {foreign.format} documents it"
+        return DOCUMENTED, table, reason, () if DOCUMENTED in fitting else (_unusual(fitting),)
+    contradict = "the places of the cameras contradict the convention that"
+    raise Undecided(
+        f"{contradict} {foreign.format} documents; these fit: {' or '.join(fitting)}"
+        if fitting
+        else "the cameras look at no common place, however rotations and translations are read",
+        table,
+        where=foreign.where,
+        remedy="Choose one with --convention, and check the cameras in the workbench.",
+    )
 
 
 def _unusual(fitting: Sequence[str]) -> str:
@@ -248,50 +226,21 @@ def _unusual(fitting: Sequence[str]) -> str:
     )
 
 
-def _no_convention(
-    foreign: ForeignCalibration,
-    tried: Sequence[Fit],
-    fitting: Sequence[str],
-    table: Table,
-    *,
-    seen: bool,
-) -> Undecided:
-    """Why no convention could be chosen."""
-    if fitting:
-        against = "the points contradict" if seen else "the places of the cameras contradict"
-        what = f"{against} the convention that {foreign.format} documents; these fit: "
-        what += " or ".join(fitting)
-    elif seen:
-        errors = ", ".join(f"{one.convention} {_pixels(one.error_px)}" for one in tried)
-        what = f"no way to read rotations and translations fits the points ({errors})"
-    else:
-        what = "the cameras look at no common place, however rotations and translations are read"
-    return Undecided(
-        what,
-        table,
-        where=foreign.where,
-        remedy="Check that calibration and recording belong together."
-        if seen and not fitting
-        else "Choose one with --convention, and check the cameras in the workbench.",
-    )
-
-
 def _unit(
     foreign: ForeignCalibration,
     cameras: Mapping[str, Camera],
-    evidence: Evidence,
+    pairs: Pairs,
     given: str | None,
 ) -> tuple[str, Table, str, tuple[str, ...]]:
     """The unit of length, what was tried, why it was chosen, and what is doubtful about it."""
-    lengths = lengths_of(cameras, evidence, foreign.square)
+    lengths = lengths_of(cameras, pairs, foreign.square)
     tried = [scale_of(unit, metres, lengths) for unit, metres in METRES_PER_UNIT.items()]
     possible = [one.unit for one in tried if one.possible]
     table = _table_of_scales(tried)
     if given is not None:
         return given, table, f"unit {given}: given with --units", ()
     stated = foreign.unit
-    kept = foreign.documented and not any(one.measured for one in tried)
-    if stated is not None and (stated in possible or not lengths or kept):
+    if stated is not None and (stated in possible or not lengths or foreign.documented):
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
         doubts: tuple[str, ...] = ()
         if lengths and stated not in possible:
@@ -314,38 +263,9 @@ def _unit(
     )
 
 
-def _table_of_fits(tried: Sequence[Fit], fitting: Sequence[str]) -> Table:
-    rows = [
-        (
-            one.convention,
-            MEANINGS[one.convention],
-            _pixels(one.error_px),
-            "-" if math.isnan(one.in_front) else f"{100 * one.in_front:.0f} %",
-            {None: "-", True: "yes", False: "no"}[one.in_order],
-            "yes" if one.convention in fitting else "no",
-        )
-        for one in tried
-    ]
-    headings = ("convention", "meaning", ">error", ">in front", "cameras in order", "fits")
-    return Table("Conventions tried", headings, rows)
-
-
 def _table_of_scales(tried: Sequence[Scale]) -> Table:
-    rows = [
-        (
-            one.unit,
-            _lengths(one),
-            {None: "-", True: "yes", False: "no"}[one.possible],
-        )
-        for one in tried
-    ]
+    rows = [(one.unit, _lengths(one), _YES_NO[one.possible]) for one in tried]
     return Table("Units tried", ("unit", "lengths", "possible"), rows)
-
-
-def _pixels(error: float) -> str:
-    if math.isnan(error):
-        return "-"
-    return f"{error:.1f} px" if error < _MUCH_PX else f"over {_MUCH_PX} px"
 
 
 def _lengths(one: Scale) -> str:

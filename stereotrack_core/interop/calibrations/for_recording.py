@@ -8,7 +8,6 @@ from pathlib import Path
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.calibrations.deciding import Decided, completed, decide
-from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.importing.choices import Choices, cameras_of, size_of
@@ -42,8 +41,8 @@ def with_calibration(
     size = sizes.pop() if len(sizes) == 1 else None
     foreign = completed(read_foreign(paths), size=size)
     matched = _matched(choices, [one.name for one in foreign.cameras])
-    evidence = Evidence((), _pairs(matched, [one.name for one in foreign.cameras]))
-    decided = decide(foreign, evidence, convention=reading.convention, unit=reading.unit)
+    pairs = _pairs(matched, [one.name for one in foreign.cameras])
+    decided = decide(foreign, pairs, convention=reading.convention, unit=reading.unit)
     return replace(matched, calibration=paths[0], given=decided.cameras), decided
 
 

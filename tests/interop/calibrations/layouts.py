@@ -11,7 +11,6 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import completed, decide
-from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from tests.interop.calibrations.rigs import looking_at, rig
 
@@ -25,7 +24,7 @@ def written(path, text):
 
 def imported(*paths, size=None):
     """Cameras of files, without any data."""
-    return list(decide(completed(read_foreign(paths), size=size), Evidence()).cameras.values())
+    return list(decide(completed(read_foreign(paths), size=size)).cameras.values())
 
 
 def sections(**changes):

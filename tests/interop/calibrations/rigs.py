@@ -1,4 +1,4 @@
-"""A rig, a person who is seen by it, and its calibration as other tools would hold it."""
+"""A rig, a person who stands in it, and its calibration as other tools would hold it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.calibrations.evidence import Evidence, SeenPoints
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
 
 STANDING = {
@@ -47,27 +46,6 @@ def rig(*, fisheye: bool = False) -> list[Camera]:
             cameras[2], distortions=np.array([0.02, -0.01, 0.003, -0.001]), fisheye=True
         )
     return cameras
-
-
-def seen_person(cameras, frames: int = 6) -> SeenPoints:
-    """Clicks of somebody who walks a little, half a pixel wrong."""
-    rng = np.random.default_rng(3)
-    points = np.concatenate(
-        [np.array(list(STANDING.values())) + [0.1 * k, -0.05 * k, 0] for k in range(frames)]
-    )
-    pixels = np.stack([camera.project(points) for camera in cameras])
-    pixels += rng.normal(0, 0.5, pixels.shape)
-    return SeenPoints(
-        "clicks.csv",
-        tuple(camera.name for camera in cameras),
-        pixels,
-        tuple(STANDING) * frames,
-        tuple(np.repeat(np.arange(frames), len(STANDING)).tolist()),
-    )
-
-
-def evidence(cameras) -> Evidence:
-    return Evidence((seen_person(cameras),))
 
 
 WRITTEN = {

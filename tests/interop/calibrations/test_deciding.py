@@ -8,50 +8,22 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import Undecided, completed, decide
-from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
-from stereotrack_core.interop.calibrations.readings import CONVENTIONS
 from stereotrack_core.recording.description import Recording
-from tests.interop.calibrations.rigs import assert_same, evidence, foreign, looking_at, rig
-
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+from tests.interop.calibrations.rigs import assert_same, foreign, looking_at, rig
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
-@pytest.mark.parametrize("unit", UNITS)
-def test_convention_and_unit_are_found_by_a_person_who_was_clicked(convention, unit):
-    cameras = rig()
-    decided = decide(foreign(cameras, convention, UNITS[unit]), evidence(cameras))
-    assert (decided.convention, decided.unit) == (convention, unit)
-    assert_same(decided.cameras.values(), cameras)
-    assert "fits 54 points of clicks.csv" in decided.reasons[0]
-    assert "the only possible one (shoulder width 0.36 m" in decided.reasons[1]
-    errors = {row[0]: row[2] for row in decided.tables[0].rows}
-    assert float(errors[convention].split()[0]) < 1.0
-    assert sum(row[-1] == "yes" for row in decided.tables[0].rows) == 1
-
-
-def test_without_data_the_documented_convention_is_kept():
-    cameras = rig()
-    decided = decide(foreign(cameras, unit="m"), Evidence())
-    assert decided.convention == "world-to-camera"
-    assert_same(decided.cameras.values(), cameras)
-
-
-def test_without_data_cameras_that_look_apart_are_asked_about():
+def test_cameras_that_look_apart_are_asked_about():
     with pytest.raises(
         Undecided, match=r"places of the cameras contradict .* these fit: camera-to-world"
     ) as refusal:
-        decide(foreign(rig(), "camera-to-world", unit="m"), Evidence())
+        decide(foreign(rig(), "camera-to-world", unit="m"))
     assert "--convention" in refusal.value.remedy
-    assert [row[0] for row in refusal.value.table.rows] == list(CONVENTIONS)
+    assert [row[2] for row in refusal.value.table.rows] == ["no", "no", "yes", "no"]
     cameras = rig()
-    chosen = decide(
-        foreign(cameras, "camera-to-world"), Evidence(), convention="camera-to-world", unit="m"
-    )
+    chosen = decide(foreign(cameras, "camera-to-world"), convention="camera-to-world", unit="m")
     assert_same(chosen.cameras.values(), cameras)
 
 
@@ -64,10 +36,10 @@ def turned_outwards():
     ]
 
 
-@pytest.mark.parametrize("data", [Evidence(), Evidence(pairs=(("B", "A"),))])
-def test_how_cameras_usually_stand_does_not_overrule_a_documented_convention(data):
+@pytest.mark.parametrize("pairs", [(), (("B", "A"),)])
+def test_how_cameras_usually_stand_does_not_overrule_a_documented_convention(pairs):
     documented = replace(foreign(turned_outwards(), unit="m"), documented=True)
-    decided = decide(documented, data)
+    decided = decide(documented, pairs)
     assert decided.convention == "world-to-camera"
     assert "do not stand as usual" in decided.notes[0]
     assert_same(decided.cameras.values(), turned_outwards())
@@ -79,40 +51,16 @@ def test_how_far_cameras_usually_stand_does_not_overrule_a_documented_unit():
             one.camera_from_world.rotation, 8 * one.camera_from_world.translation))
         for one in rig()
     ]  # fmt: skip
-    decided = decide(replace(foreign(hall, unit="m"), documented=True), Evidence())
+    decided = decide(replace(foreign(hall, unit="m"), documented=True))
     assert decided.unit == "m"
     assert "the lengths are unusual in m" in decided.notes[0]
     assert_same(decided.cameras.values(), hall)
 
 
-def test_cameras_whose_names_were_exchanged_are_doubted():
-    cameras = rig()
-    exchanged = [
-        replace(one, camera_from_world=other.camera_from_world)
-        for one, other in zip(cameras, cameras[1:] + cameras[:1], strict=True)
-    ]
-    decided = decide(foreign(exchanged, unit="m"), evidence(cameras))
-    assert "check that every camera has its own name" in decided.notes[0]
-    assert decide(foreign(cameras, unit="m"), evidence(cameras)).notes == ()
-
-
-def test_points_that_fit_nothing_are_refused():
-    cameras = rig()
-    turned = []
-    for one, away in zip(cameras, ((0, 2.5, 0), (2, 0, 0), (0, -2, 0.4)), strict=True):
-        rotation = rotation_from_vector(np.array(away)) @ one.camera_from_world.rotation
-        place = RigidTransform(rotation, -rotation @ one.position_world)
-        turned.append(replace(one, camera_from_world=place))
-    with pytest.raises(Undecided, match="no way to read rotations and translations fits the"):
-        decide(foreign(turned, unit="m"), evidence(cameras))
-    with pytest.raises(Undecided, match="look at no common place"):
-        decide(foreign(turned, unit="m"), Evidence())
-
-
 @pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("m", 1.0)])
 def test_the_distance_of_the_cameras_tells_the_unit(unit, metres):
     cameras = rig()
-    decided = decide(foreign(cameras, metres=metres), Evidence())
+    decided = decide(foreign(cameras, metres=metres))
     assert decided.unit == unit
     assert "the only possible one (distance of the cameras" in decided.reasons[1]
     assert_same(decided.cameras.values(), cameras)
@@ -120,24 +68,21 @@ def test_the_distance_of_the_cameras_tells_the_unit(unit, metres):
 
 def test_centimetres_and_inches_are_asked_about():
     with pytest.raises(Undecided, match="the unit of length is not stated") as refusal:
-        decide(foreign(rig(), metres=0.01), Evidence())
+        decide(foreign(rig(), metres=0.01))
     assert refusal.value.remedy == "Give it with --units cm|in."
-    assert decide(foreign(rig(), metres=0.01), Evidence(), unit="cm").unit == "cm"
-
-
-def test_the_board_in_the_file_tells_the_unit():
-    assert decide(foreign(rig(), metres=0.01, square=5.4), Evidence(), unit=None).unit == "cm"
+    assert decide(foreign(rig(), metres=0.01), unit="cm").unit == "cm"
+    assert decide(foreign(rig(), metres=0.01, square=5.4)).unit == "cm", "by the board"
 
 
 def test_a_unit_that_a_format_usually_has_gives_way_and_says_so():
-    decided = decide(foreign(rig(), metres=0.001, unit="m"), Evidence())
+    decided = decide(foreign(rig(), metres=0.001, unit="m"))
     assert decided.unit == "mm"
     assert "test usually writes m" in decided.reasons[1]
 
 
 def test_a_unit_that_is_stated_is_never_replaced():
     with pytest.raises(Undecided, match="not possible in m"):
-        decide(foreign(rig(), metres=0.001, unit="m", stated=True), Evidence())
+        decide(foreign(rig(), metres=0.001, unit="m", stated=True))
 
 
 def stereo_pair():
@@ -154,7 +99,7 @@ def stereo_pair():
 
 def test_a_stereo_pair_in_the_frame_of_its_left_camera():
     pair = stereo_pair()
-    decided = decide(foreign(pair, metres=0.001), Evidence(pairs=(("left", "right"),)))
+    decided = decide(foreign(pair, metres=0.001), (("left", "right"),))
     assert decided.unit == "mm"
     assert_same(decided.cameras.values(), pair)
     assert "the world is the frame of camera left" in decided.notes[0]
@@ -165,14 +110,14 @@ def test_a_pair_whose_sides_are_known_refuses_the_inverse():
     with pytest.raises(Undecided, match=r"contradict .* camera-to-world or centre"):
         decide(
             foreign(stereo_pair(), "camera-to-world", unit="m"),
-            Evidence(pairs=(("left", "right"),)),
+            (("left", "right"),),
         )
 
 
 def test_a_camera_without_a_place_stands_at_the_origin():
     one = foreign(rig()[:1]).cameras[0]
     bare = ForeignCamera(one.name, one.size, one.matrix, one.distortions)
-    decided = decide(ForeignCalibration("test", "file", (bare,)), Evidence())
+    decided = decide(ForeignCalibration("test", "file", (bare,)))
     assert np.array_equal(decided.cameras["A"].position_world, np.zeros(3))
     assert "does not say where the cameras are" in decided.notes[0]
 
@@ -189,7 +134,7 @@ def test_names_and_sizes_come_from_the_person():
     with pytest.raises(InputError, match="the file has 3 cameras"):
         completed(bare, names=["A", "B"], size=(640, 480))
     done = completed(bare, names=["A", "B", "C"], size=(640, 480))
-    assert_same(decide(done, Evidence(), unit="m").cameras.values(), rig())
+    assert_same(decide(done, unit="m").cameras.values(), rig())
 
 
 @pytest.mark.parametrize(
@@ -199,8 +144,6 @@ def test_names_and_sizes_come_from_the_person():
         ((1920, 1088), (1920, 1080), True),
         ((1096, 1920), (1080, 1920), False),
         ((1080, 1920), (1088, 1920), False),
-        ((1920, 1088), (1080, 1920), False),
-        ((1104, 1920), (1088, 1920), False),
     ],
 )
 def test_a_calibration_of_padded_images_is_cropped(size, shown, accepted):
@@ -213,4 +156,4 @@ def test_a_calibration_of_padded_images_is_cropped(size, shown, accepted):
         return
     done = completed(foreign(stored, unit="m"), recording)
     assert "padded to multiples of 16" in done.notes[0]
-    assert_same(decide(done, Evidence()).cameras.values(), wanted.values())
+    assert_same(decide(done).cameras.values(), wanted.values())

@@ -11,7 +11,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import completed, decide
-from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from tests.interop.calibrations.layouts import (
     CAMODOCAL,
@@ -206,7 +205,7 @@ def test_one_camera_of_matlab(tmp_path):
 def test_a_zed_has_a_pair_for_each_resolution(tmp_path):
     """As Stereolabs' tool writes the result of OpenCV: Baseline is -T[0], and T is in mm."""
     found = read_foreign([written(tmp_path / "SN12345.conf", ZED)])
-    decided = decide(completed(found, size=(1280, 720)), Evidence())
+    decided = decide(completed(found, size=(1280, 720)))
     left, right = decided.cameras["left"], decided.cameras["right"]
     assert (left.width, left.height) == (1280, 720)
     assert left.matrix[:2, 2].tolist() == [640.5, 360.25]
@@ -236,7 +235,7 @@ def test_cameras_of_euroc_are_named_by_their_folders(tmp_path):
         (tmp_path / name).mkdir()
         text = EUROC if name == "cam0" else EUROC.replace("-0.06", "0.05")
         paths.append(written(tmp_path / name / "sensor.yaml", text))
-    cameras = decide(completed(read_foreign(paths)), Evidence()).cameras
+    cameras = decide(completed(read_foreign(paths))).cameras
     assert list(cameras) == ["cam0", "cam1"]
     np.testing.assert_allclose(cameras["cam0"].position_world, [-0.02, -0.06, 0.01])
     np.testing.assert_allclose(cameras["cam1"].position_world, [-0.02, 0.05, 0.01])
