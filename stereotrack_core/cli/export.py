@@ -61,11 +61,11 @@ from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
     "Write clicks (csv, coco, slp, dlc, dltdv, argus, xmalab), keypoints (csv, coco), a trajectory "
-    "(csv, trc, c3d, bvh, nc), joint angles (angles, mot), the moving body (glb), or all of a run "
+    "(csv, trc, c3d, bvh, nc), joint angles (angles, mot), or all of a run "
     "with its images and clouds (rrd). Each format stores what it can; only a project file keeps "
     "who clicked what and when. Units and axes: csv, nc, rrd m, x east, y north, z up (the "
     "recording's world); trc m, x north, y up, z east; c3d mm, x east, y north, z up; bvh cm, x "
-    "west, y up, z north; glb m, x east, y up, z south; angles, mot degrees; clicks are pixels of "
+    "west, y up, z north; angles, mot degrees; clicks are pixels of "
     "the raw image, the centre of the first one (0, 0), in dltdv (1, 1), in argus (0, height) with "
     "y up. Frames count from 0."
 )
@@ -81,8 +81,8 @@ OPTIONS = (
         "clicks of a project: csv, coco, slp, dlc (.csv or .h5, a file for each camera), dltdv, "
         "argus, xmalab (.csv); trajectories: csv, trc, c3d, bvh, nc (netCDF of the package "
         "movement), angles (joint angles of every frame, .csv), mot (the same for OpenSim), and "
-        "npz, which keeps the uncertainty of a project's reference; complete runs: glb (the body "
-        "as a glTF model) and rrd (for the Rerun viewer). Without this option the file's name "
+        "npz, which keeps the uncertainty of a project's reference; complete runs: "
+        "rrd (for the Rerun viewer). Without this option the file's name "
         "decides, and .csv is csv",
         choices=tuple(one.name for one in FORMATS),
     ),

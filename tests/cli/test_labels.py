@@ -235,8 +235,8 @@ def test_runs_are_exported(run, tracked, tmp_path):
 
 
 def test_the_suffix_names_the_format(run, project, tracked, tmp_path):
-    assert run("export", tracked, "-o", tmp_path / "a.glb").status == 0
-    assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
+    assert run("export", tracked, "-o", tmp_path / "a.bvh").status == 0
+    assert (tmp_path / "a.bvh").read_text().startswith("HIERARCHY")
     facts = run("export", tracked, "-o", tmp_path / "a.mot", "--json").json
     assert facts["files"][str(tmp_path / "a.mot")] == "joint angles of 10 frames"
     assert run("export", project, "-o", tmp_path / "a.json").status == 0

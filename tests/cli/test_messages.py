@@ -20,7 +20,7 @@ def test_quiet_says_only_results_and_errors(run, tracked, tmp_path):
 
 
 def test_verbose_tells_files_and_time(run, tracked, tmp_path):
-    path = tmp_path / "a.glb"
+    path = tmp_path / "a.bvh"
     told = run("export", tracked, "-o", path, "--verbose").err
     assert told.count(f"read: {tracked}\n") == 1
     assert f"written: {path}\n" in told

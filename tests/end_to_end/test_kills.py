@@ -123,7 +123,7 @@ def _frames_of(part: Path) -> list[int]:
 def test_an_export_is_the_older_file_or_the_newer(victims, sound, tmp_path):
     run = tmp_path / "run.npz"
     assert victims.seconds_of("track", sound, "-o", run, *FAST) > 0
-    formats = ("csv", "trc", "c3d", "bvh", "angles", "glb", "mot")
+    formats = ("csv", "trc", "c3d", "bvh", "angles", "mot")
     seconds, new = {}, {}
     for form in formats:
         place = tmp_path / f"new.{'csv' if form == 'angles' else form}"

@@ -30,7 +30,6 @@ from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.coco import write_results
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
-from stereotrack_core.interop.motion.gltf import write_glb
 from stereotrack_core.interop.motion.mot import write_mot
 from stereotrack_core.interop.motion.netcdf import write_netcdf
 from stereotrack_core.interop.motion.rerun import SeenFrame, write_rerun
@@ -241,7 +240,6 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "run.bvh": lambda path, things: write_bvh(path, things.truth, 10.0),
     "run.nc": lambda path, things: write_netcdf(path, things.truth, 10.0),
     "run.mot": _motion,
-    "run.glb": lambda path, things: write_glb(path, things.run, {}),
     "run.rrd": _scene,
     "reference.npz": lambda path, things: write_reference(path, things.reference),
     "exported reference.csv": lambda path, things: write_reference_table(path, things.reference),

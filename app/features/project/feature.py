@@ -62,7 +62,7 @@ def _files(
         command("open_run", "Open run …", "Show a saved run (.npz) with its recording.",
                 files.ask_for_run, "Ctrl+Shift+O", "open", section=True),
         command("save_run", "Save run as …", "Save the active run complete, or export it to "
-                "OpenSim, C3D, BVH, netCDF, glTF, Rerun or as joint angles.",
+                "OpenSim, C3D, BVH, netCDF, Rerun or as joint angles.",
                 files.ask_where_to_save, "Ctrl+S", "save",
                 why_not=session.no_run),
     ]  # fmt: skip

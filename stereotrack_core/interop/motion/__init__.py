@@ -1,1 +1,1 @@
-"""Movement for other programs: OpenSim, movement, Blender and Rerun."""
+"""Movement for other programs: OpenSim, movement and Rerun."""

@@ -91,7 +91,7 @@ def write_rerun(
 def rerun_library(path: Path) -> Any:
     """The library rerun-sdk; InputError where it is not installed."""
     missing = "Rerun recordings need the library rerun-sdk, which is not installed"
-    return extra_library("rerun", "rerun", missing=missing, where=str(path), instead="glb")
+    return extra_library("rerun", "rerun", missing=missing, where=str(path), instead="bvh")
 
 
 class _Drawing:

@@ -102,7 +102,6 @@ FORMATS: tuple[ExportFormat, ...] = (
     ExportFormat(
         "mot", "Joint angles, OpenSim", (".mot",), _MOTION, lost_of_reference=_SIGMA_AND_SOURCE
     ),
-    ExportFormat("glb", "Moving body, glTF", (".glb",), ("run",)),
     ExportFormat("rrd", "Images and clouds, Rerun", (".rrd",), ("run",), "rerun", "rerun"),
     ExportFormat(
         "coco", "COCO keypoints", (".json",), ("clicks", "keypoints"), pictures=True, loses=_NOTES

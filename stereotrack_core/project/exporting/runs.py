@@ -23,8 +23,6 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_run,
     angles_of_trajectory,
 )
-from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
-from stereotrack_core.interop.motion.gltf import write_glb
 from stereotrack_core.interop.motion.mot import write_mot
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_trajectory
@@ -66,8 +64,6 @@ def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = Non
         fps = fps_of_run(run)
     if form.name == "npz":
         write_npz(path, run)
-    elif form.name == "glb":
-        write_glb(path, run, LIMB_COLOURS)
     elif form.name in ANGLE_FORMATS and fps is not None:
         return export_angles(path, angles_of_run(run), form, fps)
     else:

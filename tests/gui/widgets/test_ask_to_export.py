@@ -25,7 +25,7 @@ FORMATS = formats_of("run")
         ("run.csv", "c3d", "c3d"),
         ("run.csv", "angles", "angles"),
         ("walk.trc", "csv", "trc"),
-        ("walk", "glb", "glb"),
+        ("walk", "trc", "trc"),
         ("walk.2", "bvh", "bvh"),
     ],
 )
