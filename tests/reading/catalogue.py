@@ -45,7 +45,7 @@ from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import describe, open_recording
 from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
-from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
+from stereotrack_core.recording.stream_files import open_stream, picture_size
 from stereotrack_core.study.points import listed_points
 from stereotrack_core.study.store import stored_results
 from stereotrack_core.study.table import curves_of, read_table
@@ -55,16 +55,13 @@ from stereotrack_core.tracking.presets import UserPreset, read_preset, write_pre
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.interop.calibrations import layouts
-from tests.reading.label_files import label_files
 from tests.reading.more_files import more_files
 from tests.reading.mutations import (
     Mutation,
     mutated_arrays,
     mutated_bytes,
     mutated_json,
-    mutated_json_lines,
     mutated_meta,
-    mutated_records,
     mutated_table,
     mutated_toml,
 )
@@ -103,7 +100,6 @@ def readers(samples: Samples, folder: Path) -> dict[str, Reader]:
         **_of_calibrations(folder),
         **_of_sweeps(folder),
         **_of_pictures(folder),
-        **{name: Reader(*entry) for name, entry in label_files(samples, folder).items()},
         **{name: Reader(*entry) for name, entry in more_files(samples, folder).items()},
     }
 
@@ -251,7 +247,7 @@ def _of_arrays(samples: Samples, folder: Path) -> dict[str, Reader]:
         return found, wish
 
     return {
-        "unfinished run": Reader("run.part", begun, mutated_records, unfinished),
+        "unfinished run": Reader("run.part", begun, mutated_bytes, unfinished),
         "run.npz": Reader("run.npz", stored, mutated_arrays, run),
         "run.npz, meta": Reader("run.npz", stored, mutated_meta, run),
         "reference.npz": Reader("ref.npz", written, mutated_arrays, reference),
@@ -361,7 +357,7 @@ def _of_sweeps(folder: Path) -> dict[str, Reader]:
 
     return {
         "sweep journal": Reader(
-            "s.jobs.jsonl", journal, mutated_json_lines,
+            "s.jobs.jsonl", journal, mutated_json,
             lambda path: stored_results(path.with_name("s.csv")),
         ),
         "sweep table": Reader("s.csv", rows.encode(), mutated_table, table),
@@ -431,6 +427,3 @@ def watch(path: Path) -> None:
 def damaged(reader: Reader, name: str, number: int) -> bytes:
     """The damaged file of that number, the same always."""
     return reader.damage(reader.content, random.Random(f"{name} {number}"))
-
-
-__all__ = ["Reader", "background_picture", "damaged", "readers"]

@@ -1,9 +1,10 @@
-"""Further readers for the catalogue: predicted keypoints, bags of ROS, studies, point tables."""
+"""Further readers for the catalogue: keypoints, HDF5, bags of ROS, studies, point tables."""
 
 from __future__ import annotations
 
 import io
 import json
+import pickle
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -54,6 +55,7 @@ def more_files(samples: Samples, folder: Path) -> dict[str, Entry]:
         **_of_keypoints(samples, folder),
         **_of_studies(folder),
         **_of_points(samples, folder),
+        **(_of_hdf5(samples) if find_spec("h5py") is not None else {}),
         **(_of_bags(folder) if find_spec("rosbags") is not None else {}),
     }
 
@@ -173,33 +175,87 @@ def _of_studies(folder: Path) -> dict[str, Entry]:
     }
 
 
-# ---- tables of points, bags
+# ---- tables of points
 
 
 def _of_points(samples: Samples, folder: Path) -> dict[str, Entry]:
-    def write(path: Path) -> None:
-        write_points(path, samples.clicks, samples.recording, NINE.names, "dltdv")
+    entries: dict[str, Entry] = {}
+    for name, form in (("DLTdv", "dltdv"), ("Argus", "argus"), ("XMALab", "xmalab")):
+        path = folder / f"{form}.csv"
+        write_points(path, samples.clicks, samples.recording, NINE.names, form)
+        beside = path.with_name(path.name + ".json")
+        entries[name] = (path.name, path.read_bytes(), mutated_table, _labels_with(samples, beside))
+        if form == "dltdv":
+            notes = (beside.name, beside.read_bytes(), mutated_json, _labels_with(samples, path))
+            entries["DLTdv, notes"] = notes
+    return entries
 
+
+def _labels_with(samples: Samples, other: Path) -> Callable[[Path], object]:
+    """A reader of a table of points or its notes; `other` of the two is sound."""
+
+    def read(path: Path) -> object:
+        path.with_name(other.name).write_bytes(other.read_bytes())
+        table = path if path.suffix == ".csv" else path.with_name(other.name)
+        source = LabelSource(table, samples.recording, NINE.names)
+        return [str(problem) for problem in read_labels(source, 6).problems]
+
+    return read
+
+
+# ---- HDF5
+
+
+OF_HDF5 = ("DeepLabCut HDF5", "keypoints, DeepLabCut HDF5")
+
+
+def _of_hdf5(samples: Samples) -> dict[str, Entry]:
     def labels(path: Path) -> object:
-        return read_labels(LabelSource(path, samples.recording, NINE.names), 6).problems
+        return read_labels(LabelSource(path, samples.recording, NINE.names), FRAMES).problems
 
-    content = _written(folder / "p.csv", write)
-    beside = (folder / "p.csv.json").read_bytes()
+    def keypoints(path: Path) -> object:
+        source = KeypointSource(path, samples.recording, camera="S")
+        return read_keypoints(source, FRAMES).summary()
 
-    def with_table(path: Path) -> object:
-        path.with_name("p.csv.json").write_bytes(beside)
-        return labels(path)
-
-    def with_notes(path: Path) -> object:
-        table = path.with_name("p.csv")
-        if not table.exists():
-            table.write_bytes(content)
-        return labels(table)
-
+    label, predicted = OF_HDF5
     return {
-        "DLTdv": ("p.csv", content, mutated_table, with_table),
-        "DLTdv, notes": ("p.csv.json", beside, mutated_json, with_notes),
+        label: ("S.h5", _stored(_fixed_labels), mutated_bytes, labels),
+        predicted: ("SDLC_walk.h5", _stored(_predictions), mutated_bytes, keypoints),
     }
+
+
+def _stored(write: Callable[[Any], None]) -> bytes:
+    import h5py
+
+    file = io.BytesIO()
+    with h5py.File(file, "w") as stored:
+        write(stored)
+    return file.getvalue()
+
+
+def _fixed_labels(stored: Any) -> None:
+    """As pandas writes a table of the format ``fixed``."""
+    group = stored.create_group("df_with_missing")
+    axes = {
+        "block0_items": [("scorer", name, axis) for name in NINE.names[:2] for axis in "xy"],
+        "axis1": [("labeled-data", "S", f"img{frame:06d}.png") for frame in range(3)],
+    }
+    for axis, names in axes.items():
+        for level, texts in enumerate(zip(*names, strict=True)):
+            known = sorted(set(texts))
+            group[f"{axis}_level{level}"] = np.array([text.encode() for text in known])
+            group[f"{axis}_label{level}"] = np.array([known.index(text) for text in texts])
+    group["block0_values"] = np.arange(2.0 * 2 * 3).reshape(3, 4)
+
+
+def _predictions(stored: Any) -> None:
+    """As PyTables writes what DeepLabCut has predicted."""
+    axes = ("x", "y", "likelihood")
+    columns = [("scorer", part, axis) for part in ("nose", "neck") for axis in axes]
+    kinds = np.dtype([("index", "<i8"), ("values_block_0", "<f8", (6,))])
+    rows = np.array([(frame, (1.0, 2.0, 0.5, 4.0, 5.0, 0.75)) for frame in range(3)], dtype=kinds)
+    table = stored.create_group("df_with_missing").create_dataset("table", data=rows)
+    table.attrs["values_block_0_kind"] = np.void(pickle.dumps(columns, 0))
 
 
 def _of_bags(folder: Path) -> dict[str, Entry]:

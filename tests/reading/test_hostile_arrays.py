@@ -15,7 +15,6 @@ from stereotrack_core.interop.npz import read_number_array
 from stereotrack_core.interop.reference_npz import is_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, write_trajectory
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes, write_npz
-from stereotrack_core.program import main
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from tests.reading.mutations import member, with_meta
 
@@ -31,11 +30,11 @@ def stored(request, samples, tmp_path):
     return path, read_reference
 
 
-def replaced(path: Path, kind: int = zipfile.ZIP_DEFLATED, **members: bytes) -> None:
+def replaced(path: Path, **members: bytes) -> None:
     """Write an archive again with other members."""
     with zipfile.ZipFile(path) as archive:
         content = {info.filename: archive.read(info) for info in archive.infolist()}
-    with zipfile.ZipFile(path, "w", kind) as archive:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in (
             content | {f"{key}.npy": value for key, value in members.items()}
         ).items():
@@ -46,17 +45,9 @@ def replaced(path: Path, kind: int = zipfile.ZIP_DEFLATED, **members: bytes) -> 
     ("members", "words"),
     [
         ({"frame": member("<i8", (10**18,))}, "damaged"),
-        ({"frame": member("<i8", (-1,))}, "damaged"),
-        ({"frame": member("<i8", (6, 2**40))}, "damaged"),
-        ({"frame": b"no array at all"}, "damaged"),
         ({"frame": member("|O", (6,), bytes(48))}, "wrong data type"),
-        ({"frame": member("<f8", (6,), bytes(48))}, "wrong data type"),
         ({"frame": member("<i8", (7,), bytes(56))}, "length"),
         ({"frame": member("<i8", (6,), bytes(40))}, "damaged"),
-        ({"frame": member("<i8", (6,), bytes(56))}, "damaged"),
-        ({"frame": member("<i8", "x", bytes(48))}, "damaged"),
-        ({"frame": member([("a", "<i8")], (6,), bytes(48))}, "wrong data type"),
-        ({"frame": member("<i8", (6,), bytes(48)).replace(b"descr", b"other")}, "damaged"),
         ({"meta": member("<U1000000000", ())}, "damaged"),
         ({"meta": member("<U1", (), b"\xff\xff\xff\x7f")}, "damaged"),
     ],
@@ -75,21 +66,6 @@ def test_an_archive_that_unfolds_without_end(stored, little_memory):
     replaced(path, meta=member("<U70000000", (), bytes(280_000_000)))
     assert path.stat().st_size < 1_000_000
     with pytest.raises(InputError, match="claims to contain 267 MB"), little_memory():
-        read(path)
-
-
-@pytest.mark.parametrize("kind", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_kinds_of_packing_that_unfold_farther(stored, kind):
-    path, read = stored
-    replaced(path, kind)
-    with pytest.raises(InputError, match="damaged"):
-        read(path)
-
-
-def test_an_archive_of_many_members(stored):
-    path, read = stored
-    replaced(path, **{f"x{k}": b"" for k in range(1200)})
-    with pytest.raises(InputError, match="members"):
         read(path)
 
 
@@ -114,14 +90,9 @@ def test_arrays_in_the_order_of_fortran_come_back(samples, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"frame": lambda a: a - 1}, "between 0 and"),
         ({"frame": lambda a: a + 2**40}, "between 0 and"),
-        ({"frame": lambda a: a * 2**61}, r"between 0 and|ascend"),
         ({"x": lambda a: a * np.inf}, "too large"),
-        ({"landmarks": lambda a: a + 1e9}, "landmarks contain numbers"),
-        ({"P": lambda a: a + 1e300}, "P contain numbers"),
         ({"x": lambda a: np.full_like(a, np.nan)}, "has no pose"),
-        ({"landmarks": lambda a: np.full_like(a, np.nan)}, "has no pose"),
     ],
 )
 def test_numbers_that_no_run_has(samples, tmp_path, changes, words):
@@ -135,39 +106,30 @@ def test_numbers_that_no_run_has(samples, tmp_path, changes, words):
 
 
 WRONG = {
-    **dict.fromkeys(
-        ("preset", "init", "made", "version", "recording", "recording_folder"), (3, ["x"])
-    ),
-    **dict.fromkeys(("fingerprint", "calibration"), (7, {})),
-    **dict.fromkeys(("fps", "wall_seconds"), ("10", True, [10.0], float("nan"))),
-    **dict.fromkeys(("smoothed", "colour", "started_at_reference"), ("no", 1)),
-    "seed": ("0", 1.5, True),
-    "views": ("NS", 3, [3], {"N": 1}),
-    "parameters": ([], 5, {"iterations": [3]}, {"legs": {}}),
-    "body": (3, "x", {"legs": []}),
-    "subject": (5, [1.0], {"shoulder_width": "0.4"}, {"torso_length": -1.0}, {"name": 3}),
-    "frames": (5, [1], [1, 2, 3], ["0", "6"]),
-    "first_pose": (1.0, {"position": "x"}, {"position": [0, 0, None]}, {"rotations": [1.0]}),
-    "bridged": (3, ["x"]),
-    "versions": ([1, 2], {"numpy": 2}),
-    "detections": ("d.csv", {"source": 3}, {"count": "3"}),
-    "blind": ({"view": "N"}, [5], [{"view": "N", "first": "a", "end": 3}]),
+    **dict.fromkeys(("preset", "made", "recording_folder", "fingerprint"), (3,)),
+    **dict.fromkeys(("fps", "wall_seconds"), ("10", float("nan"))),
+    **dict.fromkeys(("smoothed", "started_at_reference"), ("no",)),
+    "seed": (1.5,),
+    "views": ([3],),
+    "parameters": ({"iterations": [3]}, {"legs": {}}),
+    "body": ({"legs": []},),
+    "subject": ({"shoulder_width": "0.4"}, {"torso_length": -1.0}),
+    "frames": ([1, 2, 3],),
+    "first_pose": ({"position": [0, 0, None]}, {"rotations": [1.0]}),
+    "detections": ({"count": "3"},),
+    "blind": ([{"view": "N", "first": "a", "end": 3}],),
 }
 """Keys of a run's meta with values of another kind."""
 
 
 @pytest.mark.parametrize(("key", "value"), [(k, v) for k, many in WRONG.items() for v in many])
-def test_a_run_states_a_value_of_another_kind(samples, tmp_path, key, value, capsys):
+def test_a_run_states_a_value_of_another_kind(samples, tmp_path, key, value):
     path = tmp_path / "run.npz"
     path.write_bytes(with_meta(run_bytes(samples.run), lambda meta: {**meta, key: value}))
     with pytest.raises(InputError, match=key) as refusal:
         read_run(path)
     assert refusal.value.where.startswith(f"{path}, meta, {key}")
     assert refusal.value.remedy
-    capsys.readouterr()
-    assert main(["evaluate", str(path)]) == 2
-    told = capsys.readouterr().err.strip()
-    assert told == f"stereotrack: {refusal.value}"
 
 
 def _with_own_meta(run, meta):
@@ -191,7 +153,7 @@ def test_a_value_left_out_is_refused_unless_it_may_be_unknown(samples):
                 run_of_bytes(data, "a run")
 
 
-@pytest.mark.parametrize("text", ["{", "[]", "[" * 3000, '{"seed": ' + "9" * 400 + "}", '"x"'])
+@pytest.mark.parametrize("text", ["{", "[]", "[" * 3000])
 def test_meta_that_is_no_table(samples, tmp_path, text):
     arrays = dict(np.load(io.BytesIO(run_bytes(samples.run))))
     np.savez(tmp_path / "run.npz", **arrays | {"meta": np.array(text)})
@@ -199,7 +161,7 @@ def test_meta_that_is_no_table(samples, tmp_path, text):
         read_run(tmp_path / "run.npz")
 
 
-@pytest.mark.parametrize("meta", [{"fps": "x"}, {"outliers": [[1, "S"]]}, {"sigma_factor": []}])
+@pytest.mark.parametrize("meta", [{"fps": "x"}, {"outliers": [[1, "S"]]}])
 def test_a_reference_states_a_value_of_another_kind(samples, tmp_path, meta):
     path = tmp_path / "reference.npz"
     write_reference(path, samples.reference)
@@ -208,20 +170,6 @@ def test_a_reference_states_a_value_of_another_kind(samples, tmp_path, meta):
         read_reference(path)
     path.write_bytes(with_meta(path.read_bytes(), lambda _: json.loads("{}")))
     assert read_reference(path).meta == {}
-
-
-@pytest.mark.parametrize("kind", [np.float16, np.longdouble])
-@pytest.mark.parametrize("name", ["points", "covariance", "limb_sigma_deg"])
-def test_numbers_that_linear_algebra_does_not_take_are_refused(samples, tmp_path, name, kind):
-    path = tmp_path / "reference.npz"
-    write_reference(path, samples.reference)
-    arrays = dict(np.load(path))
-    values = arrays.get(name, np.ones((len(arrays["frame"]), 6))).astype(kind)
-    if values.dtype.itemsize == 8:
-        pytest.skip("this platform has no wider numbers")
-    np.savez(path, **{**arrays, name: values})
-    with pytest.raises(InputError, match=f"{name} has the wrong data type"):
-        read_reference(path)
 
 
 @pytest.mark.parametrize("suffix", [".c3d", ".bvh", ".trc"])

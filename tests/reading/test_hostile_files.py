@@ -18,10 +18,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import check_kind, checked_tree
 from stereotrack_core.reading import MB, check_file, decoding, open_file, parsed_json, read_bytes
 from stereotrack_core.recording.folder import describe
-from stereotrack_core.recording.images import DamagedFrame, numbered_files, read_image, read_metres
+from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
 from stereotrack_core.recording.importing.ros import picture_in
 from stereotrack_core.recording.importing.source import METRIC_UNIT
-from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.recording.video import open_container
 from stereotrack_core.recording.writing import write_png
@@ -76,7 +75,6 @@ def test_what_is_no_file_is_refused_at_once(kind, catalogue, tmp_path, little_me
         ("named pipe", "this is a named pipe"),
         ("device", "this is a device"),
         ("sparse file of 4 TB", "more than 4 MB"),
-        ("folder", "this is a folder"),
         ("link to itself", "cannot be read"),
         ("nothing", "no such file"),
     ],
@@ -87,17 +85,6 @@ def test_the_sentence_says_what_it_is(kind, words, tmp_path):
         load_toml(tmp_path / "s.toml")
     assert refusal.value.where == str(tmp_path / "s.toml")
     assert refusal.value.remedy
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs named pipes")
-def test_streams_that_are_no_files(tmp_path):
-    _pipe(tmp_path / "v.mp4")
-    (tmp_path / "N").mkdir()
-    _pipe(tmp_path / "N" / "0.png")
-    with pytest.raises(InputError, match="named pipe"):
-        open_stream(tmp_path, "v.mp4", "grey", "recording.toml, view N, image.frames")
-    with pytest.raises(DamagedFrame, match="named pipe"):
-        read_image(tmp_path / "N" / "0.png", "grey")
 
 
 def test_a_file_that_grows_is_read_to_the_limit(tmp_path, monkeypatch):
@@ -118,14 +105,10 @@ DEEP = 3000
     ("text", "words"),
     [
         (f"a = {'[' * DEEP}{']' * DEEP}", "nested too deeply"),
-        (f"a = {'{b = ' * DEEP}1{'}' * DEEP}", "nested too deeply"),
         (f"{'a.' * DEEP}b = 1", "nested too deeply"),
-        (f"[{'a . ' * DEEP}b]", "nested too deeply"),
-        ("x = {" + '"a".' * DEEP + "b = 1}", "nested too deeply"),
         ("\n".join(f"{'a.' * 30}b{i} = {{c.d.e.f = 1}}" for i in range(2)), "nested too deeply"),
         (f"[view]\nfps = {'9' * 400}", r"view\.fps: a number of about 400 digits is too large"),
         (f"fps = {'9' * 5000}", "a number is too large"),
-        (f"fps = -{'9' * 20}", "a number of about 20 digits is too large"),
     ],
 )
 def test_toml_without_end(tmp_path, text, words):
@@ -152,13 +135,10 @@ def test_what_people_write_is_not_without_end(tmp_path):
     ("text", "words"),
     [
         ("[" * DEEP * 100, "nested too deeply"),
-        ('{"a":' * 40 + "1" + "}" * 40, "nested too deeply"),
         ('{"a": [1, ' + "9" * 400 + "]}", r"a\[1\]: a number of about 400 digits"),
         ("9" * 5000, "a number is too large"),
         ("{", "not valid JSON"),
-        (b"\xff\xfe\xff", "not valid JSON"),
         (r'{"a": ["x", "\ud800"]}', r"a\[1\]: a text contains invalid characters"),
-        (r'{"a": {"\udfff": 1}}', "a: a text contains invalid characters"),
     ],
 )
 def test_json_without_end(text, words):
@@ -179,15 +159,12 @@ def test_a_tree_that_is_wide_is_none_that_is_deep():
 @pytest.mark.parametrize(
     ("value", "kind", "where"),
     [
-        (3, str, "f"),
         (True, int, "f"),
         (1, bool, "f"),
         (float("nan"), float, "f"),
         ([1, "2"], [int], "f, [1]"),
-        ([1], [int, int], "f"),
         ({"a": {"b": [None, "x"]}}, {"a": {"b": [(int, float)]}}, "f, a.b[0]"),
         ({"x": 1, "y": []}, {str: (int, str)}, "f, y"),
-        ([], {"a": int}, "f"),
     ],
 )
 def test_kinds(value, kind, where):
@@ -205,8 +182,7 @@ def test_kinds_that_fit():
 @pytest.mark.parametrize(
     "error",
     [
-        *(KeyError("x"), IndexError(), MemoryError(), RecursionError(), OSError(5, "no")),
-        *(EOFError(), UnboundLocalError("edge_type")),
+        *(KeyError("x"), MemoryError(), RecursionError(), OSError(5, "no"), EOFError()),
     ],
 )
 def test_what_decoders_raise_becomes_the_sentence(error):
@@ -216,14 +192,6 @@ def test_what_decoders_raise_becomes_the_sentence(error):
     ):
         raise error
     assert refusal.value.remedy == "Mend it."
-
-
-def test_a_number_in_a_pattern_may_not_be_long(tmp_path):
-    (tmp_path / "1.png").touch()
-    assert list(numbered_files(tmp_path, "%01d.png")) == [1]
-    for width in ("9" * 12, "9" * 5000):
-        with pytest.raises(InputError, match="must contain exactly one number"):
-            open_stream(tmp_path, f"%0{width}d.png", "grey", "recording.toml")
 
 
 def test_a_picture_may_not_unfold_into_any_number_of_pixels():

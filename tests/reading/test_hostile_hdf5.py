@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import io
 import os
-import struct
 import sys
 from pathlib import Path
 
 import pytest
 
-from stereotrack_core import limited_process
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.hdf5 import is_hdf5
-from tests.reading.label_files import OF_HDF5
+from tests.reading.more_files import OF_HDF5
 
 NEEDED = {"SLEAP": "sleap_io", **dict.fromkeys(OF_HDF5, "h5py")}
 LARGE = 400_000_000
@@ -42,13 +40,6 @@ def without_end(stored) -> None:
     stored.create_dataset("instances", shape=(LARGE,), chunks=(1000,), dtype=kind)
 
 
-def one_byte(content: bytes) -> bytes:
-    """The same with 9,502,720 videos stated instead of one: the library takes more than 12 GB."""
-    space = b"\x01\x01\x01" + bytes(5) + struct.pack("<QQ", 1, 2**64 - 1)
-    assert space in content
-    return content.replace(space, space[:10] + b"\x91" + space[11:], 1)
-
-
 def refusal_of(reader, content: bytes, folder: Path) -> InputError:
     (folder / reader.file).write_bytes(content)
     with pytest.raises(InputError) as refusal:
@@ -64,17 +55,6 @@ def test_rows_without_end_do_not_take_the_memory(reader, tmp_path):
     content = changed(reader.content, without_end)
     assert len(content) < 200_000
     assert "too large for the memory" in refusal_of(reader, content, tmp_path).what
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="memory is not limited there")
-@pytest.mark.parametrize("name", ["SLEAP"])
-def test_a_byte_that_has_the_library_take_all_memory_gives_a_sentence(
-    reader, tmp_path, monkeypatch
-):
-    for limit in ("LEAST_MEMORY", "_BASE_MEMORY"):
-        monkeypatch.setattr(limited_process, limit, 2 << 30)
-    what = refusal_of(reader, one_byte(reader.content), tmp_path).what
-    assert what.startswith(("this is not a SLEAP labels file", "the file is damaged"))
 
 
 @pytest.mark.parametrize("name", NEEDED)
