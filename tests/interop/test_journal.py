@@ -1,7 +1,5 @@
 """Journals that somebody is killed in."""
 
-import json
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,13 +38,6 @@ def test_a_torn_line_is_lost_alone(tmp_path_factory, share):
         # the line's end alone was missing, so that the entry is complete after all
         read_journal(path) == [*ENTRIES[: len(left) + 1], {"job": "d"}]
     )
-
-
-def test_an_entry_is_in_the_file_when_append_returns(tmp_path):
-    path = tmp_path / "a.jsonl"
-    with Journal(path) as journal:
-        journal.append(ENTRIES[0])
-        assert json.loads(path.read_bytes()) == ENTRIES[0]
 
 
 def test_what_cannot_be_written_is_refused_in_words(tmp_path):

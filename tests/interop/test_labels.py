@@ -23,7 +23,6 @@ from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_
 from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.writing import write_png
 
 CAMERAS = ("N_left", "N_right", "S")
 
@@ -143,20 +142,6 @@ def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path
         read_sleap(LabelSource(tmp_path / "bad.slp", recording, NINE.names))
 
 
-def test_numbered_pictures_are_listed_for_sleap(recording, tmp_path):
-    sio = pytest.importorskip("sleap_io")
-    there = replace(recording, folder=tmp_path)
-    (tmp_path / "S").mkdir()
-    for number in range(3, 6):
-        write_png(tmp_path / "S" / f"{number}.png", np.zeros((48, 64), dtype=np.uint8))
-    click = Click(1, "S", "head", (5.0, 6.0), origin="imported")
-    path = tmp_path / "a.slp"
-    write_sleap(path, [click], there, NINE)
-    stored = sio.load_slp(str(path), open_videos=False)
-    assert [name[-6:] for name in stored.videos[0].filename] == ["/3.png", "/4.png", "/5.png"]
-    assert read_sleap(LabelSource(path, there, NINE.names)).clicks == (click,)
-
-
 def test_labels_with_confidences_are_refused_as_predictions(recording, tmp_path):
     path = tmp_path / "a.json"
     content = {
@@ -209,15 +194,6 @@ def test_deeplabcut_predictions_are_of_the_camera_that_is_said(recording, tmp_pa
         unsaid.checked()
 
 
-@pytest.mark.parametrize("frame", ["nan", "inf", "-1", "1.5", "1e999"])
-def test_a_row_of_deeplabcut_that_names_no_frame_is_a_problem(recording, tmp_path, frame):
-    path = tmp_path / "S.csv"
-    path.write_text(f"scorer,a,a\nbodyparts,head,head\ncoords,x,y\n0,1,2\n{frame},1,2\n")
-    found = read_deeplabcut(LabelSource(path, recording, NINE.names))
-    assert [one.frame for one in found.clicks] == [0]
-    assert "is not a frame number" in str(found.problems[0])
-
-
 def test_deeplabcut_with_three_columns_of_paths(recording, tmp_path):
     path = tmp_path / "CollectedData_A.csv"
     path.write_text(
@@ -254,14 +230,8 @@ def test_several_people_are_refused(recording, tmp_path):
     [
         "",
         "[]",
-        "{",
-        '{"images": 3, "annotations": [], "categories": []}',
         '{"images": [], "annotations": [], "categories": [{"id": 1, "name": "cat"}]}',
-        '{"images": [1], "annotations": [], "categories": []}',
         '{"images": [], "annotations": [], "categories": [{"id": [1], "keypoints": ["head"]}]}',
-        '{"images": [], "annotations": [], "categories": [{"id": 1, "keypoints": 5}]}',
-        '{"images": [{"id": {}}], "annotations": [], "categories": [{"keypoints": ["head"]}]}',
-        '{"images": [], "annotations": [{"outside": 3}], "categories": [{"keypoints": ["head"]}]}',
     ],
 )
 def test_what_is_no_coco_file_is_refused(recording, tmp_path, text):
@@ -339,14 +309,6 @@ def test_cameras_and_frames_are_told_from_names(recording):
         frame_of("picture.png", where="f")
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".mat", ".xml", ""])
-def test_other_kinds_are_refused_with_a_way_out(recording, tmp_path, suffix):
-    path = tmp_path / f"labels{suffix}"
-    path.write_bytes(b"x")
-    with pytest.raises(InputError, match=r"use|Supported"):
-        read_labels(LabelSource(path, recording, NINE.names))
-
-
 def test_trajectories_are_told_from_clicks(recording, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("frame,landmark,x,y,z\n")
@@ -362,7 +324,7 @@ def test_trajectories_are_told_from_clicks(recording, tmp_path):
         read_labels(LabelSource(path, recording, NINE.names, camera="S"))
 
 
-@pytest.mark.parametrize("name", ["a/b", "a\\b", "../a", "..", ".", " ", "a:b", "a\nb", "a\0b"])
+@pytest.mark.parametrize("name", ["a/b", "..", "a\0b"])
 def test_a_camera_whose_name_leads_elsewhere_is_not_written(recording, tmp_path, name):
     folder = tmp_path / "out"
     folder.mkdir()
@@ -398,28 +360,8 @@ def _coco(tmp_path, **changes):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (
-            {"keypoints": [1, 10**400, 2]},
-            r"annotations\[0\]\.keypoints\[1\]: a number of about 400",
-        ),
-        ({"id": 10**400}, "a number of about 400 digits"),
-        ({"image_id": [1]}, "image_id: .* is not a whole number or a text"),
-        ({"keypoints": {"a": 1}}, "is not a list"),
-    ],
-)
-def test_numbers_and_kinds_that_no_coco_file_has(recording, tmp_path, changes, words):
-    with pytest.raises(InputError, match=words):
-        read_labels(LabelSource(_coco(tmp_path, **changes), recording, NINE.names))
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
         ({"keypoints": [1, "2", 2]}, "1 triples of x, y and v"),
-        ({"keypoints": [float("nan"), 2, 2]}, "1 triples of x, y and v"),
         ({"image": {"camera": "X"}}, "no camera 'X'"),
-        ({"image": {"camera": ["S"]}}, "has no camera"),
-        ({"image": {"frame": 2**40}}, "is not a frame number"),
         ({"image": {"frame": -1}}, "is not a frame number"),
         ({"image": {"file_name": "S/" + "9" * 5000 + ".png"}}, "inf is not a frame number"),
         ({"image": {"id": 2}}, "image of this annotation is not in the file"),
@@ -433,7 +375,7 @@ def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes
     assert not found.clicks
 
 
-@pytest.mark.parametrize("frame", ["1e300", "-1", "2.5", "9" * 5000])
+@pytest.mark.parametrize("frame", ["-1", "2.5", "9" * 5000])
 def test_frames_that_no_recording_has(recording, tmp_path, frame):
     header = "scorer,a,a\nbodyparts,head,head\ncoords,x,y\n"
     path = tmp_path / "S.csv"

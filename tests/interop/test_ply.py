@@ -1,10 +1,8 @@
 """Clouds as PLY, read back by VTK, which did not write them."""
 
 import numpy as np
-import pytest
 import pyvista
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.interop.ply import VIEW_COLOURS, write_cloud
 
 
@@ -19,11 +17,3 @@ def test_points_views_and_colours(tmp_path, random):
     assert b"comment view 2: S" in header
     assert b"comment frame: 7" in header
     assert [body[k * 16 + 15] for k in range(50)] == view.tolist()
-
-
-def test_empty_cloud_and_absent_folder(tmp_path):
-    nothing, views = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
-    write_cloud(tmp_path / "a.ply", nothing, views, ["N"], 0)
-    assert b"element vertex 0" in (tmp_path / "a.ply").read_bytes()
-    with pytest.raises(InputError, match="folder"):
-        write_cloud(tmp_path / "absent" / "a.ply", nothing, views, ["N"], 0)

@@ -98,15 +98,3 @@ def test_a_table_of_another_program_alone(recording, tmp_path):
     found = read_labels(LabelSource(path, recording, NINE.names))
     assert "'a' is not a number" in str(found.problems[0])
     assert "outside the image" in str(found.problems[1])
-
-
-def test_notes_that_do_not_fit_the_recording(recording, tmp_path):
-    path = tmp_path / "a.csv"
-    write_points(path, CLICKS, recording, NINE.names, "argus")
-    beside = tmp_path / "a.csv.json"
-    beside.write_text(json.dumps({"cameras": {"1": "X"}}))
-    with pytest.raises(InputError, match="no camera 'X'"):
-        read_labels(LabelSource(path, recording, NINE.names))
-    beside.write_text("[]")
-    with pytest.raises(InputError):
-        read_labels(LabelSource(path, recording, NINE.names))

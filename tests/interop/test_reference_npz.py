@@ -56,19 +56,3 @@ def test_other_files_are_refused(tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(InputError, match="not a reference of this program"):
         read_reference(path)
-
-
-@pytest.mark.parametrize("wrong", [{"frame": np.array([0.5, 1.5])}, {"meta": np.array("[1]")}])
-def test_frames_and_meta_of_another_kind_are_refused(tmp_path, wrong):
-    arrays = {
-        "frame": np.arange(2),
-        "points": np.zeros((2, 9, 3)),
-        "landmark_names": np.array(LANDMARKS),
-        "meta": np.array("{}"),
-    }
-    path = tmp_path / "a.npz"
-    np.savez(path, **arrays)
-    assert len(read_reference(path).frame) == 2
-    np.savez(path, **arrays | wrong)
-    with pytest.raises(InputError, match=r"wrong data type|not a table"):
-        read_reference(path)

@@ -49,17 +49,6 @@ def test_npz_holds_what_the_format_says(tmp_path, random, make_run):
         assert json.loads(str(stored["meta"]))["preset"] == "accurate"
 
 
-def test_a_run_keeps_its_unexplained_fraction_under_the_key_of_the_format(
-    tmp_path, random, make_run
-):
-    run, path = make_run(random), tmp_path / "run.npz"
-    write_run(path, run)
-    with np.load(path, allow_pickle=False) as stored:
-        np.testing.assert_array_equal(stored["coverage"], run.unexplained_fraction)
-        assert "unexplained_fraction" not in stored.files
-    np.testing.assert_array_equal(read_run(path).unexplained_fraction, run.unexplained_fraction)
-
-
 def test_a_file_need_not_say_which_limbs_are_lost(tmp_path, random, make_run):
     run, path = make_run(random), tmp_path / "run.npz"
     write_run(path, run)
@@ -101,13 +90,6 @@ def test_a_file_of_another_format_is_refused(tmp_path, random, make_run):
         read_run(path)
 
 
-def test_probabilities_of_another_shape_are_refused(tmp_path, random, make_run):
-    run = make_run(random)
-    write_run(tmp_path / "run.npz", dataclasses.replace(run, limb_lost=run.limb_lost[:, :4]))
-    with pytest.raises(InputError, match="limb_lost"):
-        read_run(tmp_path / "run.npz")
-
-
 @pytest.mark.parametrize("suffix", RUN_SUFFIXES)
 def test_failed_write_keeps_the_old_file(tmp_path, random, make_run, suffix, monkeypatch):
     path = tmp_path / f"run{suffix}"
@@ -140,15 +122,6 @@ def damaged(path):
     path.write_bytes(data)
 
 
-def truncated(path):
-    path.write_bytes(path.read_bytes()[:-200])
-
-
-def one_array(path):
-    with path.open("wb") as file:
-        np.save(file, np.arange(3))
-
-
 def pickled(path):
     arrays = dict(np.load(path))
     arrays["x"] = np.array([{"a": 1}], dtype=object)
@@ -172,21 +145,13 @@ def rewritten(**changes):
     ("harm", "words"),
     [
         (damaged, "damaged"),
-        (truncated, "damaged"),
         (lambda p: p.write_bytes(b""), "damaged"),
-        (lambda p: p.write_text("frame,landmark"), "damaged"),
         (lambda p: p.unlink(), "no such file"),
-        (one_array, "damaged"),
         (pickled, "damaged"),
         (rewritten(P=None, meta=None), "lacks P, meta"),
         (rewritten(P=lambda P: P[:, :-1]), "P has the length"),
-        (rewritten(coverage=lambda c: c[:-1]), "coverage has the length"),
-        (rewritten(tracked=lambda t: t.astype(float)), "wrong data type"),
-        (rewritten(x=lambda x: x[0]), "dimensions"),
         (rewritten(frame=lambda f: f[::-1].copy()), "ascend"),
         (rewritten(landmark_names=lambda n: n[::-1].copy()), "nine"),
-        (rewritten(meta=lambda m: np.array("{")), "not valid JSON"),
-        (rewritten(meta=lambda m: np.array("[]")), "not a table"),
     ],
 )
 def test_damaged_and_foreign_files(tmp_path, random, make_run, harm, words):
@@ -211,11 +176,8 @@ def put(name, value):
     ("harm", "words"),
     [
         (rewritten(keypoint_source=None), "lacks keypoint_source"),
-        (rewritten(keypoint_place=lambda p: p[:-1]), "keypoint_place has the length"),
         (put("camera", 2), "camera of the keypoints has no name"),
-        (put("point", -1), "point of the keypoints has no name"),
         (put("confidence", 1.5), "impossible numbers"),
-        (put("place", np.nan), "impossible numbers"),
         (put("frame", 9), "order"),
     ],
 )
@@ -247,7 +209,7 @@ def test_suffixes(tmp_path, random, make_run):
         write_run(tmp_path / "folder.npz", run)
 
 
-@pytest.mark.parametrize("fps", [None, 0, -1, "10", float("nan")])
+@pytest.mark.parametrize("fps", [None, -1])
 def test_formats_with_time_need_the_frame_rate(tmp_path, random, make_run, fps):
     run = make_run(random, fps=fps)
     for suffix in (".trc", ".c3d", ".bvh"):

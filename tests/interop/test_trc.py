@@ -47,7 +47,6 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
     [
         ("PathFileType", "frame", "not a TRC file"),
         ("\tm\t", "\tfeet\t", "unit 'feet'"),
-        ("1.5", "one and a half", "not a number"),
         ("left_", "links_", None),
         ("_", "", r"none of its landmarks is known \(it has leftshoulder"),
     ],
@@ -66,31 +65,9 @@ def test_bad_files(tmp_path, old, new, words):
         read_trc(path)
 
 
-def test_missing_and_binary_file(tmp_path):
-    with pytest.raises(InputError, match="no such file"):
-        read_trc(tmp_path / "none.trc")
-    (tmp_path / "b.trc").write_bytes(bytes(range(256)))
-    with pytest.raises(InputError, match="cannot be read"):
-        read_trc(tmp_path / "b.trc")
-    (tmp_path / "c.trc").write_text("\nPathFileType\t4\t(X/Y/Z)\tc.trc\n")
-    with pytest.raises(InputError, match="not a TRC file"):
-        read_trc(tmp_path / "c.trc")
-
-
-def test_frames_in_any_order_are_read_in_theirs(tmp_path, random, body_trajectory):
-    trajectory = body_trajectory(random, range(1, 4))
-    path = tmp_path / "a.trc"
-    write_trc(path, trajectory, 30.0)
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join([*lines[:5], *reversed(lines[5:])]) + "\n")
-    found, _ = read_trc(path)
-    np.testing.assert_array_equal(found.frame, [1, 2, 3])
-    np.testing.assert_array_equal(found.points, trajectory.points)
-
-
 @pytest.mark.parametrize(
     ("frame", "words"),
-    [("1", "repeats frame 1"), ("1.5", "'1.5'"), ("nan", "'nan'"), ("inf", "'inf'"), ("", "''")],
+    [("1", "repeats frame 1"), ("1.5", "'1.5'")],
 )
 def test_wrong_frame_numbers_are_refused_by_their_line(
     tmp_path, random, body_trajectory, frame, words
@@ -104,16 +81,6 @@ def test_wrong_frame_numbers_are_refused_by_their_line(
         read_trc(path)
     assert "line 7" in str(error.value)
     assert error.value.remedy
-
-
-def test_numbers_that_are_not_finite_are_not_known(tmp_path, random, body_trajectory):
-    path = tmp_path / "a.trc"
-    write_trc(path, body_trajectory(random, range(1)), 30.0)
-    lines = path.read_text().splitlines()
-    lines[5] = "\t".join([*lines[5].split("\t")[:2], "inf", *lines[5].split("\t")[3:]])
-    path.write_text("\n".join(lines))
-    found, _ = read_trc(path)
-    assert np.isnan(found.points[0, LANDMARKS.index("left_shoulder")]).all()
 
 
 def test_files_that_are_cut_off_or_hold_no_number_are_refused(tmp_path, random, body_trajectory):
@@ -168,7 +135,7 @@ def test_commas_names_and_axes_of_other_programs(tmp_path, random, body_trajecto
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("x,y", "three axes"), ("x,x,z", "three axes"), ("x,y,up", "three axes"), ("y,x,z", "mirror")],
+    [("x,x,z", "three axes"), ("y,x,z", "mirror")],
 )
 def test_axes_that_are_none(text, words):
     with pytest.raises(InputError, match=words) as error:
@@ -211,12 +178,3 @@ def test_times_tell_the_frame_where_numbers_count_from_one(tmp_path, random, bod
     found, fps = read_trc(path)
     assert (fps, found.frame[0]) == (10.0, 50)
     assert "it states 100 frames per second, but its times have 10" in found.notes[0].what
-
-
-def test_a_file_without_labels_is_refused(tmp_path, random, body_trajectory):
-    path = tmp_path / "a.trc"
-    write_trc(path, body_trajectory(random, range(3)), 30.0)
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join([*lines[:3], "Frame#\tTime", *lines[4:]]))
-    with pytest.raises(InputError, match="none of its landmarks is known"):
-        read_trc(path)

@@ -106,14 +106,6 @@ def test_a_stereo_pair_in_the_frame_of_its_left_camera():
     assert "stereotrack calibrate align" in decided.notes[0]
 
 
-def test_a_pair_whose_sides_are_known_refuses_the_inverse():
-    with pytest.raises(Undecided, match=r"contradict .* camera-to-world or centre"):
-        decide(
-            foreign(stereo_pair(), "camera-to-world", unit="m"),
-            (("left", "right"),),
-        )
-
-
 def test_a_camera_without_a_place_stands_at_the_origin():
     one = foreign(rig()[:1]).cameras[0]
     bare = ForeignCamera(one.name, one.size, one.matrix, one.distortions)

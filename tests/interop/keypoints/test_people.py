@@ -58,11 +58,3 @@ def test_who_leaves_and_comes_back_is_the_same_and_a_passer_by_another():
     kept = of_one_person(keypoints_of(identified(rows(people))[0]))
     assert set(kept.frame.tolist()) == set(people)
     assert kept.place[:, 0].max() < 200.0
-
-
-def test_stated_numbers_that_two_people_share_are_no_identities():
-    people = crossing()
-    same = {k: [("0", *one[1:]) for one in picture] for k, picture in people.items()}
-    kept = of_one_person(keypoints_of(identified(rows(same, named=True))[0]))
-    own = kept[kept.keypoint == "nose"]
-    assert own.place[:, 0].tolist() == [100.0 + 8 * k for k in range(30)]

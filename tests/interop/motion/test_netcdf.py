@@ -1,7 +1,5 @@
 """Poses in netCDF, read back by xarray and h5py, and by movement where it is installed."""
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.motion.netcdf import write_netcdf
 from stereotrack_core.interop.run_file import read_trajectory, write_trajectory
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LANDMARKS
 
 
 @pytest.fixture
@@ -102,15 +100,3 @@ def test_what_other_programs_wrote_is_read_or_refused_in_a_sentence(written, tmp
     two = plain.reindex(individuals=["person", "p2"])
     with pytest.raises(InputError, match=r"2 individuals \(person, p2\)"):
         read_trajectory(save(two))
-
-
-def test_it_needs_its_library_and_frames(tmp_path, random, body_trajectory, monkeypatch):
-    trajectory = body_trajectory(random, [1, 2])
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(InputError, match="is not installed"):
-        write_netcdf(tmp_path / "a.nc", trajectory, 10.0)
-    with pytest.raises(InputError, match="no frames"):
-        write_netcdf(
-            tmp_path / "a.nc", LandmarkTrajectory(np.array([], int), np.empty((0, 9, 3))), 9
-        )
-    assert not list(tmp_path.iterdir())
