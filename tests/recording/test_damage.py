@@ -11,7 +11,7 @@ from stereotrack_core.recording.stream_files import open_stream, picture_size
 from stereotrack_core.recording.video import VideoStream
 
 FRAMES = 60
-DAMAGEABLE = ("ffv1.mkv", "h264-b.mp4", "h264-vfr.mkv", "h265.mp4", "mjpeg.avi", "vp9.webm")
+DAMAGEABLE = ("ffv1.mkv", "h264-b.mp4", "h264-vfr.mkv", "mjpeg.avi")
 
 
 def forget(number, picture):
@@ -51,7 +51,7 @@ def test_a_damaged_packet_costs_at_most_its_group(damaged_kind, tmp_path, number
     assert {0, 5, 10, 57, 58, 59} <= set(read)
 
 
-@pytest.mark.parametrize("damaged_kind", ["h264.ts", "h264-vfr.mkv", "mpeg4.avi"])
+@pytest.mark.parametrize("damaged_kind", ["h264.ts", "mpeg4.avi"])
 def test_a_video_that_breaks_off_gives_what_there_is(damaged_kind, tmp_path, numbered_videos):
     path = numbered_videos.of_kind(tmp_path, damaged_kind)
     with av.open(str(path)) as container:
@@ -67,8 +67,8 @@ def test_a_video_that_breaks_off_gives_what_there_is(damaged_kind, tmp_path, num
     stream.close()
 
 
-@pytest.mark.parametrize("content", [b"", b"no video at all", b"\x00" * 5000])
-@pytest.mark.parametrize("name", ["v.mp4", "v.avi", "v.mkv", "image.png"])
+@pytest.mark.parametrize("content", [b"", b"no video at all"])
+@pytest.mark.parametrize("name", ["v.mp4", "image.png"])
 def test_what_is_no_video_is_refused_in_one_sentence(content, name, tmp_path):
     (tmp_path / name).write_bytes(content)
     for attempt in (

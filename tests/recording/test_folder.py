@@ -6,12 +6,9 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import read_calibration
-from stereotrack_core.recording.description import read_segments
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import read_landmarks
@@ -26,7 +23,6 @@ MISTAKES = {
     "no fps": ("recording.toml", "fps = 10.0", "", "fps: the key is missing"),
     "fps 0": ("recording.toml", "fps = 10.0", "fps = 0", "fps: 0 frame sets per second"),
     "fps text": ("recording.toml", "fps = 10.0", 'fps = "10"', "fps: '10' is not a finite number"),
-    "fps nan": ("recording.toml", "fps = 10.0", "fps = nan", "fps: nan is not a finite number"),
     "kind": ("recording.toml", 'kind = "stereo"', 'kind = "sterio"', "unknown kind 'sterio'"),
     "no calibration": (
         "recording.toml",
@@ -36,12 +32,9 @@ MISTAKES = {
     ),
     "camera": ("recording.toml", 'camera = "N_left"', 'camera = "X"', "camera 'X' is not in the"),
     "no frames": ("recording.toml", N_LEFT, "", "left, frames: the key is missing"),
-    "no such folder": ("recording.toml", N_LEFT, 'frames = "Q/%03d.png"', "folder 'Q' not found"),
     "nothing fits": ("recording.toml", N_LEFT, 'frames = "N_left/%d.jpg"', "no file matches"),
-    "two numbers": ("recording.toml", N_LEFT, 'frames = "N_left/%d%d.png"', "exactly one number"),
     "no video": ("recording.toml", N_LEFT, 'frames = "calibration.toml"', "opened as a video"),
     "outside": ("recording.toml", N_LEFT, 'frames = "../%03d.png"', "leaves the recording folder"),
-    "absolute": ("recording.toml", N_LEFT, 'frames = "/etc/passwd"', "leaves the recording folder"),
     "drive": (
         "recording.toml",
         N_LEFT,
@@ -51,7 +44,6 @@ MISTAKES = {
     "background": ("recording.toml", '"N_left/000.png"', '"gone.png"', "file 'gone.png' not found"),
     "same view": ("recording.toml", 'name = "O"', 'name = "N"', "two views named 'N'"),
     "units": ("calibration.toml", 'units = "m"', "", "the unit of the translations is not stated"),
-    "inches": ("calibration.toml", 'units = "m"', 'units = "in"', "unknown unit 'in'"),
     "size": ("calibration.toml", "    48,\n    36,", "    64,\n    36,", "48 x 36 pixels, but"),
     "nan": ("calibration.toml", "40.0", "nan", "matrix: it contains a value that is not finite"),
     "singular": (
@@ -60,9 +52,7 @@ MISTAKES = {
         "        0.0,\n        0.0,",
         "singular",
     ),
-    "infinite": ("calibration.toml", "translation = [", "translation = [inf,0,0]\nx = [", "finite"),
     "short": ("calibration.toml", "rotation = [", "rotation = [0.0]\nx = [", "rotation vector"),
-    "bad rotation": ("calibration.toml", "rotation = [", "rotation = [nan,0,0]\nx = [", "finite"),
     "coefficients": (
         "calibration.toml",
         "distortions = [",
@@ -73,9 +63,7 @@ MISTAKES = {
     "length": ("subject.toml", "shoulder_width = 0.4", "shoulder_width = -1", "not possible"),
     "column": ("reference.csv", "landmark", "point", "column 'landmark' is missing"),
     "coordinate": ("reference.csv", "1.400000", "1,4", "line 2"),
-    "frame": ("reference.csv", "\n1,", "\none,", "'one' as frame"),
     "empty": ("segments.csv", "0,8", "8,8", "from 8 to 8"),
-    "no number": ("segments.csv", "0,8", "0,x", "'x' as end"),
 }
 
 
@@ -125,22 +113,6 @@ def test_a_stray_number_is_told(small_recording):
         open_recording(folder)
 
 
-@pytest.mark.parametrize(
-    ("file", "old", "new"),
-    [
-        ("recording.toml", "fps = 10.0", "fps = 1e300"),
-        ("calibration.toml", "40.0", "1e300"),
-        ("reference.csv", "1.400000", "1e300"),
-        ("reference.csv", "\n1,", "\n99999999999999999999,"),
-    ],
-)
-def test_numbers_beyond_reason_are_refused(small_recording, file, old, new):
-    change(small_recording.folder, file, old, new)
-    with pytest.raises(InputError, match=file):
-        open_recording(small_recording.folder)
-    assert examine(small_recording.folder, deep=True)
-
-
 def test_several_mistakes_are_told_at_once(small_recording):
     for name in ("fps 0", "units", "camera", "singular", "empty"):
         change(small_recording.folder, *MISTAKES[name][:3])
@@ -184,22 +156,3 @@ def test_a_landmark_twice_in_a_frame_is_refused(tmp_path):
     path.write_text("frame,landmark,x,y,z\n0,head,1,2,3\n0,head,1,2,3\n")
     with pytest.raises(InputError, match="line 3 repeats head of frame 0"):
         read_landmarks(path)
-
-
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-@given(
-    content=st.binary(max_size=60)
-    | st.text(alphabet='frame,landmkxyz=[]"\n012.\0', max_size=60).map(str.encode)
-)
-def test_any_bytes_give_an_input_error_or_a_result(tmp_path, content):
-    path = tmp_path / "any"
-    path.write_bytes(content)
-    for read in (read_calibration, read_landmarks, read_segments):
-        try:
-            read(path)
-        except InputError as error:
-            assert error.where.startswith(str(path))  # noqa: PT017
-    (tmp_path / "recording.toml").write_bytes(content)
-    assert any(f.severity == "error" for f in examine(tmp_path))

@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
-from stereotrack_core.recording.keypoint_names import LAYOUTS, layout_named, layouts_of
+from stereotrack_core.recording.keypoint_names import LAYOUTS, layouts_of
 
 BY_SIDE = {
     "eye": (0.03, 0.09, 1.64), "ear": (0.07, 0.0, 1.62), "shoulder": (0.18, 0.0, 1.42),
@@ -86,19 +86,3 @@ def test_what_does_not_look_like_a_body_is_said():
     assert "no known order looks like a body" in with_layouts(rows)[1][0].sentence()
     nobody = [(*row[:5], 0.0, *row[6:]) for row in rows_of_layout("coco17")]
     assert "no person is seen well enough to tell" in with_layouts(nobody)[1][0].sentence()
-
-
-@pytest.mark.parametrize(
-    ("said", "meant"),
-    [
-        ("BODY_25B", "body25b"),
-        ("Human3.6M", "h36m17"),
-        ("COCO-17", "coco17"),
-        ("body_26", "halpe26"),
-    ],
-)
-def test_layouts_have_the_names_that_people_write(said, meant):
-    assert layout_named(said) == meant
-    assert all(layout_named(name) == name for name in LAYOUTS)
-    with pytest.raises(InputError, match=r"unknown layout 'x'.*body25b"):
-        layout_named("x")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Stream, View
@@ -71,22 +70,9 @@ def test_the_whole_person_is_in_the_box_and_nothing_else(recording):
     assert boxes["known"] == pytest.approx((150, 80, 250, 280), abs=8), "also one who stands still"
 
 
-def test_nobody_waits_for_it_any_more(recording):
-    with pytest.raises(Cancelled):
-        person_boxes(recording, None, lambda: True)
-
-
 def test_who_stands_still_is_where_clicks_and_trajectories_say(recording):
     known = {"stands": np.array([[160.0, 90.0], [180.0, 260.0], [np.nan, 5.0], [9e9, 0.0]])}
     left, top, right, bottom = person_boxes(recording, known)["stands"]
     assert (left, right) == pytest.approx((120.0, 220.0), abs=5)
     assert (top, bottom) == pytest.approx((48.0, 302.0), abs=5)
     assert "stands" not in person_boxes(recording, {"stands": np.array([[160.0, 90.0]])})
-
-
-def test_the_box_takes_in_what_moves_and_what_is_known(recording):
-    alone = person_boxes(recording)["walks"]
-    known = {"walks": np.array([[20.0, 100.0], [30.0, 150.0]])}
-    left, *others = person_boxes(recording, known)["walks"]
-    assert left == pytest.approx(20.0, abs=1.0)
-    assert tuple(others) == alone[1:]

@@ -27,8 +27,6 @@ def test_a_file_without_offsets_is_valid(tmp_path):
     ("line", "words"),
     [
         ("left_knee = [0.0, 0.0, 0.0]", "unknown landmark 'left_knee'"),
-        ("left_hip = [0.0, 0.0]", "is not 3 numbers"),
-        ('left_hip = [0.0, "a", 0.0]', "is not a finite number"),
         ("left_hip = [0.0, 20.0, 0.0]", "is not a possible offset"),
         ("left_hip = 3", "is not 3 numbers"),
     ],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.recording.findings import check_times
-from stereotrack_core.recording.video import FrameTimes, VideoStream
+from stereotrack_core.recording.video import FrameTimes
 
 
 @pytest.fixture
@@ -39,21 +39,6 @@ def test_the_times_are_those_that_were_written(tmp_path, numbered_videos, times_
     assert times.key_times(written[13]) == [written[0], written[12]]
     assert times.next_key_time(written[12]) == written[24]
     assert times.next_key_time(written[59]) is None
-
-
-def test_frames_are_counted_where_times_are_missing(tmp_path, numbered_videos):
-    path = numbered_videos.of_kind(tmp_path, "h264-raw.h264")
-    stream = VideoStream(path, "grey")
-    assert stream.count() == 60
-    assert not stream.times.ordered
-    stream.close()
-
-
-def test_the_index_can_be_stopped_at_once(tmp_path, numbered_videos):
-    path = numbered_videos.write(tmp_path / "v.mkv", "ffv1", pixels="gray", frames=300)
-    times = FrameTimes(path)
-    times.close()
-    assert times.complete
 
 
 def test_irregular_times_are_found():

@@ -45,10 +45,6 @@ def test_every_order_of_access_gives_the_frame_of_that_number(video_kind, opened
         assert np.array_equal(picture, pictures[k])
 
 
-def test_the_first_access_may_be_anywhere(video_kind, opened, numbered_videos):
-    assert numbered_videos.shown(opened(video_kind).read(47, forget)) == 47
-
-
 def test_a_frame_behind_the_end_is_refused(video_kind, opened):
     with pytest.raises(DamagedFrame, match="ends before frame 60"):
         opened(video_kind).read(FRAMES, forget)

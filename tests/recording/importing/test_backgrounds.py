@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.importing.choices import doubts_about
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
@@ -72,28 +71,13 @@ def test_a_background_of_another_size_is_refused(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_grey_images_of_16_bits_become_8(tmp_path):
-    for side in ("left", "right"):
-        folder = images(tmp_path / "in" / side)
-        for path in folder.iterdir():
-            cv2.imwrite(str(path), cv2.imread(str(path), cv2.IMREAD_GRAYSCALE).astype("u2") * 16)
-    choices = chosen(tmp_path / "in", fps=10.0)
-    assert [use.role for use in choices.uses] == ["left", "right"]
-    assert "left has 16 bits" in " ".join(doubts_about(choices))
-    recording = make_recording(choices, tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        shown = reader.frame_set(0).views["stereo"].image
-    assert (shown.min(), shown.max()) == (40, 100)  # of 12 bits, as all pictures have them
-
-
-@pytest.mark.parametrize("suffix", [".tiff", ".tif"])
-def test_depth_in_metres_as_floating_point_numbers(tmp_path, suffix):
+def test_depth_in_metres_as_floating_point_numbers(tmp_path):
     folder = tmp_path / "in" / "O_depth"
     folder.mkdir(parents=True)
     for k in range(3):
         depth = np.full((HEIGHT, WIDTH), 2.5 + 0.1 * k, np.float32)
         depth[:, :4], depth[:, 4:8] = np.nan, 0.0
-        cv2.imwrite(str(folder / f"{k:04d}{suffix}"), depth)
+        cv2.imwrite(str(folder / f"{k:04d}.tiff"), depth)
     choices = chosen(tmp_path / "in", fps=10.0)
     assert choices.uses[0].source.unit == 0.0005
     recording = make_recording(choices, tmp_path / "out")

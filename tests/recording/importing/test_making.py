@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 
@@ -96,14 +95,6 @@ def test_side_by_side_videos_are_split(tmp_path, role, left_first):
     assert (shown.left.mean() < shown.image.mean()) == left_first
 
 
-def test_odd_halves_become_numbered_images(tmp_path):
-    clip(tmp_path / "wide.mp4", lambda k: numbered(k, 126))
-    choices = chosen(tmp_path)
-    recording = make_recording(choices, tmp_path)
-    assert recording.views[0].image.frames == "wide_right/%06d.png"
-    assert frame_of(recording, 2)["wide"].image.shape[:2] == (HEIGHT, 63)
-
-
 def test_mirror_images_are_turned_back(tmp_path):
     clip(tmp_path / "kinect.mp4")
     choices = chosen(tmp_path)
@@ -124,14 +115,6 @@ def test_depth_alone_gets_a_picture_of_itself(tmp_path):
     assert np.isnan(shown.depth[:, :8]).all()
     assert (shown.image[:, :8] == 0).all(), "no value is black"
     assert shown.image[0, -1] > shown.image[0, 20] > 0, "near is bright"
-
-
-def test_the_unit_of_depth_is_guessed_by_the_scene(tmp_path):
-    folder = images(tmp_path / "depth", depth=True)
-    for path in folder.iterdir():
-        counts = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-        cv2.imwrite(str(path), counts * 5)
-    assert possible_units(look_at([folder]).sources[0])[0][0] == 0.00025
 
 
 def test_images_with_gaps_in_their_numbers_are_numbered_again(tmp_path):

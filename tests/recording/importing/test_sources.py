@@ -8,7 +8,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import holds_media, look_at
-from stereotrack_core.recording.writing import write_png
 from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, images, numbered
 
 
@@ -41,13 +40,6 @@ def test_images_are_grouped_by_folder_and_name(tmp_path):
         "cam": ("video", ""),
     }
     assert [path.name for path in found["frame"].images][-1] == "frame-11-grey.png"
-
-
-def test_names_that_the_format_cannot_express_are_noticed(tmp_path):
-    images(tmp_path / "N", lambda k: f"{1000 + 33 * k}.png")
-    (source,) = look_at([tmp_path]).sources
-    assert source.pattern == ""
-    assert source.frames == FRAMES
 
 
 @pytest.mark.parametrize(
@@ -98,21 +90,3 @@ def test_a_folder_without_videos_is_refused_in_a_sentence(tmp_path):
         look_at([tmp_path])
     with pytest.raises(InputError, match="no such file or folder"):
         look_at([tmp_path / "nowhere"])
-
-
-def test_images_of_several_kinds_are_one_stream_where_their_numbers_differ(tmp_path):
-    images(tmp_path / "A")
-    for k in (3, 4):
-        path = tmp_path / "A" / f"{k:04d}.png"
-        write_png(path.with_suffix(".bmp.png"), numbered(k))
-        path.with_suffix(".bmp.png").rename(path.with_suffix(".bmp"))
-        path.unlink()
-    (source,) = look_at([tmp_path]).sources
-    assert (source.frames, len(source.images), source.pattern) == (FRAMES, FRAMES, "")
-
-
-def test_images_without_numbers_are_counted_in_the_refusal(tmp_path):
-    for name in ("one", "two"):
-        write_png(tmp_path / f"{name}.png", numbered(0))
-    with pytest.raises(InputError, match="but 2 single images"):
-        look_at([tmp_path])

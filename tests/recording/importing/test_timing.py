@@ -97,13 +97,6 @@ def test_frames_are_kept_where_that_is_asked_for(tmp_path):
     assert "B states 30 frames per second and 25 would be needed" in " ".join(doubts_about(choices))
 
 
-def test_a_rate_that_is_given_for_all_corrects_what_they_state(tmp_path):
-    clip(tmp_path / "A.mp4")
-    clip(tmp_path / "B.mp4")
-    choices = at_one_rate(replace(propose(look_at([tmp_path])), fps=240.0))
-    assert [use.source.rate for use in choices.uses] == [None, None]
-
-
 @pytest.mark.parametrize("name", ["{:.6f}.png", "{:.0f}"])
 def test_images_named_by_time_stamps_begin_at_the_same_instant(tmp_path, name):
     begin = 1305031102.175304
@@ -143,13 +136,6 @@ def test_a_number_that_is_missing_stays_a_frame_without_an_image(tmp_path):
             assert np.array_equal(
                 reader.frame_set(6).views["A"].image, reader.frame_set(6).views["B"].image
             )
-
-
-def test_numbers_that_begin_elsewhere_are_said(tmp_path):
-    images(tmp_path / "A")
-    images(tmp_path / "B", lambda k: f"{k + 3:04d}.png")
-    words = " ".join(doubts_about(replace(propose(look_at([tmp_path])), fps=10.0)))
-    assert "A with 0, B with 3" in words
 
 
 def test_images_of_another_size_among_them_are_refused(tmp_path):

@@ -10,9 +10,8 @@ import av
 import numpy as np
 import pytest
 
-from stereotrack_core.calibrate.pictures import pictures_of_folder
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.importing.choices import doubts_about, problems_of
+from stereotrack_core.recording.importing.choices import problems_of
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import first_picture, open_source, times_of
@@ -44,15 +43,6 @@ def test_a_stream_without_a_rate_is_asked_for_it(tmp_path, suffix):
     choices = at_one_rate(propose(look_at([tmp_path])))
     assert (choices.uses[0].source.frames, choices.fps) == (FRAMES, None)
     assert "do not state their frame rate" in problems_of(choices)[0].what
-
-
-def test_a_stated_rate_is_kept_beside_a_stream_without_one(tmp_path):
-    raw_stream(tmp_path / "pi.h264", "libx264")
-    clip(tmp_path / "usb.mp4", fps=30.0)
-    choices = at_one_rate(propose(look_at([tmp_path])))
-    assert choices.fps == 30.0
-    assert [use.source.rate for use in choices.uses] == [None, None]
-    assert "pi does not state its frame rate" in doubts_about(choices)[0]
 
 
 def test_a_stream_without_a_rate_that_is_shorter_is_asked_for_it(tmp_path):
@@ -102,17 +92,6 @@ def test_chapters_of_a_camera_become_one_stream(tmp_path, names):
         assert np.array_equal(image, numbered(k))  # copied, not encoded again
 
 
-def test_two_cameras_with_chapters_stay_two(tmp_path):
-    for camera in ("0042", "0077"):
-        chapters(tmp_path, [f"GX01{camera}.MP4", f"GX02{camera}.MP4", f"GX03{camera}.MP4"])
-    found = look_at([tmp_path])
-    assert {one.name: one.frames for one in found.sources} == {"GX010042": 15, "GX010077": 15}
-    assert {one.camera: one.count() for one in pictures_of_folder(tmp_path)} == {
-        "GX010042": 15,
-        "GX010077": 15,
-    }
-
-
 def test_a_chapter_that_is_missing_is_said(tmp_path):
     chapters(tmp_path, ["GX010042.MP4", "GX030042.MP4"])
     found = look_at([tmp_path])
@@ -120,22 +99,6 @@ def test_a_chapter_that_is_missing_is_said(tmp_path):
     assert (
         "GX030042.MP4 is chapter 3 of a video whose chapter before is not there" in found.notes[0]
     )
-
-
-def test_chapters_encoded_in_other_ways_are_encoded_again(tmp_path):
-    chapters(tmp_path / "in", ["GX010042.MP4", "GX020042.MP4"])
-    with av.open(str(tmp_path / "in" / "GX020042.MP4"), "w") as out:
-        stream = out.add_stream("mpeg4", rate=25)
-        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        for k in range(5):
-            frame = av.VideoFrame.from_ndarray(numbered(5 + k), format="gray")
-            out.mux(stream.encode(frame.reformat(format="yuv420p")))
-        out.mux(stream.encode(None))
-    recording = make_recording(propose(look_at([tmp_path / "in"])), tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        assert reader.frame_count == 10
-        shown = reader.frame_set(9).views["GX010042"].image
-    assert shown.mean() == pytest.approx(numbered(9).mean(), abs=2)
 
 
 def dated(path, created, frames=50):
