@@ -10,6 +10,14 @@ from typing import TypeAlias, cast
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.calibrations.devices import (
+    is_camera_info,
+    is_qualisys,
+    is_zed,
+    read_camera_info,
+    read_qualisys,
+    read_zed,
+)
 from stereotrack_core.interop.calibrations.documents import Document, read_document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, with_names
 from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
@@ -27,10 +35,7 @@ from stereotrack_core.interop.calibrations.opencv_storage import (
     storage_suffix,
     storage_text,
 )
-from stereotrack_core.interop.calibrations.qualisys import is_qualisys, read_qualisys
-from stereotrack_core.interop.calibrations.ros import is_camera_info, read_camera_info
 from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml, toml_text
-from stereotrack_core.interop.calibrations.zed import is_zed, read_zed
 
 _Is: TypeAlias = Callable[[Document], bool]
 _Read: TypeAlias = Callable[[Document], ForeignCalibration]

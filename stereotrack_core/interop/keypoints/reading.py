@@ -10,19 +10,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop import deeplabcut_hdf5
 from stereotrack_core.interop.deeplabcut import is_deeplabcut
 from stereotrack_core.interop.hdf5 import read_hdf5
-from stereotrack_core.interop.keypoints import (
-    arrays,
-    coco,
-    deeplabcut,
-    mediapipe,
-    mmpose,
-    openpose,
-    sleap,
-    table,
-)
+from stereotrack_core.interop.keypoints import arrays, json_files, label_tools, table
 from stereotrack_core.interop.keypoints.people import FileRow
 from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSource, found_in
-from stereotrack_core.interop.keypoints.times import table_times
 from stereotrack_core.reading import TABLE_BYTES, decoding, read_json
 from stereotrack_core.tables import read_cells
 
@@ -54,7 +44,7 @@ def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKe
     >>> len(found.keypoints), found.summary()
     (13600, '6400 of keypoints that are no part of the body')
     """
-    rows, times = _rows(source), table_times(source.path, source.recording.fps)
+    rows, times = _rows(source), table.table_times(source.path, source.recording.fps)
     found = found_in(source, times.placed(rows), frames)
     return replace(found, notes=(*times.notes, *found.notes))
 
@@ -62,18 +52,18 @@ def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKe
 def _rows(source: KeypointSource) -> Iterator[FileRow]:
     path = source.path
     if path.is_dir():
-        if not openpose.is_openpose_folder(path):
+        if not json_files.is_openpose_folder(path):
             raise InputError(
                 "the folder holds no JSON files of OpenPose", where=str(path), remedy=_UNDERSTOOD
             )
-        return openpose.read_openpose(source)
+        return json_files.read_openpose(source)
     suffix = path.suffix.lower()
     read = {
         ".json": _of_json,
         ".csv": _of_csv,
         ".npy": arrays.read_array,
         ".h5": _of_hdf5,
-        ".slp": sleap.read_slp,
+        ".slp": label_tools.read_slp,
     }.get(suffix)
     if read is None:
         raise InputError(
@@ -86,39 +76,39 @@ def _rows(source: KeypointSource) -> Iterator[FileRow]:
 
 def _of_json(source: KeypointSource) -> Iterator[FileRow]:
     content = read_json(source.path, TABLE_BYTES, _UNDERSTOOD)
-    if openpose.is_openpose(content):
-        return openpose.read_openpose(source)
-    if mediapipe.is_mediapipe(content):
-        return mediapipe.read_mediapipe(source, content)
-    if mmpose.is_mmpose(content):
-        return mmpose.read_mmpose(source, content)
-    if coco.is_results(content):
-        return coco.read_results(source, content)
-    return coco.read_annotations(source)
+    if json_files.is_openpose(content):
+        return json_files.read_openpose(source)
+    if json_files.is_mediapipe(content):
+        return json_files.read_mediapipe(source, content)
+    if json_files.is_mmpose(content):
+        return json_files.read_mmpose(source, content)
+    if json_files.is_results(content):
+        return json_files.read_results(source, content)
+    return json_files.read_annotations(source)
 
 
 def _of_hdf5(source: KeypointSource) -> Iterator[FileRow]:
     deeplabcut_hdf5.check_h5py(source.path)
     found = read_hdf5(source.path, _stored_hdf5, _NO_HDF5, _UNDERSTOOD)
     if isinstance(found, deeplabcut_hdf5.StoredTable):
-        return deeplabcut.read_h5(source, found)
-    return sleap.rows_of_analysis(found, source)
+        return label_tools.read_h5(source, found)
+    return label_tools.rows_of_analysis(found, source)
 
 
-def _stored_hdf5(path: Path) -> deeplabcut_hdf5.StoredTable | sleap.Analysis:
+def _stored_hdf5(path: Path) -> deeplabcut_hdf5.StoredTable | label_tools.Analysis:
     """What an HDF5 file holds; called in a process of its own."""
     import h5py
 
     with decoding(path, _NO_HDF5, _UNDERSTOOD), h5py.File(path) as stored:
-        if sleap.is_analysis(stored):
-            return sleap.stored_analysis(stored, path)
+        if label_tools.is_analysis(stored):
+            return label_tools.stored_analysis(stored, path)
         return deeplabcut_hdf5.table_in(stored)
 
 
 def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
     lines = read_cells(source.path)
     if is_deeplabcut(lines):
-        return deeplabcut.read_csv(source)
+        return label_tools.read_csv(source)
     header = lines[0] if lines else []
     if table.is_table(header):
         return table.read_table(source)

@@ -10,7 +10,7 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import coco, deeplabcut
-from stereotrack_core.interop.keypoints.coco import write_results
+from stereotrack_core.interop.keypoints.json_files import write_results
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.pictures import labelled_pictures, write_pictures

@@ -11,7 +11,7 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.keypoints.coco import write_results
+from stereotrack_core.interop.keypoints.json_files import write_results
 from stereotrack_core.interop.keypoints.reading import read_keypoints
 from stereotrack_core.interop.keypoints.source import KeypointSource, of_chosen_person
 from stereotrack_core.interop.keypoints.table import write_table

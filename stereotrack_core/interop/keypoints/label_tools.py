@@ -1,27 +1,90 @@
-"""SLEAP's predictions, with the scores of their points: projects (.slp) and analyses (.h5).
+"""Keypoints that DeepLabCut and SLEAP have predicted.
 
-An analysis holds one video as arrays: ``tracks`` (track, x y, node, frame), ``point_scores``
-(track, node, frame), and the names of tracks and nodes.
+DeepLabCut writes CSV or HDF5, one file for each video; several individuals are people, whose names
+hold over all frames. SLEAP writes projects (.slp) and analyses (.h5). An analysis holds one video
+as arrays: ``tracks`` (track, x y, node, frame), ``point_scores`` (track, node, frame), and the
+names of tracks and nodes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.interop.deeplabcut import places_of_rows, table_of
+from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable
 from stereotrack_core.interop.keypoints.people import FileRow, Who
 from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.sleap import places_of_labelled
 from stereotrack_core.interop.sleap_file import read_sleap_file
 from stereotrack_core.reading import TABLE_BYTES, decoding
+from stereotrack_core.tables import finite_number, read_cells
+
+_DEEPLABCUT_REMEDY = (
+    "Use a .csv or .h5 file written by DeepLabCut's analyze_videos; have it write a damaged one "
+    "again."
+)
+
+
+def read_csv(source: KeypointSource) -> Iterator[FileRow]:
+    """Rows of a CSV file; InputError where it cannot be read or its camera cannot be told."""
+    table = table_of(source.path, read_cells(source.path, headers=3), _DEEPLABCUT_REMEDY)
+    place_of = places_of_rows((named for _, named, _ in table.rows), _video(source))
+    for where, named, cells in table.rows:
+        if (place := place_of(named, where)) is not None:
+            line = int(where.rpartition(" ")[2])
+            values = [
+                finite_number(cell, source.path, line, column[1])
+                if cell and cell.lower() != "nan"
+                else float("nan")
+                for cell, column in zip(cells, table.columns, strict=True)
+            ]
+            yield from _rows(values, table.columns, source, place)
+
+
+def read_h5(source: KeypointSource, table: StoredTable) -> Iterator[FileRow]:
+    """Rows of an HDF5 file; InputError where its camera cannot be told."""
+    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
+    place_of = places_of_rows(table.rows, _video(source))
+    for row, values in zip(table.rows, table.values.tolist(), strict=True):
+        place = place_of(row, f"{source.path}, row {'/'.join(row)}")
+        if place is not None:
+            yield from _rows(values, columns, source, place)
+
+
+def _video(source: KeypointSource) -> LabelSource:
+    """The source, named after its video: ``cam1`` for ``cam1DLC_resnet50_walk_1.csv``."""
+    path = source.path
+    return replace(source.labels, path=path.with_name(path.stem.split("DLC")[0] or path.stem))
+
+
+def _rows(
+    values: Sequence[float],
+    columns: Sequence[tuple[str, ...]],
+    source: KeypointSource,
+    place: tuple[int, str],
+) -> Iterator[FileRow]:
+    """Rows of one frame, from the numbers of columns of individual, body part and coordinate."""
+    found: dict[tuple[str, str], dict[str, float]] = {}
+    for value, (individual, part, coordinate) in zip(values, columns, strict=True):
+        found.setdefault((individual, part), {})[coordinate] = value
+    people = list(dict.fromkeys(individual for individual, _ in found))
+    nothing = float("nan")
+    for (individual, part), own in found.items():
+        x, y = own.get("x", nothing), own.get("y", nothing)
+        who = Who(people.index(individual), individual)
+        yield *place, part, x, y, own.get("likelihood", 1.0), source.name, who
+
 
 _MOST_NAMES = 100_000
 _WHAT = "this is not an analysis of SLEAP"
-_REMEDY = "Export it again with SLEAP's File, Export Analysis HDF5."
+_SLEAP_REMEDY = "Export it again with SLEAP's File, Export Analysis HDF5."
 
 
 def read_slp(source: KeypointSource) -> Iterator[FileRow]:
@@ -58,7 +121,7 @@ def stored_analysis(stored: Any, path: Path) -> Analysis:
 
     Raises InputError where its parts do not fit together.
     """
-    with decoding(path, _WHAT, _REMEDY):
+    with decoding(path, _WHAT, _SLEAP_REMEDY):
         names = stored["node_names"], stored["track_names"]
         if any(one.size > _MOST_NAMES for one in names):
             raise ValueError("it has too many nodes or tracks")

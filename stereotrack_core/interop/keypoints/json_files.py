@@ -1,0 +1,385 @@
+"""Keypoints in JSON: COCO, MMPose and RTMPose, MediaPipe, OpenPose.
+
+A results file of COCO is a list of ``image_id``, ``keypoints`` (x, y and confidence or visibility
+of every point) and ``score``; the frame is the ``image_id``, or the last number of a picture's name
+in its place. An annotations file has ``images``, ``annotations`` and ``categories``, as for labels.
+
+The third number of a point is a confidence in one file and COCO's visibility in another (0, 1
+hidden, 2 visible); it is the latter where all of a file are 0, 1 or 2 and any is 2. People may have
+a ``track_id``.
+
+MMPose's and RTMPose's demo scripts write ``meta_info`` and ``instance_info``, whose ``frame_id``
+begins at 1; the inferencer writes a list of ``frame_id`` and ``instances`` that begins at 0. An
+instance has ``keypoints`` and ``keypoint_scores``.
+
+MediaPipe's landmarks are saved as a list of ``frame`` and ``landmarks``. A landmark is a table of
+``x``, ``y`` and perhaps ``visibility``; several people of a frame are lists of landmarks, or
+several entries. Places are shares of the image's size, or pixels.
+
+OpenPose writes one file for each picture (``--write_json``). A file has ``people``, each with
+``pose_keypoints_2d``: x, y and confidence of every point, and is named after the picture:
+``video_000000000012_keypoints.json``, ``cam01.0012.json``. It is known by what it holds. A folder
+belongs to the camera that it is named after (``cam01`` or ``cam01_json``), or holds such folders.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.coco import coco_content, places_of_images
+from stereotrack_core.interop.keypoints.arrays import CONFIDENCES, pixels_of_shares
+from stereotrack_core.interop.keypoints.people import FileRow, Who, stated_name
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.reading import SETTINGS_BYTES, read_json
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoint_names import COCO_17
+from stereotrack_core.recording.keypoints import Keypoints, rows_of
+
+_COCO_REMEDY = "A results file is a list of image_id, keypoints and score."
+_VALUES: Kind = [(float, [float])]
+_RESULTS: Kind = [{"image_id": (int, str), "keypoints": _VALUES, "source": str}]
+_OF_POINTS = "Write x, y and confidence of every point."
+_VISIBLE = 2.0
+"""COCO's mark of a visible point."""
+_IDENTITIES = ("track_id", "person_id", "instance_id", "idx")
+"""Keys of a person's identity over all pictures; ``idx`` is AlphaPose's."""
+
+
+def is_results(content: Any) -> bool:
+    """Whether JSON is a results file."""
+    first = content[0] if isinstance(content, list) and content else None
+    return isinstance(first, Mapping) and {"image_id", "keypoints"} <= set(first)
+
+
+def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
+    """Rows of a results file; InputError where it makes no sense."""
+    check_kind(content, _RESULTS, str(source.path), _COCO_REMEDY)
+    pictures = [text for one in content if not (text := str(one.get("image_id"))).isdecimal()]
+    places = PicturePlaces(source.labels, pictures)
+    people: Counter[tuple[int, str, str]] = Counter()
+    every = [
+        _triples(one.get("keypoints") or [], f"{source.path}, entry {number}")
+        for number, one in enumerate(content)
+    ]
+    scale = _scale_of(every)
+    for number, (one, values) in enumerate(zip(content, every, strict=True)):
+        where = f"{source.path}, entry {number}"
+        told = source.detector or str(one.get("source") or source.name)
+        image = str(one.get("image_id"))
+        if image.isdecimal():
+            camera = source.camera_of(source.path.name, where)
+            place: tuple[int, str] | None = (checked_frame(float(image), where=where), camera)
+        else:
+            place = places.of(image, where)
+        if place is None:
+            continue
+        who = Who(people[*place, told], _identity(one))
+        people[*place, told] += 1
+        names = source.points_of(len(values), where)
+        for name, (x, y, sure) in zip(names, values, strict=True):
+            yield *place, name, x, y, sure * scale, told, who
+
+
+def read_annotations(source: KeypointSource) -> Iterator[FileRow]:
+    """Rows of an annotations file; InputError where it is none."""
+    content = coco_content(source.path)
+    categories = {one.get("id"): one.get("keypoints") for one in content["categories"]}
+    place_of = places_of_images(content["images"], source.labels)
+    people: Counter[tuple[int, str]] = Counter()
+    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
+    every = []
+    for one in there:
+        where = f"{source.path}, annotation {one.get('id', '?')}"
+        check_kind(one["keypoints"], _VALUES, where, _OF_POINTS)
+        every.append(_triples(one["keypoints"], where))
+    scale = _scale_of(every)
+    for one, values in zip(there, every, strict=True):
+        where = f"{source.path}, annotation {one.get('id', '?')}"
+        if (place := place_of(one.get("image_id"), where)) is None:
+            continue
+        who = Who(people[place], _identity(one))
+        people[place] += 1
+        named = categories.get(one.get("category_id"))
+        names = source.points_of(len(values), where) if named is None else map(str, named)
+        for name, (x, y, mark) in zip(names, values, strict=False):
+            yield *place, name, x, y, mark * scale, source.name, who
+
+
+def _identity(one: Mapping[str, Any]) -> str:
+    return next(filter(None, (stated_name(one.get(key)) for key in _IDENTITIES)), "")
+
+
+def _scale_of(people: Sequence[Sequence[tuple[float, float, float]]]) -> float:
+    """Factor from the third numbers of a file's points to confidences."""
+    marks = {sure for values in people for _, _, sure in values}
+    return 1.0 / _VISIBLE if _VISIBLE in marks and marks <= {0.0, 1.0, _VISIBLE} else 1.0
+
+
+def _triples(values: Sequence[Any], where: str) -> list[tuple[float, float, float]]:
+    """x, y and confidence of each point, from one list or a list of triples."""
+    flat = [float(v) for one in values for v in (one if isinstance(one, list) else [one])]
+    if len(flat) % 3:
+        raise InputError(
+            f"keypoints has {len(flat)} numbers, not three for each point",
+            where=where,
+            remedy=_OF_POINTS,
+        )
+    return list(zip(flat[0::3], flat[1::3], flat[2::3], strict=True))
+
+
+def write_results(path: Path, keypoints: Keypoints, recording: Recording) -> int:
+    """Write COCO's 17 points as a results file; returns how many rows are not among them.
+
+    ``image_id`` is a picture's name, ``camera/000012.png``. Raises InputError where it cannot be
+    written.
+    """
+    people: dict[tuple[int, str, str, int], list[float]] = {}
+    others = 0
+    for frame, camera, name, x, y, sure, told, person in rows_of(keypoints):
+        if name not in COCO_17 or camera not in recording.cameras:
+            others += 1
+            continue
+        values = people.setdefault((frame, camera, told, person), [0.0] * (3 * len(COCO_17)))
+        at = 3 * COCO_17.index(name)
+        values[at : at + 3] = [x, y, sure]
+    content = [
+        {
+            "image_id": f"{camera}/{frame:06d}.png",
+            "category_id": 1,
+            "keypoints": values,
+            "score": sum(values[2::3]) / len(COCO_17),
+            "source": told,
+            "track_id": person,
+        }
+        for (frame, camera, told, person), values in people.items()
+    ]
+    write_file(path, json.dumps(content, allow_nan=False))
+    return others
+
+
+_MMPOSE_REMEDY = "Use the .json that MMPose writes with --save-predictions or pred_out_dir."
+_MMPOSE_FRAMES: Kind = [
+    {
+        "frame_id": int,
+        "instances": [{"keypoints": [[float]], "keypoint_scores": [float]}],
+    }
+]
+_MMPOSE_KIND: Kind = {
+    "meta_info": {"keypoint_id2name": {str: str}},
+    "instance_info": _MMPOSE_FRAMES,
+}
+_FIRST_OF_DEMO = 1
+
+
+def is_mmpose(content: Any) -> bool:
+    """Whether JSON is such a file."""
+    if isinstance(content, Mapping):
+        return "instance_info" in content
+    first = content[0] if isinstance(content, list) and content else None
+    return isinstance(first, Mapping) and {"frame_id", "instances"} <= set(first)
+
+
+def read_mmpose(source: KeypointSource, content: Any) -> Iterator[FileRow]:
+    """Rows of the file; InputError where it makes no sense, or its camera cannot be told."""
+    where = str(source.path)
+    camera, first = source.camera_of(source.path.name, where), 0
+    named: Mapping[str, str] = {}
+    if isinstance(content, Mapping):
+        check_kind(content, _MMPOSE_KIND, where, _MMPOSE_REMEDY)
+        first = _FIRST_OF_DEMO
+        named = (content.get("meta_info") or {}).get("keypoint_id2name") or {}
+        content = content.get("instance_info") or []
+    check_kind(content, _MMPOSE_FRAMES, where, _MMPOSE_REMEDY)
+    for one in content:
+        if (number := one.get("frame_id")) is None:
+            raise InputError("a frame has no frame_id", where=where, remedy=_MMPOSE_REMEDY)
+        frame = checked_frame(float(number - first), where=where)
+        for index, instance in enumerate(one.get("instances") or []):
+            who = Who(index, stated_name(instance.get("track_id", instance.get("instance_id"))))
+            yield from _mmpose_rows(instance, source, named, (frame, camera, who))
+
+
+def _mmpose_rows(
+    instance: Mapping[str, Any],
+    source: KeypointSource,
+    named: Mapping[str, str],
+    place: tuple[int, str, Who],
+) -> Iterator[FileRow]:
+    frame, camera, who = place
+    points: Sequence[Sequence[float]] = instance.get("keypoints") or []
+    sure = instance.get("keypoint_scores") or [1.0] * len(points)
+    where = f"{source.path}, frame {frame}"
+    if len(sure) != len(points) or any(len(point) < 2 for point in points):
+        raise InputError(
+            "keypoints and keypoint_scores do not belong together",
+            where=where,
+            remedy=_MMPOSE_REMEDY,
+        )
+    names = (
+        [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
+        if named and source.layout is None
+        else source.points_of(len(points), where)
+    )
+    for name, (x, y, *_), score in zip(names, points, sure, strict=False):
+        yield frame, camera, name, float(x), float(y), float(score), source.name, who
+
+
+_MEDIAPIPE_FRAMES = ("frame", "frame_id", "frame_number", "frame_index", "frame_idx")
+_LANDMARKS = ("landmarks", "pose_landmarks", "keypoints")
+_MEDIAPIPE_REMEDY = "Save a list of frame and landmarks, each with x, y and visibility."
+_POINT: Kind = {"x": float, "y": float, **dict.fromkeys(CONFIDENCES, float), "name": str}
+_MEDIAPIPE_KIND: Kind = [
+    {**dict.fromkeys(_MEDIAPIPE_FRAMES, int), **{name: [object] for name in _LANDMARKS}}
+]
+
+
+def is_mediapipe(content: Any) -> bool:
+    """Whether JSON is such a list, or a table that holds one under ``frames``."""
+    entries = _entries(content)
+    first = entries[0] if entries else None
+    if not isinstance(first, Mapping) or not any(name in first for name in _MEDIAPIPE_FRAMES):
+        return False
+    filled = [own for one in entries if isinstance(one, Mapping) and (own := _landmarks(one))]
+    point = filled[0][0] if filled and isinstance(filled[0], list) else None
+    point = point[0] if isinstance(point, list) and point else point
+    return isinstance(point, Mapping) and {"x", "y"} <= set(point)
+
+
+def _entries(content: Any) -> Sequence[Any]:
+    if isinstance(content, Mapping):
+        content = content.get("frames")
+    return content if isinstance(content, list) else ()
+
+
+def _landmarks(entry: Mapping[str, Any]) -> Any:
+    return next((entry[name] for name in _LANDMARKS if entry.get(name)), None)
+
+
+def read_mediapipe(source: KeypointSource, content: Any) -> Iterator[FileRow]:
+    """Rows of the file; InputError where it makes no sense, or its camera cannot be told."""
+    path = str(source.path)
+    camera, entries = source.camera_of(source.path.name, path), _entries(content)
+    check_kind(entries, _MEDIAPIPE_KIND, path, _MEDIAPIPE_REMEDY)
+    people: dict[int, int] = {}
+    rows: list[tuple[int, str, float, Who]] = []
+    places: list[tuple[float, float]] = []
+    for number, entry in enumerate(entries):
+        where = f"{path}, entry {number}"
+        stated = next(
+            (entry[name] for name in _MEDIAPIPE_FRAMES if entry.get(name) is not None), None
+        )
+        if stated is None:
+            raise InputError("it states no frame", where=where, remedy=_MEDIAPIPE_REMEDY)
+        frame = checked_frame(float(stated), where=where)
+        own = _landmarks(entry) or []
+        for points in own if own and isinstance(own[0], list) else [own]:
+            who = Who(people.get(frame, 0), stated_name(entry.get("person_id")))
+            people[frame] = who.place + 1
+            check_kind(points, [_POINT], where, _MEDIAPIPE_REMEDY)
+            names = source.points_of(len(points), where) if points else ()
+            for name, point in zip(names, points, strict=True):
+                sure = next((point[key] for key in CONFIDENCES if point.get(key) is not None), 1.0)
+                places.append((point.get("x", np.nan), point.get("y", np.nan)))
+                rows.append((frame, str(point.get("name") or name), float(sure), who))
+    pixels = pixels_of_shares(
+        np.array(places, dtype=np.float64).reshape(-1, 2), source.recording.cameras[camera]
+    )
+    for (frame, name, sure, who), (x, y) in zip(rows, pixels.tolist(), strict=True):
+        yield frame, camera, name, x, y, sure, source.name, who
+
+
+_END = "_keypoints.json"
+_OPENPOSE_REMEDY = "Use a folder written by OpenPose with --write_json."
+_OPENPOSE_KIND: Kind = {"people": [{"pose_keypoints_2d": [float], "person_id": [object]}]}
+
+
+def is_openpose(content: Any) -> bool:
+    """Whether JSON is of one picture by OpenPose."""
+    people = content.get("people") if isinstance(content, Mapping) else None
+    return isinstance(people, list) and all(
+        isinstance(one, Mapping) and "pose_keypoints_2d" in one for one in people
+    )
+
+
+def is_openpose_folder(folder: Path) -> bool:
+    """Whether a folder holds such files, or folders of them; other JSON files do not matter."""
+    return next(_pictures(folder), None) is not None
+
+
+def _pictures(folder: Path) -> Iterator[Path]:
+    """Files of OpenPose. Of files that differ in their numbers alone, the first one tells it."""
+    known: dict[tuple[Path, str], bool] = {}
+    for pattern in ("*.json", "*/*.json"):
+        for path in sorted(folder.glob(pattern)):
+            kind = path.parent, re.sub(r"\d+", "#", path.name)
+            if kind not in known:
+                known[kind] = path.name.endswith(_END) or _holds_openpose(path)
+            if known[kind]:
+                yield path
+
+
+def _holds_openpose(path: Path) -> bool:
+    try:
+        return is_openpose(read_json(path, SETTINGS_BYTES, _OPENPOSE_REMEDY))
+    except InputError:
+        return False
+
+
+def read_openpose(source: KeypointSource) -> Iterator[FileRow]:
+    """Rows of all files of a folder, or of one file.
+
+    InputError where a file cannot be read, or its camera or frame cannot be told.
+    """
+    path = source.path
+    pictures = list(_pictures(path)) if path.is_dir() else [path]
+    places = PicturePlaces(source.labels, map(_named, pictures))
+    for path in pictures:
+        if (place := places.of(_named(path), str(path))) is None:
+            continue
+        content = read_json(path, SETTINGS_BYTES, _OPENPOSE_REMEDY)
+        check_kind(content, _OPENPOSE_KIND, str(path), _OPENPOSE_REMEDY)
+        for index, one in enumerate(content.get("people") or []):
+            values = (one or {}).get("pose_keypoints_2d") or []
+            who = Who(index, stated_name((one or {}).get("person_id")))
+            yield from _openpose_rows(values, source, str(path), (*place, who))
+
+
+@cache
+def _camera_folder(folder: Path) -> str:
+    """Name of a folder without what says that it holds JSON."""
+    name = folder.resolve().name
+    return name.removesuffix("_json") or name
+
+
+def _named(path: Path) -> str:
+    """Path of the picture that a file is of, as its camera and its frame are told by."""
+    return f"{_camera_folder(path.parent)}/{path.name.removesuffix(_END)}"
+
+
+def _openpose_rows(
+    values: list[float], source: KeypointSource, where: str, place: tuple[int, str, Who]
+) -> Iterator[FileRow]:
+    frame, camera, who = place
+    if len(values) % 3:
+        raise InputError(
+            f"pose_keypoints_2d has {len(values)} numbers, not three for each point",
+            where=where,
+            remedy=_OPENPOSE_REMEDY,
+        )
+    if not values:
+        return
+    for i, name in enumerate(source.points_of(len(values) // 3, where)):
+        x, y, sure = values[3 * i : 3 * i + 3]
+        yield frame, camera, name, float(x), float(y), float(sure), source.name, who
