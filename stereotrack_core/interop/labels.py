@@ -16,7 +16,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
-from stereotrack_core.interop.other_files import refuse_other_suffix, refuse_other_table
 from stereotrack_core.interop.point_tables import point_table_of, read_points
 from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
@@ -46,7 +45,7 @@ def is_trajectory(path: Path) -> bool:
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
-        return suffix in (*TRAJECTORY_SUFFIXES, ".bvh", ".mot", ".sto")  # the last are refused
+        return suffix in TRAJECTORY_SUFFIXES
     lines = read_cells(path)
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
@@ -59,7 +58,6 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     InputError where the file cannot be read at all, or is of a kind that is not understood.
     """
     suffix = source.path.suffix.lower()
-    refuse_other_suffix(source.path)
     read: Callable[[LabelSource], Labels] | None
     read = {".json": read_coco, ".slp": read_sleap, ".h5": read_deeplabcut}.get(suffix)
     if suffix == ".csv":
@@ -72,7 +70,6 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
             where=str(source.path),
             remedy=_OTHERS.get(suffix, _UNDERSTOOD),
         )
-    refuse_other_table(source.path)
     for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:
             raise InputError(

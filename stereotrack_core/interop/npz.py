@@ -20,13 +20,11 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import MB, TABLE_BYTES, decoding, read_bytes
 
-_MOST_MEMBERS = 1000
 _LARGEST_TOTAL = 256 * MB
 _LARGEST_RATIO = 32
 """Bytes of arrays for each byte of a file; more only where they are few altogether."""
 
 _FLOATS = (4, 8)  # bytes of the numbers that all of NumPy computes with
-_PIECE = 4 * MB
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
@@ -89,7 +87,7 @@ class ArchiveFormat:
                 total = sum(header.bytes for header in headers.values())
                 if total > max(_LARGEST_TOTAL, _LARGEST_RATIO * size):
                     raise self.refusal(where, f"it claims to contain {total // MB} MB")
-                return {name: _values(archive, name, header) for name, header in headers.items()}
+                return {name: _values(archive, name) for name in headers}
 
     def decoding(self, where: Path | str) -> AbstractContextManager[None]:
         """Say of what a decoder raises that the file is none of these."""
@@ -101,13 +99,10 @@ class ArchiveFormat:
 
     def _headers(self, archive: zipfile.ZipFile, where: str) -> dict[str, _Header]:
         """Headers of the arrays that are there, which fit the layout and each other."""
-        members = archive.infolist()
-        stored = {info.filename.removesuffix(".npy"): info for info in members}
+        stored = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
         needed = [name for name, own in self.layout.items() if not own.optional]
         if missing := [name for name in needed if name not in stored]:
             raise self.refusal(where, f"it lacks {', '.join(missing)}")
-        if len(members) > _MOST_MEMBERS or len(stored) < len(members):
-            raise self.refusal(where, f"it has {len(members)} members")
         lengths: dict[str, int] = {}
         headers = {}
         for name, own in self.layout.items():
@@ -163,21 +158,12 @@ def _mismatch(name: str, header: _Header, own: ArrayLayout, lengths: dict[str, i
     return ""
 
 
-def _values(archive: zipfile.ZipFile, name: str, header: _Header) -> NDArray[Any]:
-    """Values of an array; ValueError where there are fewer or more than its header says."""
-    flat = np.empty(math.prod(header.shape), dtype=header.dtype)
-    room = flat.view(np.uint8) if flat.nbytes else np.empty(0, dtype=np.uint8)
+def _values(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    """Values of an array whose header was found right."""
     with archive.open(f"{name}.npy") as file:
-        version = np.lib.format.read_magic(file)
-        _HEADERS[version](file)
-        at = 0
-        while piece := file.read(_PIECE):
-            room[at : at + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
-            at += len(piece)
-    if at != flat.nbytes:
-        raise EOFError
-    if header.dtype.kind == "U":  # NumPy does not ask whether they can be taken for Python's
-        codes = flat.view(np.dtype(np.uint32).newbyteorder(header.dtype.byteorder))
+        values: NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
+    if values.dtype.kind == "U":  # NumPy does not ask whether they can be taken for Python's
+        codes = values.ravel().view(np.dtype(np.uint32).newbyteorder(values.dtype.byteorder))
         if (codes >= 0x110000).any():
             raise ValueError(name)
-    return flat.reshape(header.shape, order="F" if header.fortran else "C")
+    return values

@@ -16,7 +16,6 @@ from stereotrack_core.interop.file_axes import FileAxes
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.interop.motion.netcdf import read_netcdf, write_netcdf
-from stereotrack_core.interop.other_files import refuse_other_suffix, refuse_other_table
 from stereotrack_core.interop.reference_npz import (
     is_reference,
     read_reference,
@@ -42,7 +41,6 @@ def _read_archive(path: Path) -> LandmarkTrajectory:
 
 def _read_table(path: Path, stated: Stated | None) -> tuple[LandmarkTrajectory, float | None]:
     """Landmarks of a table, whose axes are those of the world unless others are stated."""
-    refuse_other_table(path)
     trajectory, stated = read_landmarks(path), stated or Stated()
     if stated.names:
         raise unstatable(path)
@@ -187,7 +185,6 @@ def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTraject
     InputError for an unknown suffix, a damaged file, or something stated about another format.
     """
     path = Path(path)
-    refuse_other_suffix(path)
     suffix = _suffix(path, (*_READERS, *_FOREIGN))
     if suffix in _FOREIGN:
         return _FOREIGN[suffix](path, stated)[0]

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tables import csv_text, finite_number, read_rows
+from stereotrack_core.tables import finite_number, read_rows
 
 HEAD, LEFT_HAND, RIGHT_HAND, HAND = "head", "left_hand", "right_hand", "hand"
 
@@ -131,16 +130,3 @@ def _detection(
     if confidence == 0.0:
         return None
     return Detection(time, kind, np.array(place), sigma, confidence, cameras.get(view))
-
-
-def write_detections(path: Path, detections: Iterable[Detection]) -> None:
-    """Write detections, in micrometres' and thousandths of pixels' precision; cameras by name."""
-    write_file(path, csv_text(COLUMNS, _rows(detections)))
-
-
-def _rows(detections: Iterable[Detection]) -> Iterator[list[str | float]]:
-    for d in detections:
-        place = [f"{value:.6f}" for value in d.position]
-        place += [""] * (3 - len(place))
-        view = "" if d.camera is None else d.camera.name
-        yield [f"{d.time:.6g}", view, d.kind, *place, f"{d.sigma:.6g}", d.confidence]

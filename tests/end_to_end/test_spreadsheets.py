@@ -27,7 +27,6 @@ from stereotrack_core.recording.description import (
     read_segments,
     write_segments,
 )
-from stereotrack_core.recording.detections import Detection, read_detections, write_detections
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.job import Job, JobResult
 from stereotrack_core.study.points import Point
@@ -99,15 +98,6 @@ def test_labels_of_deeplabcut(name, recording, tmp_path):
     write_deeplabcut(path, [click], (name,), scorer=name)
     check_texts(cells_of(path), name)
     assert read_deeplabcut(LabelSource(path, recording, (name,), camera=name)).clicks == (click,)
-
-
-def test_detections(name, recording, tmp_path):
-    path, place = tmp_path / "detections.csv", np.array([-0.5, 6.0])
-    camera = recording.cameras[name]
-    write_detections(path, [Detection(-1.5, "head", place, 1.0, camera=camera)])
-    check_texts(cells_of(path), name)
-    (found,) = read_detections(path, recording).until(-1)
-    assert found.camera is camera
 
 
 def test_a_trajectory_in_a_file_of_that_name(name, tmp_path):

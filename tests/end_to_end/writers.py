@@ -44,7 +44,6 @@ from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.exporting.runs import write_angles
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
-from stereotrack_core.recording.detections import Detection, write_detections
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
@@ -210,11 +209,6 @@ def _cloud(path: Path, _things: Things) -> None:
     write_cloud(path, points, np.arange(300) % 2, ("N", "S"), 7)
 
 
-def _detections(path: Path, _things: Things) -> None:
-    places = np.random.default_rng(3).normal(size=(40, 3))
-    write_detections(path, [Detection(k, "head", at, 0.01) for k, at in enumerate(places)])
-
-
 def _study(path: Path) -> Study:
     rows = (StudyRecording(f"data/r{k}", factors={"subject": f"s{k}"}) for k in range(40))
     return Study(path, tuple(rows))
@@ -264,7 +258,6 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "segments.csv": lambda path, _: write_segments(
         path, [Segment(f"part {k}", k, k + 1) for k in range(20)]
     ),
-    "detections.csv": _detections,
     "cloud.ply": _cloud,
     "trace.npz": lambda path, things: write_trace(path, things.trace, 0),
     "trace.csv": lambda path, things: write_trace(path, things.trace, 0),
