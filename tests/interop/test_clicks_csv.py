@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -109,10 +108,3 @@ def test_every_slip_is_named_with_its_line_and_a_remedy(tmp_path):
     assert [click.frame for click in found.clicks] == [2, 3]
     with pytest.raises(InputError, match=r"line 3 has 'x' as frame \(8 more problems"):
         found.checked()
-
-
-def test_names_that_a_file_could_not_tell_apart_are_refused(tmp_path):
-    confusing = replace(RECORDING, cameras={**RECORDING.cameras, "N": camera("N")})
-    with pytest.raises(InputError, match="has the name of a view"):
-        write_clicks(tmp_path / "a.csv", [Click(0, "N", "head", (1.0, 1.0))], confusing)
-    assert list(tmp_path.iterdir()) == []

@@ -20,7 +20,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.coco import read_coco, write_coco
 from stereotrack_core.interop.deeplabcut import file_of_camera, read_deeplabcut, write_deeplabcut
 from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_of, map_names
-from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
+from stereotrack_core.interop.labels import read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
 
@@ -309,21 +309,6 @@ def test_cameras_and_frames_are_told_from_names(recording):
         frame_of("picture.png", where="f")
 
 
-def test_trajectories_are_told_from_clicks(recording, tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("frame,landmark,x,y,z\n")
-    assert is_trajectory(path)
-    path.write_text("frame,view,landmark,x,y,visibility\n")
-    assert not is_trajectory(path)
-    assert is_trajectory(tmp_path / "a.trc")
-    assert not is_trajectory(tmp_path / "a.json")
-    with pytest.raises(InputError, match="there is no such file"):
-        is_trajectory(tmp_path / "absent.csv")
-    path.write_text("frame,view,landmark,x,y,visibility\n0,S,head,1,2,2\n")
-    with pytest.raises(InputError, match="itself"):
-        read_labels(LabelSource(path, recording, NINE.names, camera="S"))
-
-
 @pytest.mark.parametrize("name", ["a/b", "..", "a\0b"])
 def test_a_camera_whose_name_leads_elsewhere_is_not_written(recording, tmp_path, name):
     folder = tmp_path / "out"
@@ -373,13 +358,3 @@ def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes
     assert re.search(words, str(found.problems[0]))
     assert found.problems[0].remedy
     assert not found.clicks
-
-
-@pytest.mark.parametrize("frame", ["-1", "2.5", "9" * 5000])
-def test_frames_that_no_recording_has(recording, tmp_path, frame):
-    header = "scorer,a,a\nbodyparts,head,head\ncoords,x,y\n"
-    path = tmp_path / "S.csv"
-    path.write_text(f"{header}{frame},1,2\n7,1,2\n")
-    found = read_labels(LabelSource(path, recording, NINE.names))
-    assert [one.frame for one in found.clicks] == [7]
-    assert "is not a frame number" in str(found.problems[0])

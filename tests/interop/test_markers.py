@@ -185,13 +185,6 @@ def test_two_people_in_a_file_are_not_mixed(tmp_path):
     assert (found.points[..., 0] > 1.5).all()
 
 
-def test_a_stated_name_may_have_the_subject_before_an_underscore(tmp_path):
-    path = _write_c3d(tmp_path / "a.c3d", _labelled(SETS["Plug-in Gait"], "Kim_"))
-    found, _ = read_c3d(path, Stated({"Kim_LWRA": "left_hand"}))
-    hand = found.points[0, LANDMARKS.index("left_hand")]
-    np.testing.assert_allclose(hand, _markers("L")["radial_wrist"], atol=1e-6)
-
-
 @pytest.mark.parametrize("labels", [WHOLE, _labelled(SETS["Plug-in Gait"])], ids=["own", "markers"])
 def test_a_c3d_that_states_down_for_up_is_refused(tmp_path, labels):
     path = _write_c3d(tmp_path / "a.c3d", labels, screen=("-X", "-Z"))
@@ -212,14 +205,6 @@ def _turned(labels, turn, pivot=(0.0, 0.0, 0.92), legs=True):
         else place
         for name, place in labels.items()
     }
-
-
-def test_who_bends_over_standing_legs_is_followed(tmp_path):
-    forwards = world_from_axes("x,z,-y")  # the trunk points north
-    bent = _turned(_labelled(SETS["Plug-in Gait"]), forwards, legs=False)
-    found, _ = read_c3d(_write_c3d(tmp_path / "a.c3d", bent))
-    assert "trunk 90° from up" in found.notes[0].what
-    assert found.points[0, LANDMARKS.index("head"), 1] == pytest.approx(0.68)
 
 
 def test_who_lies_is_asked_for_and_then_taken_as_stated(tmp_path):

@@ -70,15 +70,6 @@ def test_conventions(recording, tmp_path):
         assert json.loads((tmp_path / f"{form}.csv.json").read_text())["cameras"]["2"] == "S"
 
 
-def test_columns_stand_as_xromm_tools_take_them(recording, tmp_path):
-    """Four columns for each point, as xrommtools takes them by their places."""
-    write_points(tmp_path / "x.csv", CLICKS, recording, NINE.names, "xmalab")
-    header = (tmp_path / "x.csv").read_text().splitlines()[0].split(",")
-    first = [f"left_shoulder_cam{camera}_{axis}" for camera in (1, 2) for axis in "XY"]
-    assert header[:4] == first
-    assert len(header) == 4 * len(NINE.names)
-
-
 def test_a_table_of_another_program_alone(recording, tmp_path):
     path = tmp_path / "DLTdv8_xypts.csv"
     path.write_text("pt1_cam1_X,pt1_cam1_Y,pt2_cam1_X,pt2_cam1_Y\n1,1,NaN,NaN\n2.5,3,4,\n")

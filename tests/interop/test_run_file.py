@@ -49,16 +49,6 @@ def test_npz_holds_what_the_format_says(tmp_path, random, make_run):
         assert json.loads(str(stored["meta"]))["preset"] == "accurate"
 
 
-def test_a_file_need_not_say_which_limbs_are_lost(tmp_path, random, make_run):
-    run, path = make_run(random), tmp_path / "run.npz"
-    write_run(path, run)
-    with np.load(path, allow_pickle=False) as stored:
-        others = {name: stored[name] for name in stored.files if name != "limb_lost"}
-    np.savez_compressed(path, **others)
-    unknown = np.full((len(run.frame), 6), np.nan)
-    assert_same_run(read_run(path), dataclasses.replace(run, limb_lost=unknown))
-
-
 KEYPOINTS = keypoints_of(
     (frame, camera, name, 10.25 + frame, 1.0 / 3.0, 0.7, "blazepose", 0)
     for frame in (1, 3, 4)

@@ -13,7 +13,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.writing import write_png
@@ -45,20 +44,3 @@ def test_sleap_shows_the_clicked_picture_behind_a_missing_number(recording, tmp_
     gone = replace(click, frame=2)
     with pytest.raises(InputError, match="the picture of frame 2 in S is missing"):
         write_sleap(path, [click, gone], recording, NINE)
-
-
-def test_a_stated_camera_chooses_one_of_several_videos(recording, tmp_path):
-    pytest.importorskip("sleap_io")
-    path = tmp_path / "a.slp"
-    written = [Click(3, name, "head", (x, 6.0), origin="imported") for x, name in enumerate("SN")]
-    write_sleap(path, written, recording, NINE)
-    assert read_sleap(LabelSource(path, recording, NINE.names, camera="S")).clicks == (written[0],)
-    text = "bodyparts,head,head\ncoords,x,y\n"
-    rows = "".join(f"labeled-data/{name}/img0003.png,{k},6\n" for k, name in enumerate("ab"))
-    table = tmp_path / "labels.csv"
-    table.write_text(f"scorer,me,me\n{text}{rows}")
-    with pytest.raises(InputError, match=r"pictures of 2 videos or cameras .* none is named S"):
-        read_labels(LabelSource(table, recording, NINE.names, camera="S")).checked()
-    table.write_text(f"scorer,me,me\n{text}{rows.replace('/a/', '/S/')}")
-    found = read_labels(LabelSource(table, recording, NINE.names, camera="S")).checked()
-    assert [(one.camera, one.position) for one in found] == [("S", (0.0, 6.0))]

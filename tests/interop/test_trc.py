@@ -43,29 +43,6 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("PathFileType", "frame", "not a TRC file"),
-        ("\tm\t", "\tfeet\t", "unit 'feet'"),
-        ("left_", "links_", None),
-        ("_", "", r"none of its landmarks is known \(it has leftshoulder"),
-    ],
-)
-def test_bad_files(tmp_path, old, new, words):
-    points = np.full((1, 9, 3), 1.5)
-    points[:, LANDMARKS.index("head")] = np.nan
-    path = tmp_path / "a.trc"
-    write_trc(path, LandmarkTrajectory(np.array([0]), points), 10.0)
-    path.write_text(path.read_text().replace(old, new).replace("head", "skull"))
-    if words is None:
-        found, _ = read_trc(path)
-        assert np.isfinite(found.points).any(axis=-1).sum() == 4
-        return
-    with pytest.raises(InputError, match=words):
-        read_trc(path)
-
-
-@pytest.mark.parametrize(
     ("frame", "words"),
     [("1", "repeats frame 1"), ("1.5", "'1.5'")],
 )

@@ -37,19 +37,14 @@ from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.runs import facts_to_keep, run_facts
-from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import read_segments, read_subject
 from stereotrack_core.recording.detections import read_detections
-from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import describe, open_recording
 from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.stream_files import open_stream, picture_size
-from stereotrack_core.study.points import listed_points
 from stereotrack_core.study.store import stored_results
-from stereotrack_core.study.table import curves_of, read_table
-from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
@@ -128,9 +123,6 @@ def _of_the_recording(samples: Samples, folder: Path) -> dict[str, Reader]:
             open_recording(path.parent)
         return describe(path.parent, [])
 
-    def examined(path: Path) -> object:
-        return list(examine(path.parent))
-
     def trajectory(path: Path) -> object:
         each(lambda: unknown_landmarks(path), lambda: is_trajectory(path))
         found = read_landmarks(path)
@@ -150,10 +142,6 @@ def _of_the_recording(samples: Samples, folder: Path) -> dict[str, Reader]:
     return {
         "recording.toml": _in_recording(own, "recording.toml", mutated_toml, whole),
         "calibration.toml": _in_recording(own, "calibration.toml", mutated_toml, whole),
-        "recording, examined": _in_recording(own, "recording.toml", mutated_toml, examined),
-        "calibration alone": Reader(
-            "c.toml", (own / "calibration.toml").read_bytes(), mutated_toml, read_calibration
-        ),
         "subject.toml": Reader(
             "s.toml", (own / "subject.toml").read_bytes(), mutated_toml, read_subject
         ),
@@ -339,30 +327,10 @@ def _of_sweeps(folder: Path) -> dict[str, Reader]:
     }  # fmt: skip
     search = {"search": "abc", "batch": 4}
     journal = "".join(json.dumps(line) + "\n" for line in (result, search, result)).encode()
-    rows = (
-        "recording,iterations,legs,seed,status,unexplained_fraction,forearms,frames,attempts,"
-        "error,job\n"
-        "r,3,yes,0,done,0.1,3.5,10,1,,a\nr,4,no,0,done,0.2,3.0,10,1,,b\nr,5,no,0,failed,,,0,1,x,c\n"
-    )
-
-    def table(path: Path) -> object:
-        found = read_table(path)
-        for x in found.varied:
-            for measure in found.measures:
-                curves_of(found, x, measure)
-        return found.settled
-
-    def points(path: Path) -> object:
-        return listed_points(*read_csv_table(path), str(path))
-
     return {
         "sweep journal": Reader(
             "s.jobs.jsonl", journal, mutated_json,
             lambda path: stored_results(path.with_name("s.csv")),
-        ),
-        "sweep table": Reader("s.csv", rows.encode(), mutated_table, table),
-        "sweep points": Reader(
-            "p.csv", b"iterations,legs,views\n3,yes,NS\n4,no,N\n,,S\n", mutated_table, points
         ),
     }  # fmt: skip
 

@@ -25,14 +25,13 @@ Of this process: readers of HDF5, MAT files and bags are in others, within limit
 """
 OF_ROS = ("ROS bag", "ROS MCAP", "ROS SQLite")
 NAMES = (
-    *("recording.toml", "calibration.toml", "recording, examined", "calibration alone"),
+    *("recording.toml", "calibration.toml"),
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
     *("landmark set", "preset", "run.npz", "run.npz, meta", "reference.npz", "reference.npz, meta"),
     *("unfinished run", "TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
     *("foreign TOML", "OpenCV YAML", "OpenCV XML", "Kalibr", "ROS", "Qualisys"),
     *("ZED", "EuRoC", "camodocal", "MATLAB JSON", "MATLAB MAT", "Argus", "XMALab", *OF_HDF5),
-    *("sweep journal", "sweep table", "sweep points"),
-    *("study", "study table", "DLTdv", "DLTdv, notes", *OF_ROS),
+    *("sweep journal", "study", "study table", "DLTdv", "DLTdv, notes", *OF_ROS),
     *(f"keypoints, {kind}" for kind in ("MMPose", "COCO results", "COCO", "table", "wide")),
     *(f"keypoints, {kind}" for kind in ("array", "DeepLabCut", "OpenPose")),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),

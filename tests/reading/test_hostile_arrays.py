@@ -77,16 +77,6 @@ def test_other_arrays_do_no_harm(stored):
     assert is_reference(path) == (read is read_reference)
 
 
-def test_arrays_in_the_order_of_fortran_come_back(samples, tmp_path):
-    path = tmp_path / "run.npz"
-    write_npz(path, samples.run)
-    arrays = {name: np.array(value, order="F") for name, value in np.load(path).items()}
-    arrays["landmarks"] = arrays["landmarks"].astype(">f4")
-    np.savez(path, **arrays)
-    np.testing.assert_array_equal(read_run(path).P, samples.run.P)
-    np.testing.assert_allclose(read_run(path).landmarks, samples.run.landmarks, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

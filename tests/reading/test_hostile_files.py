@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.plain_data import check_kind, checked_tree
-from stereotrack_core.reading import MB, check_file, decoding, open_file, parsed_json, read_bytes
+from stereotrack_core.reading import parsed_json
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
 from stereotrack_core.recording.importing.ros import picture_in
@@ -87,17 +86,6 @@ def test_the_sentence_says_what_it_is(kind, words, tmp_path):
     assert refusal.value.remedy
 
 
-def test_a_file_that_grows_is_read_to_the_limit(tmp_path, monkeypatch):
-    path = tmp_path / "grows"
-    path.write_bytes(bytes(3 * MB))
-    with open_file(path) as file:
-        assert len(file.read()) == 3 * MB
-    assert len(read_bytes(path, 3 * MB)) == 3 * MB
-    with pytest.raises(InputError, match="more than 2 MB"):
-        read_bytes(path, 2 * MB)
-    check_file(path)
-
-
 DEEP = 3000
 
 
@@ -144,54 +132,6 @@ def test_what_people_write_is_not_without_end(tmp_path):
 def test_json_without_end(text, words):
     with pytest.raises(InputError, match=words):
         parsed_json(text, "x.json")
-
-
-def test_a_tree_that_is_wide_is_none_that_is_deep():
-    tree: dict[str, object] = {"a": list(range(100_000)), "b": [{"c": [[[1.5]]]}] * 1000}
-    checked_tree(tree, "f")
-    inner: list[object] = []
-    for _ in range(10_000):  # deeper than Python's own repr can go
-        inner = [inner]
-    with pytest.raises(InputError, match="nested too deeply"):
-        checked_tree(inner, "f")
-
-
-@pytest.mark.parametrize(
-    ("value", "kind", "where"),
-    [
-        (True, int, "f"),
-        (1, bool, "f"),
-        (float("nan"), float, "f"),
-        ([1, "2"], [int], "f, [1]"),
-        ({"a": {"b": [None, "x"]}}, {"a": {"b": [(int, float)]}}, "f, a.b[0]"),
-        ({"x": 1, "y": []}, {str: (int, str)}, "f, y"),
-    ],
-)
-def test_kinds(value, kind, where):
-    with pytest.raises(InputError) as refusal:
-        check_kind(value, kind, where="f", remedy="Correct it.")
-    assert refusal.value.where == where
-
-
-def test_kinds_that_fit():
-    kind = {"a": int, "b": [str], "c": [float, float], "d": {str: (bool, int)}, "e": object}
-    check_kind({"a": None, "b": ["x"], "c": [1, 2.5], "d": {"y": True}, "z": 3}, kind, "f", "")
-    check_kind({"b": [], "d": {}, "e": [[{}]]}, kind, "f", "")
-
-
-@pytest.mark.parametrize(
-    "error",
-    [
-        *(KeyError("x"), MemoryError(), RecursionError(), OSError(5, "no"), EOFError()),
-    ],
-)
-def test_what_decoders_raise_becomes_the_sentence(error):
-    with (
-        pytest.raises(InputError, match=r"^f: it is broken") as refusal,
-        decoding("f", "it is broken", "Mend it."),
-    ):
-        raise error
-    assert refusal.value.remedy == "Mend it."
 
 
 def test_a_picture_may_not_unfold_into_any_number_of_pixels():

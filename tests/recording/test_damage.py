@@ -80,10 +80,3 @@ def test_what_is_no_video_is_refused_in_one_sentence(content, name, tmp_path):
         assert str(error.value).startswith("recording.toml, view N, image.frames: ")
         assert name in str(error.value)
         assert error.value.remedy
-
-
-def test_an_mp4_without_its_end_is_refused(tmp_path, numbered_videos):
-    path = numbered_videos.of_kind(tmp_path, "h264-b.mp4")
-    path.write_bytes(path.read_bytes()[:-2000])
-    with pytest.raises(InputError, match="cannot be opened as a video"):
-        open_stream(tmp_path, path.name, "grey", "recording.toml")

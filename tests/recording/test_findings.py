@@ -140,14 +140,6 @@ def test_a_swapped_pair(small_recording):
     assert "error recording.toml, view S: left and right are swapped" in text
 
 
-def test_lengths_of_the_subject(small_recording):
-    subject = replace(small_recording.subject, shoulder_width=400.0, torso_length=1.2)
-    text = said(replace(small_recording, subject=subject))
-    assert "error subject.toml, shoulder_width" in text
-    assert "write 0.4" in text
-    assert "warning subject.toml, torso_length: 1.2 m" in text
-
-
 @pytest.mark.parametrize(
     ("pair", "says"),
     [
@@ -262,11 +254,3 @@ def test_known_flaws_of_real_recordings(shared_recording):
     assert ["cam_1" in f.where and "not synchronised" in f.what for f in found] == [True]
     found = examine(shared_recording("beam-4cam"), deep=True)
     assert ["cam03" in f.where and "disagrees" in f.what for f in found] == [True]
-
-
-def test_one_file_for_both_cameras(small_recording):
-    for path in (small_recording.folder / "O_left").glob("*.png"):
-        (small_recording.folder / "O_right" / path.name).write_bytes(path.read_bytes())
-    [finding] = examine(small_recording.folder, deep=True)
-    assert finding.severity == "error"
-    assert (finding.where, "images are identical" in finding.what) == ("view O", True)

@@ -106,13 +106,6 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
     assert [f.severity for f in examine(tmp_path / "nowhere")] == ["error"]
 
 
-def test_a_stray_number_is_told(small_recording):
-    folder = small_recording.folder
-    (folder / "N_left/007.png").rename(folder / "N_left/900000000.png")
-    with pytest.raises(InputError, match="numbered from 0 to 900000000, but there are only 8"):
-        open_recording(folder)
-
-
 def test_several_mistakes_are_told_at_once(small_recording):
     for name in ("fps 0", "units", "camera", "singular", "empty"):
         change(small_recording.folder, *MISTAKES[name][:3])
@@ -149,10 +142,3 @@ def test_empty_and_nan_coordinates_are_unknown(tmp_path):
     assert found.points[0, 6].tolist() == [1, 2, 3]
     assert np.isnan(found.points[1, 6, 2])
     assert not np.isfinite(found.points[1]).all(axis=1).any()
-
-
-def test_a_landmark_twice_in_a_frame_is_refused(tmp_path):
-    path = tmp_path / "reference.csv"
-    path.write_text("frame,landmark,x,y,z\n0,head,1,2,3\n0,head,1,2,3\n")
-    with pytest.raises(InputError, match="line 3 repeats head of frame 0"):
-        read_landmarks(path)

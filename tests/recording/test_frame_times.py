@@ -64,11 +64,6 @@ def test_another_rate_is_resampled_by_time_and_says_so(own, fps, wanted):
     assert f"it has {own} frames per second, the recording {fps}" in found.notes[0].what
 
 
-def test_samples_that_are_far_apart_are_not_interpolated():
-    found = straight(range(10), 2.0).at_rate(10.0, "slow.trc")
-    assert found.frame.tolist() == list(range(0, 50, 5))
-
-
 def test_gaps_are_not_bridged_and_ends_not_extended():
     own = straight(range(5, 205), 100.0)
     own.points[40:80, 2] = np.nan  # 0.45 to 0.84 s

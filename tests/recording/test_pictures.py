@@ -39,13 +39,6 @@ def test_grey_is_that_of_ffmpeg(pixels, colour_range):
     assert np.abs(found - expected).max() <= 1
 
 
-def test_limited_range_is_stretched():
-    luma = np.tile(np.array([16, 126, 235, 5, 250], np.uint8), (4, 2))[:, :10]
-    planes = np.concatenate([luma, np.full((2, 10), 128, np.uint8)])
-    frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
-    assert picture_of(frame, "grey")[0, :5].tolist() == [0, 128, 255, 0, 255]
-
-
 def test_colour_is_blue_green_red_and_grey_stays_grey():
     colour = np.zeros((8, 8, 3), np.uint8)
     colour[..., 0] = 200

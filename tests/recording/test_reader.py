@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -112,27 +111,10 @@ def test_many_threads_get_their_frames(recording, numbered_videos):
             assert not any(pool.map(wrong, range(4)))
 
 
-def test_closing_ends_every_thread(recording):
-    before = set(threading.enumerate())
-    reader = FrameReader(recording)
-    reader.frame_set(0)
-    reader.close()
-    reader.close()
-    assert set(threading.enumerate()) <= before
-
-
 @pytest.mark.parametrize("names", [["A", "X"], []])
 def test_unknown_views_are_refused(recording, names):
     with pytest.raises(InputError, match="view"):
         FrameReader(recording, views=names)
-
-
-def test_a_picture_of_another_size_is_told(recording, numbered_videos):
-    write_png(recording.folder / "C/20.png", np.zeros((10, 20), np.uint8))
-    with FrameReader(recording, views=["B", "C"], colour=False) as reader:
-        frame_set = reader.frame_set(15)
-        assert set(frame_set.views) == {"B"}
-        assert "20 x 10 pixels, expected 120 x 64" in frame_set.problems["C"]
 
 
 def test_an_index_in_the_making_gives_frames_at_once(tmp_path, numbered_videos):

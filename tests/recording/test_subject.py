@@ -18,11 +18,6 @@ def test_a_subject_comes_back_as_it_was(tmp_path, subject):
     assert hash(read_subject(tmp_path / "subject.toml")) == hash(subject)
 
 
-def test_a_file_without_offsets_is_valid(tmp_path):
-    (tmp_path / "s.toml").write_text('name = "P"\ntorso_length = 0.5\n')
-    assert read_subject(tmp_path / "s.toml") == Subject("P", torso_length=0.5)
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [

@@ -19,7 +19,6 @@ from stereotrack_core.recording.reader import FrameReader, metres_of
 from stereotrack_core.recording.writing import (
     VideoWriter,
     counts_of,
-    keep_beside,
     write_png,
     write_recording_description,
 )
@@ -153,14 +152,3 @@ def test_a_video_of_odd_size_is_refused(tmp_path):
 @given(hnp.arrays(np.uint16, (3, 4)), st.sampled_from([0.001, 0.0005, 0.0001, 1 / 3000]))
 def test_depth_counts_come_back(counts, unit):
     assert np.array_equal(counts_of(metres_of(counts, unit), unit), counts)
-
-
-def test_a_calibration_that_is_replaced_is_kept_beside_it(tmp_path):
-    path = tmp_path / "calibration.toml"
-    path.write_bytes(b"first")
-    assert keep_beside(path).name == "calibration-before-1.toml"
-    path.write_bytes(b"second")
-    kept = keep_beside(path)
-    assert (kept.name, kept.read_bytes()) == ("calibration-before-2.toml", b"second")
-    with pytest.raises(InputError, match=r"nothing\.toml"):
-        keep_beside(tmp_path / "nothing.toml")

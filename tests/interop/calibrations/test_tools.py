@@ -159,19 +159,6 @@ def test_matlab_as_json_and_as_mat(tmp_path, new):
     assert read_foreign([tmp_path / "stereo.mat"]).unit == "mm"
 
 
-def test_one_camera_of_matlab(tmp_path):
-    one = {
-        "FocalLength": [600.0, 603.0],
-        "PrincipalPoint": [322.5, 239.25],
-        "RadialDistortion": [-0.2, 0.05],
-        "TangentialDistortion": [0, 0],
-        "ImageSize": [],
-    }
-    path = written(tmp_path / "cam.json", json.dumps({"cameraParams": one}))
-    (camera,) = imported(path, size=(640, 480))
-    np.testing.assert_allclose(camera.matrix[:2, 2], [321.5, 238.25])
-
-
 def test_a_zed_has_a_pair_for_each_resolution(tmp_path):
     """As Stereolabs' tool writes the result of OpenCV: Baseline is -T[0], and T is in mm."""
     found = read_foreign([written(tmp_path / "SN12345.conf", ZED)])

@@ -13,7 +13,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.keypoints.json_files import write_results
 from stereotrack_core.interop.keypoints.reading import read_keypoints
-from stereotrack_core.interop.keypoints.source import KeypointSource, of_chosen_person
+from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
@@ -183,30 +183,6 @@ def test_an_analysis_of_sleap(recording, tmp_path):
         (3, "cam2", "left_wrist", 5.0, 6.0, 0.25),
     ]
     assert [found.people[k] for k in found.keypoints.person.tolist()] == ["you", "me"]
-
-
-def test_tracks_of_sleap_are_people(recording, tmp_path):
-    sio = pytest.importorskip("sleap_io")
-    path = tmp_path / "labels.slp"
-    skeleton = sio.Skeleton(["nose", "left_wrist"])
-    tracks, frames = [sio.Track("me"), sio.Track("you")], []
-    videos = [sio.Video(f"{name}.mp4", open_backend=False) for name in ("cam1", "cam2")]
-    for video in videos:
-        for k in range(4):
-            people = [
-                sio.PredictedInstance.from_numpy(
-                    np.full((2, 2), 10.0 * j + k), skeleton, np.full(2, 0.5 + 0.1 * ((j + k) % 2)),
-                    score=0.5, track=tracks[j],
-                )
-                for j in ((0, 1) if k % 2 else (1, 0))
-            ]  # fmt: skip
-            frames.append(sio.LabeledFrame(video=video, frame_idx=k, instances=people))
-    sio.save_slp(sio.Labels(frames, videos, [skeleton]), str(path), verbose=False)
-    found = read(path, recording)
-    kept = of_chosen_person(found, "you").keypoints
-    assert kept.cameras == ("cam1", "cam2")
-    assert sorted(set(kept.place.ravel().tolist())) == [10.0, 11.0, 12.0, 13.0]
-    assert read(path, recording, camera="cam2").keypoints.cameras == ("cam2",)
 
 
 def test_labels_of_deeplabcut_in_fixed_hdf5(recording, tmp_path):

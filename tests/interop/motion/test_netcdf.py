@@ -6,7 +6,7 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.motion.netcdf import write_netcdf
-from stereotrack_core.interop.run_file import read_trajectory, write_trajectory
+from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 
@@ -51,23 +51,6 @@ def test_movement_takes_it(written):
     speed = kinematics.compute_velocity(dataset.position).sel(keypoints="head", space="x")
     head = trajectory.points[:, LANDMARKS.index("head"), 0]
     assert speed.values[0, 0] == pytest.approx((head[1] - head[0]) * 20.0)
-
-
-def test_failed_limbs_of_a_run_have_little_confidence(tmp_path, random, make_run):
-    xarray = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
-    run = make_run(random, range(3, 6))
-    run.limb_lost[0] = [np.nan, np.nan, 0.7, 0.0, 0.2, 0.9]
-    run.limb_lost[2] = np.nan
-    write_trajectory(tmp_path / "a.nc", run.trajectory(), 10.0, confidence=run.confidence())
-    found = xarray.load_dataset(tmp_path / "a.nc", engine="h5netcdf").confidence
-    sure = found.sel(individuals="person").to_pandas()
-    known = np.isfinite(run.landmarks).all(axis=2)
-    expected = np.ones(9)
-    for name, one in (("left_elbow", 0.3), ("left_hand", 0.3), ("right_hand", 0.1)):
-        expected[LANDMARKS.index(name)] = one
-    np.testing.assert_allclose(sure.values[0], np.where(known[0], expected, 0.0))
-    np.testing.assert_array_equal(sure.values[2], known[2])
 
 
 def test_what_was_written_is_read(written):

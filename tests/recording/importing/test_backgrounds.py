@@ -54,15 +54,6 @@ def test_the_background_of_a_side_by_side_video_is_split_with_it(tmp_path):
     assert np.array_equal(right, EMPTY + 100)
 
 
-def test_a_video_of_the_empty_scene_of_a_mirrored_camera(tmp_path):
-    clip(tmp_path / "in" / "kinect.mp4", frames=2)
-    clip(tmp_path / "in" / "kinect_empty.mp4", lambda _k: EMPTY, frames=5)
-    choices = chosen(tmp_path / "in")
-    uses = tuple(replace(use, mirrored=use.role != "unused") for use in choices.uses)
-    recording = make_recording(replace(choices, uses=uses), tmp_path / "out")
-    assert np.array_equal(background_of(recording, "kinect")[1], EMPTY[:, ::-1])
-
-
 def test_a_background_of_another_size_is_refused(tmp_path):
     clip(tmp_path / "in" / "A.mp4", frames=2)
     write_png(tmp_path / "in" / "A_background.png", EMPTY[::2, ::2])

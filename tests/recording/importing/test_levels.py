@@ -98,15 +98,6 @@ def test_much_that_is_saturated_is_said(tmp_path):
     assert "75 % of its pixels are white" in doubts_about(choices)[0]
 
 
-def test_the_empty_scene_gets_the_white_of_its_stream(tmp_path):
-    sequence(tmp_path / "in" / "left", (GREY, BRIGHT))
-    sequence(tmp_path / "in" / "right", (GREY, BRIGHT))
-    cv2.imwrite(str(tmp_path / "in" / "left_background.png"), picture(GREY))
-    made(tmp_path / "in", tmp_path / "out")
-    (path,) = (tmp_path / "out").glob("*_empty.png")
-    assert cv2.imread(str(path), cv2.IMREAD_UNCHANGED).max() == as_shown(GREY)
-
-
 @pytest.mark.parametrize("encoding", ["mono16", "bgr16"])
 def test_images_of_16_bits_in_a_bag(tmp_path, encoding):
     with Bag(tmp_path / "walk.bag", "rosbag1") as bag:

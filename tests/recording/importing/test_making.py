@@ -12,7 +12,6 @@ from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.importing.choices import problems_of
 from stereotrack_core.recording.importing.making import (
-    calibration_notes,
     cameras_for,
     make_recording,
 )
@@ -213,17 +212,3 @@ def test_choices_that_do_not_fit_together_are_explained(tmp_path):
     assert "show the same part" in problem(first, replace(second, view="A"))
     assert "needs a name" in problem(replace(first, view="a/b"))
     assert "frame rate" in " ".join(str(one) for one in problems_of(replace(choices, fps=None)))
-
-
-def test_a_calibration_of_padded_images_is_cropped(tmp_path):
-    clip(tmp_path / "in" / "A.mp4", lambda k: numbered(k)[:, :56], frames=3)
-    guessed = cameras_for(chosen(tmp_path / "in"))["A"]
-    write_calibration(tmp_path / "padded.toml", {"A": replace(guessed, width=64)})
-    choices = chosen(tmp_path / "in", calibration=tmp_path / "padded.toml")
-    assert "images of 64 x 48 pixels, padded" in calibration_notes(choices)[0]
-    camera = make_recording(choices, tmp_path / "out").cameras["A"]
-    assert (camera.width, camera.height) == (56, 48)
-    assert np.allclose(camera.matrix, guessed.matrix)
-    write_calibration(tmp_path / "padded.toml", {"A": replace(guessed, width=80)})
-    with pytest.raises(InputError, match="is for 80 x 48"):
-        make_recording(choices, tmp_path / "no")

@@ -93,12 +93,3 @@ def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     with pytest.raises(InputError, match=r"pip install 'stereotrack\[ros\]'"):
         read_topics(path)
-
-
-def test_what_does_not_begin_as_a_bag_is_not_read(tmp_path):
-    """The library looks for the end of the first line, and takes all memory where there is none."""
-    path = tmp_path / "endless.bag"
-    with path.open("wb") as file:
-        file.truncate(1 << 42)
-    with pytest.raises(InputError, match="it does not begin as one"):
-        read_topics(path)

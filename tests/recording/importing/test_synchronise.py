@@ -115,12 +115,6 @@ def test_a_clap_tells_fractions_of_a_frame(tmp_path):
     assert frames(leads) == pytest.approx([0, 0.51 * FPS, -0.07 * FPS], abs=0.1)
 
 
-def test_without_sound_it_is_said_so(tmp_path):
-    found = sources(tmp_path, flashing(3.0), flashing(5.0), count=8)
-    with pytest.raises(InputError, match="A has no sound"):
-        leads_of(found, "clap", FPS)
-
-
 def test_start_times_come_from_a_table_or_the_file(tmp_path):
     found = sources(tmp_path, flashing(3.0), flashing(3.0), count=4)
     with pytest.raises(InputError, match="does not state its start time"):

@@ -81,22 +81,6 @@ def test_the_rate_of_an_uneven_video_is_that_of_its_usual_step(tmp_path):
     assert "has no frame for up to 0.70 s" in " ".join(doubts_about(choices))
 
 
-def test_what_is_resampled_where_it_lies_gets_another_name(tmp_path):
-    clip(tmp_path / "A.mp4")
-    before = clip(tmp_path / "B.mp4", fps=50.0).read_bytes()
-    recording = make_recording(at_one_rate(propose(look_at([tmp_path]))), tmp_path)
-    assert [view.image.frames for view in recording.views] == ["A.mp4", "B_converted.mp4"]
-    assert (tmp_path / "B.mp4").read_bytes() == before
-
-
-def test_frames_are_kept_where_that_is_asked_for(tmp_path):
-    clip(tmp_path / "A.mp4")
-    clip(tmp_path / "B.mp4", fps=30.0)
-    choices = at_one_rate(replace(propose(look_at([tmp_path])), resample=False))
-    assert [use.source.rate for use in choices.uses] == [None, None]
-    assert "B states 30 frames per second and 25 would be needed" in " ".join(doubts_about(choices))
-
-
 @pytest.mark.parametrize("name", ["{:.6f}.png", "{:.0f}"])
 def test_images_named_by_time_stamps_begin_at_the_same_instant(tmp_path, name):
     begin = 1305031102.175304

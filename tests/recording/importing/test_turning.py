@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
@@ -45,11 +44,6 @@ def test_what_a_turned_camera_sees_is_what_the_upright_one_sees(turned, fisheye)
     assert (stored.width, stored.height) == (WIDTH, HEIGHT)
     seen = shown(stored.project(POINTS), turned, WIDTH, HEIGHT)
     assert np.allclose(seen, camera.project(POINTS), atol=1e-9)
-
-
-def test_a_model_with_axes_of_its_own_is_refused():
-    with pytest.raises(InputError, match="cannot be turned back"):
-        as_stored(replace(upright(), distortions=np.zeros(12)), 90)
 
 
 def test_a_telephone_with_a_calibration_of_its_upright_images(tmp_path):

@@ -92,15 +92,6 @@ def test_chapters_of_a_camera_become_one_stream(tmp_path, names):
         assert np.array_equal(image, numbered(k))  # copied, not encoded again
 
 
-def test_a_chapter_that_is_missing_is_said(tmp_path):
-    chapters(tmp_path, ["GX010042.MP4", "GX030042.MP4"])
-    found = look_at([tmp_path])
-    assert [one.name for one in found.sources] == ["GX010042", "GX030042"]
-    assert (
-        "GX030042.MP4 is chapter 3 of a video whose chapter before is not there" in found.notes[0]
-    )
-
-
 def dated(path, created, frames=50):
     """A video of 25 frames a second with a time of creation of whole seconds."""
     path.parent.mkdir(exist_ok=True)
@@ -194,23 +185,3 @@ def test_every_track_of_a_file_is_a_source(tmp_path):
     assert np.allclose(shown["walk"].depth, 2.003)
     assert shown["walk"].image.max() == round(255 * 303 / 1023)
     assert shown["walk_color"].image.mean() == pytest.approx(numbered(3).mean(), abs=3)
-
-
-def test_a_cover_picture_is_no_track(tmp_path):
-    clip(tmp_path / "plain.mp4")
-    with (
-        av.open(str(tmp_path / "plain.mp4")) as plain,
-        av.open(str(tmp_path / "covered.mp4"), "w") as out,
-    ):
-        copied = out.add_stream_from_template(plain.streams.video[0])
-        cover = out.add_stream("mjpeg", rate=1)
-        cover.width, cover.height, cover.pix_fmt = WIDTH, HEIGHT, "yuvj420p"
-        cover.disposition = av.stream.Disposition.attached_pic
-        picture = av.VideoFrame.from_ndarray(numbered(0), format="gray").reformat(format="yuvj420p")
-        out.mux(cover.encode(picture))
-        for packet in plain.demux(video=0):
-            if packet.size:
-                packet.stream = copied
-                out.mux(packet)
-    (source,) = look_at([tmp_path / "covered.mp4"]).sources
-    assert source.name == "covered"
