@@ -23,6 +23,7 @@ from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_
 from stereotrack_core.interop.labels import read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.writing import write_png
 
 CAMERAS = ("N_left", "N_right", "S")
 
@@ -358,3 +359,52 @@ def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes
     assert re.search(words, str(found.problems[0]))
     assert found.problems[0].remedy
     assert not found.clicks
+
+
+@pytest.mark.parametrize("pictures", [False, True])
+def test_sleap_shows_the_clicked_picture_behind_a_missing_number(recording, tmp_path, pictures):
+    sio = pytest.importorskip("sleap_io")
+    there = replace(recording, folder=tmp_path)
+    (tmp_path / "S").mkdir()
+    for number in (3, 4, 6, 7):
+        write_png(tmp_path / "S" / f"{number}.png", np.full((48, 64), number, dtype=np.uint8))
+    click = Click(3, "S", "head", (5.0, 6.0), origin="imported")
+    path = tmp_path / "a.slp"
+    write_sleap(path, [click], there, NINE, pictures=pictures)
+    stored = sio.load_slp(str(path))
+    assert stored.labeled_frames[0].image.max() == 6
+    assert read_sleap(LabelSource(path, there, NINE.names)).clicks == (click,)
+    gone = replace(click, frame=2)
+    with pytest.raises(InputError, match="the picture of frame 2 in S is missing"):
+        write_sleap(path, [click, gone], there, NINE)
+
+
+MIXED = (
+    Click(3, "S", "head", (5.0, 6.0)),
+    Click(3, "S", "left_hand", (7.25, 8.0), Visibility.GUESSED, origin="accepted"),
+    Click(3, "S", "left_elbow", (9.0, 8.0), origin="accepted"),
+)
+
+
+def test_coco_tells_accepted_from_clicked(recording, tmp_path):
+    path = tmp_path / "labels.json"
+    outside = Click(3, "S", "right_hand", None, Visibility.OUTSIDE, origin="accepted")
+    write_coco(path, (*MIXED, outside), recording, NINE)
+    (annotation,) = json.loads(path.read_text())["annotations"]
+    assert annotation["sources"][NINE.names.index("left_hand")] == "accepted"
+    assert set(read_labels(LabelSource(path, recording, NINE.names)).clicks) == {*MIXED, outside}
+
+
+def test_sleap_tells_accepted_from_clicked(recording, tmp_path):
+    sleap = pytest.importorskip("sleap_io")
+    path = tmp_path / "labels.slp"
+    write_sleap(path, MIXED, recording, NINE)
+    (labelled,) = sleap.load_slp(str(path), open_videos=False).labeled_frames
+    (user,) = labelled.user_instances
+    assert [user.from_predicted] == labelled.predicted_instances
+    known = np.isfinite(user.from_predicted.numpy()).all(axis=1)
+    assert known.tolist() == [name in ("left_hand", "left_elbow") for name in NINE.names]
+    assert np.isfinite(user.points["xy"]).all(axis=1).sum() == 3, "SLEAP trains on all of them"
+    found = read_labels(LabelSource(path, recording, NINE.names))
+    origins = {one.landmark: one.origin for one in found.clicks}
+    assert origins == {"head": "imported", "left_hand": "accepted", "left_elbow": "accepted"}

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+import shutil
 
 import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.description import Subject, read_subject, write_subject
 from stereotrack_core.recording.findings import examine
-from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.landmarks import read_landmarks
 
 N_LEFT = 'frames = "N_left/%03d.png"'
@@ -142,3 +144,60 @@ def test_empty_and_nan_coordinates_are_unknown(tmp_path):
     assert found.points[0, 6].tolist() == [1, 2, 3]
     assert np.isnan(found.points[1, 6, 2])
     assert not np.isfinite(found.points[1]).all(axis=1).any()
+
+
+def test_it_stays_when_the_folder_moves_or_the_reference_is_mended(small_recording, tmp_path):
+    before = fingerprint(open_recording(small_recording.folder))
+    assert len(before) == 32
+    elsewhere = tmp_path.parent / f"{tmp_path.name} elsewhere"
+    shutil.copytree(small_recording.folder, elsewhere)
+    reference = elsewhere / "reference.csv"
+    reference.write_text(reference.read_text().replace("1.400000", "1.410000"))
+    assert fingerprint(open_recording(elsewhere)) == before
+
+
+def test_it_changes_with_description_calibration_and_images(small_recording):
+    folder = small_recording.folder
+    seen = {fingerprint(open_recording(folder))}
+    for change in (
+        lambda: append(folder / "recording.toml"),
+        lambda: append(folder / "calibration.toml"),
+        lambda: append(folder / "N_left/000.png"),
+        lambda: (folder / "W_right/007.png").unlink(),
+    ):
+        change()
+        seen.add(fingerprint(open_recording(folder)))
+    assert len(seen) == 5
+
+
+def append(path):
+    with path.open("ab") as file:
+        file.write(b"\n# more\n")
+
+
+OFFSETS = {"left_hip": (0.001, -0.02, 0.0), "head": (0.0, 0.0, -0.003)}
+
+
+@pytest.mark.parametrize(
+    "subject",
+    [Subject("P"), Subject("P", torso_length=0.5), Subject("P", hip_width=0.2, offsets=OFFSETS)],
+)
+def test_a_subject_comes_back_as_it_was(tmp_path, subject):
+    write_subject(tmp_path / "subject.toml", subject)
+    assert read_subject(tmp_path / "subject.toml") == subject
+    assert hash(read_subject(tmp_path / "subject.toml")) == hash(subject)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("left_knee = [0.0, 0.0, 0.0]", "unknown landmark 'left_knee'"),
+        ("left_hip = [0.0, 20.0, 0.0]", "is not a possible offset"),
+        ("left_hip = 3", "is not 3 numbers"),
+    ],
+)
+def test_wrong_offsets_are_named(tmp_path, line, words):
+    (tmp_path / "s.toml").write_text(f"[offsets]\n{line}\n")
+    with pytest.raises(InputError, match="offsets") as told:
+        read_subject(tmp_path / "s.toml")
+    assert words in str(told.value)

@@ -13,7 +13,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages, shows_colours
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 
 LENGTHS = {"A": 40, "B": 33, "C": 36}
@@ -131,3 +131,26 @@ def test_an_index_in_the_making_gives_frames_at_once(tmp_path, numbered_videos):
         assert reader.frame_count_so_far() == (900, True)
         with pytest.raises(InputError, match="no frame 900"):
             reader.frame_set(900)
+
+
+def _set(*pictures):
+    return FrameSet(0, {str(k): ViewImages(picture) for k, picture in enumerate(pictures)})
+
+
+@pytest.fixture
+def grey():
+    return np.random.default_rng(5).integers(0, 256, (60, 80), dtype=np.uint8)
+
+
+def test_grey_pictures_have_no_colours_however_they_are_stored(grey):
+    rounding = np.random.default_rng(6).integers(0, 3, (60, 80, 3))
+    stored = np.clip(grey[..., None].astype(int) + rounding, 0, 255).astype(np.uint8)
+    assert not shows_colours(_set(grey))
+    assert not shows_colours(_set(stored, grey))
+    assert not shows_colours(_set())
+
+
+def test_one_view_with_a_coloured_thing_is_enough(grey):
+    coloured = np.repeat(grey[..., None], 3, axis=2)
+    coloured[20:30, 20:40, 2] = 255 - coloured[20:30, 20:40, 2]
+    assert shows_colours(_set(grey, coloured))

@@ -1,12 +1,16 @@
 """Motion files, read back by NumPy, and by OpenSim where it is installed."""
 
+from __future__ import annotations
+
 import json
 
 import numpy as np
 import pytest
+import pyvista
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.motion.mot import write_mot
+from stereotrack_core.interop.ply import VIEW_COLOURS, write_cloud
 
 FRAME = np.array([4, 5, 6, 9])
 NAMES = ("elbow", "never", "torso")
@@ -51,3 +55,16 @@ def test_nothing_known_is_refused(tmp_path):
         with pytest.raises(InputError, match="no joint angle is known"):
             write_mot(tmp_path / "a.mot", frame, NAMES, angle, 10.0)
     assert not list(tmp_path.iterdir())
+
+
+def test_points_views_and_colours(tmp_path, random):
+    points, view = random.normal(size=(50, 3)), random.integers(0, 4, 50)
+    write_cloud(tmp_path / "a.ply", points, view, list("NOSW"), 7)
+    cloud = pyvista.read(tmp_path / "a.ply")
+    np.testing.assert_allclose(cloud.points, points, atol=1e-6)
+    np.testing.assert_array_equal(cloud["RGB"], VIEW_COLOURS[view])
+    data = (tmp_path / "a.ply").read_bytes()
+    header, body = data.split(b"end_header\n", 1)
+    assert b"comment view 2: S" in header
+    assert b"comment frame: 7" in header
+    assert [body[k * 16 + 15] for k in range(50)] == view.tolist()
