@@ -266,7 +266,7 @@ def test_every_field_has_a_name_and_an_explanation(videos, wizard_of):
     timing, place = wizard.timing, wizard.place
     calibration, slider = wizard.calibration, timing.preview.slider
     fields = (timing.fps, timing.unit, timing.method, slider, place.name, place.folder)
-    for field in (*fields, calibration.unit, calibration.convention, calibration.readings.view):
+    for field in (*fields, calibration.unit, calibration.convention):
         assert field.accessibleName()
         assert field.toolTip()
 
@@ -316,13 +316,11 @@ def test_a_calibration_of_another_tool_asks_for_its_unit(window, qtbot, tmp_path
     page.path.setFocus()
     QTest.keyClicks(page.path, str(path))
     assert "Choose the unit or the convention" in page.words.text()
-    assert page.readings.isVisible()
-    assert page.readings.model.cell(2, 0).text == "mm"
+    assert "mm: base line 0.04 m" in page.words.text()
     assert not wizard.button(BUTTON.NextButton).isEnabled()
     page.unit.setFocus()
     for _ in range(page.unit.findData("mm")):
         QTest.keyClick(page.unit, Qt.Key.Key_Down)
-    assert not page.readings.isVisible()
     for box, times in zip(list(page._cameras.values()), (1, 2), strict=True):
         for _ in range(times):
             QTest.keyClick(box, Qt.Key.Key_Down)

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
-from stereotrack_core.cli.output import OK, put_result, put_table, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.calibrations.deciding import Decided, Undecided, completed, decide
+from stereotrack_core.interop.calibrations.deciding import Decided, completed, decide
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, ForeignCalibration
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.interop.calibrations.readings import CONVENTIONS, MEANINGS
@@ -28,8 +28,7 @@ from stereotrack_core.tables import Table
 DESCRIPTION = (
     "Read a calibration of another tool: aniposelib, FreeMoCap, Pose2Sim or caliscope TOML, "
     "OpenCV YAML or XML, Kalibr, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT, "
-    "ZED .conf, EuRoC sensor.yaml, camodocal. If "
-    "units or convention are open, all of them are tried, and the table is printed."
+    "ZED .conf, EuRoC sensor.yaml, camodocal."
 )
 
 OPTIONS = (
@@ -70,12 +69,7 @@ def run(args: Namespace) -> int:
     names = [] if args.names is None else [name.strip() for name in args.names.split(",")]
     foreign = completed(read_foreign(args.files), recording, names=names, size=size)
     pairs = () if recording is None else _pairs(recording, foreign)
-    try:
-        decided = decide(foreign, pairs, convention=args.convention, unit=args.units)
-    except Undecided as open_question:
-        if not args.json:
-            put_table(open_question.table)
-        raise
+    decided = decide(foreign, pairs, convention=args.convention, unit=args.units)
     write_calibration(args.output, decided.cameras)
     for note in decided.notes:
         say(f"Note: {note}.")
@@ -141,10 +135,6 @@ def _facts(foreign: ForeignCalibration, decided: Decided, output: Path) -> dict[
             }
             for camera in decided.cameras.values()
         ],
-        "tried": [
-            {"title": table.title, "columns": table.columns, "rows": table.rows}
-            for table in decided.tables
-        ],
     }
 
 
@@ -155,7 +145,7 @@ def _tables(foreign: ForeignCalibration, decided: Decided) -> tuple[Table, ...]:
     headings = ("camera", ">size", ">focal", ">place (m)")
     rows = [_row(camera) for camera in decided.cameras.values()]
     cameras = Table("Cameras", headings, rows)
-    return (*decided.tables, *([chosen] if decided.reasons else []), cameras)
+    return (*([chosen] if decided.reasons else []), cameras)
 
 
 def _row(camera: Camera) -> tuple[str, ...]:

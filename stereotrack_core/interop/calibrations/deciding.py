@@ -2,7 +2,7 @@
 
 The convention and the unit that a format documents are kept; that cameras stand in an unusual way
 is only a note. What no format documents is told by how cameras stand; where that cannot decide, the
-person is asked, and sees what was tried.
+person is asked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from stereotrack_core.interop.calibrations.foreign import (
 )
 from stereotrack_core.interop.calibrations.readings import (
     CONVENTIONS,
-    MEANINGS,
     Pairs,
     Scale,
     in_order,
@@ -30,36 +29,28 @@ from stereotrack_core.interop.calibrations.readings import (
 )
 from stereotrack_core.recording.camera_checks import world_camera
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tables import Table
 
 DOCUMENTED = "world-to-camera"
 """The convention that every reader gives its cameras in, as its format documents them."""
-
-_YES_NO = {None: "-", True: "yes", False: "no"}
 
 
 @dataclass(frozen=True, eq=False)
 class Decided:
     """Cameras in metres, and how the file was read.
 
-    `tables` show what was tried; `reasons` say why one reading was chosen, and `notes` what else
-    has to be known about the cameras.
+    `reasons` say why one reading was chosen, and `notes` what else has to be known about the
+    cameras.
     """
 
     cameras: Mapping[str, Camera]
     convention: str
     unit: str
-    tables: tuple[Table, ...]
     reasons: tuple[str, ...]
     notes: tuple[str, ...]
 
 
 class Undecided(InputError):
-    """Neither file nor data tell how to read a calibration; `table` is what was tried."""
-
-    def __init__(self, what: str, table: Table, *, where: str, remedy: str) -> None:
-        super().__init__(what, where=where, remedy=remedy)
-        self.table = table
+    """Neither the file nor its cameras tell how to read a calibration."""
 
 
 Size: TypeAlias = tuple[int, int]
@@ -161,21 +152,20 @@ def decide(
 ) -> Decided:
     """Decide what is open about a completed calibration; a choice of the person's is kept.
 
-    Raises InputError, with what was tried, where neither the file nor its cameras tell.
+    Raises Undecided where neither the file nor its cameras tell.
     """
     if not foreign.placed:
         note = "the file does not say where the cameras are: each is at the origin of the world"
         cameras = cameras_read(foreign, DOCUMENTED)
-        return Decided(cameras, DOCUMENTED, unit or "m", (), (), (*foreign.notes, note))
-    chosen, tried, why, doubts = _convention(foreign, pairs, convention)
+        return Decided(cameras, DOCUMENTED, unit or "m", (), (*foreign.notes, note))
+    chosen, why, doubts = _convention(foreign, pairs, convention)
     cameras = cameras_read(foreign, chosen)
-    scale, scales, because, odd = _unit(foreign, cameras, pairs, unit)
+    scale, because, odd = _unit(foreign, cameras, pairs, unit)
     cameras = moved(cameras, METRES_PER_UNIT[scale])
     return Decided(
         cameras,
         chosen,
         scale,
-        (tried, scales),
         (why, because),
         (*foreign.notes, *doubts, *odd, *_notes(cameras)),
     )
@@ -194,23 +184,21 @@ def _notes(cameras: Mapping[str, Camera]) -> tuple[str, ...]:
 
 def _convention(
     foreign: ForeignCalibration, pairs: Pairs, given: str | None
-) -> tuple[str, Table, str, tuple[str, ...]]:
-    """The convention, what was tried, why it was chosen, and what is doubtful about it."""
-    tried = {name: in_order(cameras_read(foreign, name), pairs) for name in CONVENTIONS}
-    fitting = [name for name, ordered in tried.items() if ordered is not False]
-    rows = [(name, MEANINGS[name], _YES_NO[ordered]) for name, ordered in tried.items()]
-    table = Table("Conventions tried", ("convention", "meaning", "cameras in order"), rows)
+) -> tuple[str, str, tuple[str, ...]]:
+    """The convention, why it was chosen, and what is doubtful about it."""
     if given is not None:
-        return given, table, f"convention {given}: given with --convention", ()
+        return given, f"convention {given}: given with --convention", ()
+    fitting = [
+        name for name in CONVENTIONS if in_order(cameras_read(foreign, name), pairs) is not False
+    ]
     if DOCUMENTED in fitting or foreign.documented:
         reason = f"convention {DOCUMENTED}: as {foreign.format} documents it"
-        return DOCUMENTED, table, reason, () if DOCUMENTED in fitting else (_unusual(fitting),)
+        return DOCUMENTED, reason, () if DOCUMENTED in fitting else (_unusual(fitting),)
     contradict = "the places of the cameras contradict the convention that"
     raise Undecided(
         f"{contradict} {foreign.format} documents; these fit: {' or '.join(fitting)}"
         if fitting
         else "the cameras look at no common place, however rotations and translations are read",
-        table,
         where=foreign.where,
         remedy="Choose one with --convention, and check the cameras in the workbench.",
     )
@@ -231,14 +219,13 @@ def _unit(
     cameras: Mapping[str, Camera],
     pairs: Pairs,
     given: str | None,
-) -> tuple[str, Table, str, tuple[str, ...]]:
-    """The unit of length, what was tried, why it was chosen, and what is doubtful about it."""
+) -> tuple[str, str, tuple[str, ...]]:
+    """The unit of length, why it was chosen, and what is doubtful about it."""
+    if given is not None:
+        return given, f"unit {given}: given with --units", ()
     lengths = lengths_of(cameras, pairs, foreign.square)
     tried = [scale_of(unit, metres, lengths) for unit, metres in METRES_PER_UNIT.items()]
     possible = [one.unit for one in tried if one.possible]
-    table = _table_of_scales(tried)
-    if given is not None:
-        return given, table, f"unit {given}: given with --units", ()
     stated = foreign.unit
     if stated is not None and (stated in possible or not lengths or foreign.documented):
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
@@ -247,25 +234,19 @@ def _unit(
             text = _lengths(next(one for one in tried if one.unit == stated))
             doubts = (f"the lengths are unusual in {stated} ({text}): if they are wrong, give the "
                       "unit with --units",)  # fmt: skip
-        return stated, table, f"unit {stated}: {source}", doubts
+        return stated, f"unit {stated}: {source}", doubts
     if len(possible) == 1 and not foreign.stated:
         text = _lengths(next(one for one in tried if one.unit == possible[0]))
         usual = "" if stated is None else f"; {foreign.format} usually writes {stated}"
-        return possible[0], table, f"unit {possible[0]}: the only possible one ({text}){usual}", ()
+        return possible[0], f"unit {possible[0]}: the only possible one ({text}){usual}", ()
     lines = ", ".join(f"{one.unit}: {_lengths(one)}" for one in tried)
     raise Undecided(
         f"the unit of length is not stated, and the data do not tell it ({lines})"
         if stated is None
         else f"the lengths are not possible in {stated}, the unit of {foreign.format} ({lines})",
-        table,
         where=foreign.where,
         remedy=f"Give it with --units {'|'.join(possible or METRES_PER_UNIT)}.",
     )
-
-
-def _table_of_scales(tried: Sequence[Scale]) -> Table:
-    rows = [(one.unit, _lengths(one), _YES_NO[one.possible]) for one in tried]
-    return Table("Units tried", ("unit", "lengths", "possible"), rows)
 
 
 def _lengths(one: Scale) -> str:

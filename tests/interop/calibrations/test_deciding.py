@@ -21,7 +21,6 @@ def test_cameras_that_look_apart_are_asked_about():
     ) as refusal:
         decide(foreign(rig(), "camera-to-world", unit="m"))
     assert "--convention" in refusal.value.remedy
-    assert [row[2] for row in refusal.value.table.rows] == ["no", "no", "yes", "no"]
     cameras = rig()
     chosen = decide(foreign(cameras, "camera-to-world"), convention="camera-to-world", unit="m")
     assert_same(chosen.cameras.values(), cameras)

@@ -20,7 +20,6 @@ from stereotrack_core.recording.importing.making import cameras_for
 
 from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, scrolled, vbox
-from ....widgets.tables.plain import PlainTable
 from .looking import Looked
 
 _FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
@@ -51,7 +50,7 @@ class CalibrationPage(QWizardPage):
         self.how.setLayout(reading)
         self.setLayout(
             vbox(
-                self.from_file, file_row, self.how, (self.readings, 1), (self._area, 1),
+                self.from_file, file_row, self.how, (self._area, 1),
                 self.guess, label(GUESS, "muted", margins=(24, 0, 0, 0)), self.words, None,
             )
         )  # fmt: skip
@@ -81,8 +80,6 @@ class CalibrationPage(QWizardPage):
             "Convention", [("", "as the format documents it"), *meanings],
             "How rotation R and translation t of the file map",
         )  # fmt: skip
-        self.readings = PlainTable("Readings that were tried")
-        self.readings.view.setToolTip("What each unit or convention would mean")
         self.words = label()
         self._cameras: dict[str, QComboBox] = {}
 
@@ -137,9 +134,8 @@ class CalibrationPage(QWizardPage):
         self._check()
 
     def _read_file(self) -> None:
-        """Read what is named; where its reading is open, show what was tried."""
+        """Read what is named; where its reading is open, say what was tried."""
         self._read, self._decided, self._complaint = None, None, ""
-        self.readings.show_table(None)
         chosen = Reading(self.unit.currentData() or None, self.convention.currentData() or None)
         foreign = chosen != Reading()
         if self.from_file.isChecked() and self._paths():
@@ -148,7 +144,6 @@ class CalibrationPage(QWizardPage):
                 foreign = foreign or self._decided is not None
             except Undecided as question:
                 self._complaint = f"Choose the unit or the convention: {question.what}."
-                self.readings.show_table(question.table)
                 foreign = True
             except InputError as error:
                 self._complaint = str(error)
