@@ -11,10 +11,9 @@ import pytest
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
-from stereotrack_core.recording.importing.making import calibration_notes, make_recording
+from stereotrack_core.recording.importing.making import as_stored, calibration_notes, make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.importing.turning import as_stored
 from tests.recording.importing.clips import HEIGHT, WIDTH, clip
 
 POINTS = np.random.default_rng(1).uniform((-0.5, -0.5, 1.5), (0.5, 0.5, 4.0), (50, 3))
