@@ -32,7 +32,6 @@ from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, read_trajectory, write_trajectory
-from stereotrack_core.interop.run_journal import has_frames, read_unfinished
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
@@ -60,7 +59,7 @@ from tests.reading.mutations import (
     mutated_table,
     mutated_toml,
 )
-from tests.reading.samples import Samples, made_unfinished, made_video
+from tests.reading.samples import Samples, made_video
 
 Read = Callable[[Path], object]
 
@@ -224,18 +223,7 @@ def _of_arrays(samples: Samples, folder: Path) -> dict[str, Reader]:
         each(found.trajectory, lambda: angles_of_reference(found))
         return found
 
-    begun = _written(folder, "run.part", lambda path: made_unfinished(path, samples.run))
-
-    def unfinished(path: Path) -> object:
-        each(lambda: read_trajectory(path), lambda: first_pose(str(path), 2))
-        has_frames(path)
-        use_run(read_run(path), samples)
-        found, wish = read_unfinished(path)
-        each(lambda: found.resumed_at, lambda: found.shape, lambda: found.done)
-        return found, wish
-
     return {
-        "unfinished run": Reader("run.part", begun, mutated_bytes, unfinished),
         "run.npz": Reader("run.npz", stored, mutated_arrays, run),
         "run.npz, meta": Reader("run.npz", stored, mutated_meta, run),
         "reference.npz": Reader("ref.npz", written, mutated_arrays, reference),

@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import av
 import numpy as np
@@ -17,20 +15,16 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.pose import Pose, hanging_pose
+from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.skeleton import PARTS
-from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
-from stereotrack_core.tracking.estimate import Estimate, Prior
-from stereotrack_core.tracking.frame import Run, TrackedFrame, cloudless
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.unfinished import Checkpoint
 from stereotrack_core.versions import versions
 
 WIDTH, HEIGHT, FRAMES = 48, 36, 6
@@ -118,28 +112,6 @@ def made_run(folder: Path) -> Run:
         limb_sigma_deg=np.full((FRAMES, 6), 3.0), limb_lost=np.full((FRAMES, 6), 0.1),
         seconds=np.zeros((FRAMES, 2)), stage_names=("match", "filter"), meta=meta,
     )  # fmt: skip
-
-
-def made_unfinished(path: Path, run: Run) -> None:
-    """The first frames of a run as they are kept while it is tracked."""
-    origin: Any = SimpleNamespace(
-        meta=lambda: dict(run.meta),
-        state_names=run.state_names,
-        spec=SimpleNamespace(used_keypoints=run.keypoints),
-    )
-    poses = pose_of_state(run.x, ALL_JOINTS)
-    journal = RunJournal(path, lambda: 1.5, Wish(smooth=True))
-    for i in range(4):
-        n = run.x.shape[1]
-        estimate = Estimate(
-            True, "", Pose(poses.position[i], poses.rotations[i]), run.x[i], run.P[i], 0.1, 0.01,
-            1.0, limb_sigma_deg=run.limb_sigma_deg[i], limb_lost=run.limb_lost[i],
-            prior=Prior(run.P[i], np.ones(n, dtype=bool)),
-        )  # fmt: skip
-        cloud = cloudless(i, {"N": "dark"}, {"O": PointCounts(9, 8, 7, 6, 5, (0.0, 1.0, 2.0))})
-        frame = TrackedFrame(i, estimate, run.landmarks[i], cloud, {"match": 0.1})
-        journal.keep(frame, Checkpoint(i, True, {"P": run.P[i]}), lambda: origin)
-    journal.close()
 
 
 def made_clicks() -> tuple[Click, ...]:

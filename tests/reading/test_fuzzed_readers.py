@@ -28,7 +28,7 @@ NAMES = (
     *("recording.toml", "calibration.toml"),
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
     *("landmark set", "preset", "run.npz", "run.npz, meta", "reference.npz", "reference.npz, meta"),
-    *("unfinished run", "TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
+    *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
     *("foreign TOML", "OpenCV YAML", "OpenCV XML", "Kalibr", "ROS", "Qualisys"),
     *("ZED", "EuRoC", "camodocal", "MATLAB JSON", "MATLAB MAT", "Argus", "XMALab", *OF_HDF5),
     *("sweep journal", "study", "study table", "DLTdv", "DLTdv, notes", *OF_ROS),
