@@ -13,7 +13,7 @@ from stereotrack_core.cli.arguments import JSON, flag, option
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.errors import InputError, did_you_mean
-from stereotrack_core.interop.calibrations.for_recording import Reading, with_calibration
+from stereotrack_core.interop.calibrations.for_recording import with_calibration
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
 from stereotrack_core.interop.calibrations.readings import CONVENTIONS
 from stereotrack_core.recording.importing.choices import (
@@ -204,7 +204,7 @@ def _calibrated(choices: Choices, args: Namespace) -> Choices:
     paths = args.calibration or ([] if choices.calibration is None else [choices.calibration])
     if not paths:
         return choices
-    choices, decided = with_calibration(choices, paths, Reading(args.units, args.convention))
+    choices, decided = with_calibration(choices, paths, unit=args.units, convention=args.convention)
     for line in () if decided is None else (*decided.reasons, *decided.notes):
         say(f"note: {line}.")
     return choices

@@ -59,16 +59,6 @@ def test_nothing_is_said_of_a_sound_recording(small_recording):
     assert said(small_recording, deep=True) == ""
 
 
-def test_a_principal_point_with_exchanged_coordinates(small_recording):
-    def exchange(camera):
-        matrix = camera.matrix.copy()
-        matrix[:2, 2] = camera.height / 2, camera.width / 2
-        return replace(camera, matrix=matrix) if camera.name == "N_left" else camera
-
-    text = said(with_cameras(small_recording, exchange))
-    assert "warning calibration.toml, camera N_left, matrix: c_x and c_y are exchanged" in text
-
-
 def test_a_transposed_matrix(small_recording):
     text = said(with_cameras(small_recording, lambda c: replace(c, matrix=c.matrix.T)))
     assert text.count("the matrix is transposed") == 8

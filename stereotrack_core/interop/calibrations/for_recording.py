@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
@@ -13,27 +13,22 @@ from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.importing.choices import Choices, cameras_of, size_of
 
 
-@dataclass(frozen=True)
-class Reading:
-    """What a person says about a file that does not say it itself; None where nothing is said."""
-
-    unit: str | None = None
-    convention: str | None = None
-
-
 def with_calibration(
-    choices: Choices, paths: Sequence[Path], reading: Reading | None = None
+    choices: Choices,
+    paths: Sequence[Path],
+    *,
+    unit: str | None = None,
+    convention: str | None = None,
 ) -> tuple[Choices, Decided | None]:
     """Choices with the cameras of files, matched by their names, and how they were read.
 
     A ``calibration.toml`` of this program needs no decision. Names that are equal but for upper
     case, the left and right camera of a single pair, and a single camera are matched; others are
-    left to the person.
+    left to the person. `unit` and `convention` are what a person says of a file that does not.
 
     Raises InputError where a file cannot be read, ``Undecided`` where unit or convention are open.
     """
-    reading = reading or Reading()
-    if len(paths) == 1 and reading == Reading() and _is_own(paths[0]):
+    if len(paths) == 1 and not (unit or convention) and _is_own(paths[0]):
         known = read_calibration(paths[0])
         choices = replace(choices, calibration=paths[0], given=None)
         return _matched(choices, list(known)), None
@@ -42,7 +37,7 @@ def with_calibration(
     foreign = completed(read_foreign(paths), size=size)
     matched = _matched(choices, [one.name for one in foreign.cameras])
     pairs = _pairs(matched, [one.name for one in foreign.cameras])
-    decided = decide(foreign, pairs, convention=reading.convention, unit=reading.unit)
+    decided = decide(foreign, pairs, convention=convention, unit=unit)
     return replace(matched, calibration=paths[0], given=decided.cameras), decided
 
 

@@ -15,7 +15,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.limited_process import read_apart
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
-from stereotrack_core.recording.importing.chapters import joined
 from stereotrack_core.recording.importing.image_groups import (
     Numbering,
     check_sizes,
@@ -28,7 +27,7 @@ from stereotrack_core.recording.importing.image_groups import (
 )
 from stereotrack_core.recording.importing.ros import bags_in, is_bag_file, read_topics
 from stereotrack_core.recording.importing.source import AGAIN, METRIC_UNIT, Source, SourceKind
-from stereotrack_core.recording.importing.video_sources import rate_of, tracks_of
+from stereotrack_core.recording.importing.video_sources import joined, rate_of, tracks_of
 
 _MOST_SOURCES = 100
 

@@ -195,9 +195,6 @@ def test_cameras_of_euroc_are_named_by_their_folders(tmp_path):
 
 PINHOLE = """distortion_parameters: {k1: -0.29, k2: 0.08, p1: 0.0004, p2: -1.7e-05}
 projection_parameters: {fx: 461.5, fy: 460.2, cx: 362.6, cy: 248.1}"""
-MEI = """mirror_parameters: {xi: XI}
-distortion_parameters: {k1: -0.29, k2: 0.08, p1: 0.0004, p2: -1.7e-05}
-projection_parameters: {gamma1: 461.5, gamma2: 460.2, u0: 362.6, v0: 248.1}"""
 
 
 @pytest.mark.parametrize(
@@ -213,12 +210,3 @@ def test_lenses_of_camodocal(tmp_path, model, rest, fisheye, distortions):
     assert (camera.name, camera.size, camera.fisheye) == ("cam0", (752, 480), fisheye)
     assert camera.matrix.tolist() == [[461.5, 0, 362.6], [0, 460.2, 248.1], [0, 0, 1]]
     assert camera.distortions.tolist() == distortions
-
-
-@pytest.mark.parametrize(("model", "rest"), [("MEI", MEI.replace("XI", "1.2")), ("SCARAMUZZA", "")])
-def test_a_lens_of_camodocal_that_opencv_does_not_have_is_named(tmp_path, model, rest):
-    path = written(
-        tmp_path / "cam0.yaml", CAMODOCAL.replace("KANNALA_BRANDT", model).replace(KANNALA, rest)
-    )
-    with pytest.raises(InputError, match=rf"lens of camodocal, whose model {model} has no"):
-        read_foreign([path])

@@ -92,13 +92,6 @@ def test_a_person_may_state_the_bits(tmp_path):
         made(tmp_path / "in", tmp_path / "no", bits=17)
 
 
-def test_much_that_is_saturated_is_said(tmp_path):
-    for side in ("left", "right"):
-        sequence(tmp_path / "in" / side, (GREY, 4095, 4095, 4095))
-    choices, _ = made(tmp_path / "in", tmp_path / "out")
-    assert "75 % of its pixels are white" in doubts_about(choices)[0]
-
-
 @pytest.mark.parametrize("encoding", ["mono16", "bgr16"])
 def test_images_of_16_bits_in_a_bag(tmp_path, encoding):
     with Bag(tmp_path / "walk.bag", "rosbag1") as bag:

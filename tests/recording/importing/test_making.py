@@ -116,12 +116,6 @@ def test_depth_alone_gets_a_picture_of_itself(tmp_path):
     assert shown.image[0, -1] > shown.image[0, 20] > 0, "near is bright"
 
 
-def test_images_with_gaps_in_their_numbers_are_numbered_again(tmp_path):
-    images(tmp_path / "N", lambda k: f"{10**18 + 33 * k}.png")
-    recording = make_recording(chosen(tmp_path, fps=10.0), tmp_path / "new")
-    assert frame_of(recording, FRAMES - 1)["N"].image[0, 0] == numbered(FRAMES - 1)[0, 0]
-
-
 def test_later_starts_are_written_as_first_frames_with_the_rest_as_an_offset(tmp_path):
     for name in "AB":
         clip(tmp_path / f"{name}.mp4")
@@ -152,16 +146,6 @@ def test_a_calibration_is_taken_by_the_names_of_its_cameras(tmp_path):
     assert path.read_bytes() == before
     assert not recording.guessed
     assert recording.views[0].image.camera == "basler"
-
-
-def test_a_calibration_for_images_of_another_size_is_refused(tmp_path):
-    clip(tmp_path / "A.mp4")
-    path = tmp_path / "other.toml"
-    camera = cameras_for(chosen(tmp_path))["A"]
-    write_calibration(path, {"A": replace(camera, width=640)})
-    with pytest.raises(InputError, match="64 x 48 pixels, but the calibration of 'A' is for 640"):
-        make_recording(chosen(tmp_path, calibration=path), tmp_path)
-    assert not (tmp_path / "recording.toml").exists()
 
 
 def test_nothing_is_overwritten(tmp_path):

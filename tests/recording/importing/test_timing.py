@@ -120,13 +120,3 @@ def test_a_number_that_is_missing_stays_a_frame_without_an_image(tmp_path):
             assert np.array_equal(
                 reader.frame_set(6).views["A"].image, reader.frame_set(6).views["B"].image
             )
-
-
-def test_images_of_another_size_among_them_are_refused(tmp_path):
-    images(tmp_path / "A")
-    images(tmp_path / "B")
-    write_png(tmp_path / "B" / "0007.png", np.zeros((24, 32), np.uint8))
-    found = look_at([tmp_path])
-    assert [one.name for one in found.sources] == ["A"]
-    assert "1 of 12 images have another size" in found.problems[0].what
-    assert "0007.png (32 x 24)" in found.problems[0].what

@@ -115,13 +115,6 @@ def test_files_that_begin_when_the_one_before_ends_are_joined(tmp_path):
     assert {one.name: one.frames for one in found.sources} == {"DJI_0001": 100, "DJI_0003": 50}
 
 
-def test_cameras_that_were_started_together_are_not_joined(tmp_path):
-    begin = datetime(2024, 5, 1, 10, 0, 0, tzinfo=UTC)
-    for name in ("CAM_0001.MP4", "CAM_0002.MP4"):
-        dated(tmp_path / name, begin)
-    assert len(look_at([tmp_path]).sources) == 2
-
-
 # ---- tracks
 
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QRadioButton, QWidget, QWi
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.calibrations.deciding import Decided, Undecided
-from stereotrack_core.interop.calibrations.for_recording import Reading, with_calibration
+from stereotrack_core.interop.calibrations.for_recording import with_calibration
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
 from stereotrack_core.interop.calibrations.readings import CONVENTIONS, MEANINGS
 from stereotrack_core.recording.calibration import read_calibration
@@ -136,11 +136,13 @@ class CalibrationPage(QWizardPage):
     def _read_file(self) -> None:
         """Read what is named; where its reading is open, say what was tried."""
         self._read, self._decided, self._complaint = None, None, ""
-        chosen = Reading(self.unit.currentData() or None, self.convention.currentData() or None)
-        foreign = chosen != Reading()
+        unit, convention = self.unit.currentData() or None, self.convention.currentData() or None
+        foreign = bool(unit or convention)
         if self.from_file.isChecked() and self._paths():
             try:
-                self._read, self._decided = with_calibration(self._choices, self._paths(), chosen)
+                self._read, self._decided = with_calibration(
+                    self._choices, self._paths(), unit=unit, convention=convention
+                )
                 foreign = foreign or self._decided is not None
             except Undecided as question:
                 self._complaint = f"Choose the unit or the convention: {question.what}."
