@@ -16,19 +16,13 @@ from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.interop.first_pose import first_pose, with_heading
 from stereotrack_core.interop.run_journal import read_unfinished
 from stereotrack_core.tracking import pipeline
-from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
-from stereotrack_core.tracking.initialise import heading_watch
 from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.first_pose import facing
 from stereotrack_core.tracking.initialise.heading import (
-    arms_forward,
-    evidence,
     toes_in_outlines,
 )
 from stereotrack_core.tracking.initialise.heading_watch import WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
-from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
@@ -74,30 +68,6 @@ def test_toes_show_where_the_front_is(finder, toes, expected):
         assert found == pytest.approx(sign * expected)
 
 
-def test_who_looks_into_the_view_shows_no_toes(finder):
-    body, pose = finder.setup.body, turned(POSES["t"], -90.0)
-    view = _from_the_east(body, pose, 0.18)
-    cloud = replace(cloud_of(np.zeros((0, 3))), depths={"E": view})
-    assert toes_in_outlines(body, body.frames(pose), cloud, Z_UP) is None
-    assert toes_in_outlines(body, body.frames(pose), cloud_of(np.zeros((0, 3))), Z_UP) is None
-
-
-def test_elbows_bend_one_way_and_stretched_arms_say_nothing(finder):
-    assert arms_forward(finder, BENT) > 1.5
-    assert arms_forward(finder, turned_round(BENT)) < -1.5
-    for pose in (POSES["t"], turned_round(POSES["t"])):
-        assert arms_forward(finder, pose) == pytest.approx(0.0, abs=0.05)
-
-
-def test_what_speaks_for_one_heading_speaks_against_the_other(finder):
-    points = np.concatenate([BENT.position + np.random.default_rng(0).normal(0, 0.1, (200, 3))])
-    here, there = (evidence(finder, p, cloud_of(points)) for p in (BENT, turned_round(BENT)))
-    assert here.keys() == there.keys()
-    for name in here:
-        assert here[name] == pytest.approx(-there[name], abs=1e-9), name
-    assert here["cameras"] == pytest.approx(0.0, abs=0.05)  # they stand all around
-
-
 def _watched(finder, poses, fps=10.0, last=None):
     watch = HeadingWatch(fps)
     watch.first = 0, poses[0]
@@ -131,38 +101,6 @@ def test_a_tracker_that_turns_the_body_round_says_that_it_began_the_wrong_way(fi
     assert (frame, watch.state) == (0, "corrected")
     np.testing.assert_allclose(pose.torso, BENT.torso)
     assert watch.probability > 0.98
-
-
-def test_the_last_frame_settles_what_is_not_decided(finder):
-    step = np.array([0.0, -0.035, 0.0])
-    backwards = [turned(POSES["t"], 0.0, k * step) for k in range(20)]
-    going_on = _watched(finder, backwards)
-    assert going_on.active
-    assert going_on.against is None
-    assert 0.01 < going_on.probability < 0.3
-    over = _watched(finder, backwards, last=19)
-    assert (over.active, over.against) == (False, 19)
-    over.correct()
-    assert (over.state, over.faced_away) == ("undecided", False)
-    assert over.probability == pytest.approx(1.0 - going_on.probability)
-    assert _watched(finder, [POSES["t"]] * 20, last=19).against is None
-    assert _watched(finder, backwards[:12], last=11).against is None
-
-
-def test_a_watch_goes_on_from_its_memory(finder):
-    poses = [turned_round(BENT)] * 4 + [BENT] * 30
-    whole, first = HeadingWatch(10.0), HeadingWatch(10.0)
-    for watch in (whole, first):
-        watch.first = 0, poses[0]
-    for k, pose in enumerate(poses):
-        if k == 7:
-            again = HeadingWatch(10.0)
-            again.recall(first.memory())
-            first = again
-        for watch in (whole, first):
-            watch.take(finder, pose, cloud_of(np.zeros((0, 3)), k))
-    assert whole.to_dict() == first.to_dict()
-    assert first.first[0] == 0
 
 
 def test_it_is_said_where_a_heading_may_be_wrong():
@@ -213,40 +151,6 @@ def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch
     np.testing.assert_array_equal(kept.run().landmarks, run.landmarks)
     assert kept.checkpoint is not None
     assert heading_words(heading).brief == f"corrected at frame {heading['against']}"
-
-
-def test_a_run_whose_heading_nothing_has_decided_is_corrected_at_its_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(heading_watch, "DECIDED", 1.1)
-    recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch, heading_watch.ENOUGH)
-    last, seen = spec.frames[-1], []
-    job = track_recording(
-        recording, spec, count=len(spec.frames), on_step=lambda done, _: seen.append(done)
-    )
-    run = job.run
-    heading = run.meta["heading"]
-    assert (heading["state"], heading["against"]) == ("undecided", last)
-    assert heading["probability"] > 0.9
-    assert seen == [*range(1, last + 2)] * 2
-    assert (run.landmarks[:, 1, 0] < run.landmarks[:, 0, 0]).all()  # right is in the west
-    (made,) = track_together(replace(recording, reference=None), [spec])
-    np.testing.assert_array_equal(made.run().landmarks, run.landmarks)
-    stopped = track_recording(recording, spec, count=last).run
-    assert (stopped.landmarks[:2, 1, 0] > stopped.landmarks[:2, 0, 0]).all()
-
-
-def test_a_frame_that_comes_again_takes_the_place_of_those_after_it(tmp_path):
-    frames = [
-        TrackedFrame(k, lost_estimate(), np.full((9, 3), np.nan), cloudless(k), {})
-        for k in (0, 1, 2, 1, 2, 3)
-    ]
-    found = []
-    assert [in_place(found, frame) for frame in frames] == [False, False, False, True, False, False]
-    assert [frame.frame for frame in found] == [0, 1, 2, 3]
-    assert found[1:] == frames[3:]
-
-
-def lost_estimate():
-    return Estimate(False, "", POSES["t"], np.zeros(1), np.zeros((1, 1)))
 
 
 @pytest.mark.parametrize(

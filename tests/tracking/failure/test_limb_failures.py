@@ -1,25 +1,22 @@
 """Limbs that lie elsewhere than what was seen are called lost, and the others are not."""
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stereotrack_core.body.angles import ALL_JOINTS
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.estimate import Prior
-from stereotrack_core.tracking.failure import features
+from stereotrack_core.tracking.failure.disagreement import disagreement
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
     failure_probability,
     limb_features,
-    unexpected,
-    views_of_somebody,
 )
+from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
 
@@ -35,14 +32,6 @@ def signs_of(pose, true, seen=NOTHING):
     assert signs is not None
     assert np.isfinite(signs).all()
     return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs, "several")
-
-
-def test_coefficients_are_found_by_their_features_names(rng, monkeypatch):
-    signs = rng.normal(size=(6, len(FEATURES)))
-    before = failure_probability(signs, "one")
-    turned = {views: dict(reversed(own.items())) for views, own in features.SLOPES.items()}
-    monkeypatch.setattr(features, "SLOPES", turned)
-    np.testing.assert_array_equal(failure_probability(signs, "one"), before)
 
 
 @pytest.mark.parametrize("name", POSES)
@@ -75,29 +64,6 @@ def test_an_arm_beside_what_was_seen_is_lost(name, side):
     assert unexplained[side] > 2.0 * unexplained[1 - side]
 
 
-def test_torso_and_head_have_no_probability():
-    _, lost = signs_of(POSES["t"], POSES["t"])
-    assert np.isnan(lost[: len(LIMBS) - len(ARMS)]).all()
-
-
-def test_nothing_is_said_where_nobody_is_seen():
-    cloud = dataclasses.replace(cloud_of_body(BODY, POSES["t"]), depths={})
-    assert limb_features(cloud, BODY, POSES["t"], np.ones(6), NOTHING) is None
-    assert np.isnan(failure_probability(None, "one")).all()
-
-
-def test_jumps_are_stated_in_standard_deviations():
-    n = 6 + 2 * len(ALL_JOINTS)
-    P, movement = np.eye(n) * 0.2**2, np.zeros(n)
-    first = 6 + 2 * ALL_JOINTS.index(FOREARMS[0])
-    movement[first : first + 2] += [0.6, -0.6]
-    prior = Prior(P, np.ones(n, dtype=bool))
-    found = unexpected(movement, prior, ALL_JOINTS)
-    assert found[FOREARMS[0]] == pytest.approx(3.0)
-    assert np.delete(found, FOREARMS[0]) == pytest.approx(np.zeros(5), abs=1e-12)
-    assert (unexpected(movement, None, ALL_JOINTS) == 0.0).all()
-
-
 @pytest.mark.parametrize("views", ["one", "two", "several"])
 def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
     pose, doubtful = POSES["t"], with_arm(POSES["t"], LEFT, DOWN, DOWN)
@@ -111,10 +77,32 @@ def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
         assert (said["agree"] < said["contradict"]).all()
 
 
-@pytest.mark.parametrize(
-    ("count", "named"), [(1, "one"), (2, "two"), (3, "several"), (4, "several")]
-)
-def test_coefficients_are_those_of_the_number_of_views(count, named):
-    cloud = cloud_of_body(BODY, POSES["t"])
-    depths = dict(list(cloud.depths.items())[:count])
-    assert views_of_somebody(dataclasses.replace(cloud, depths=depths)) == named
+TRUE = POSES["t"]
+
+
+def off_and_sure(pose):
+    found = disagreement(seen(TRUE), BODY, pose)
+    sure = found[:, 1]
+    return found[ARMS, 0] / sure[ARMS], sure
+
+
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+def test_only_the_arm_that_is_elsewhere_disagrees(side):
+    off, sure = off_and_sure(TRUE)
+    assert off == pytest.approx(np.zeros(4), abs=1e-6)
+    assert sure == pytest.approx([0.0, 0.0, 0.9, 0.9, 0.9, 0.9])
+    out = np.array([-1.0 if side == LEFT else 1.0, 0.0, 0.0])
+    off, _ = off_and_sure(with_arm(TRUE, side, out, DOWN))  # the forearm alone hangs down
+    wrong = ARMS.index(FOREARMS[side])
+    assert 0.7 < off[wrong] < 1.5
+    assert np.delete(off, wrong) == pytest.approx(np.zeros(3), abs=1e-6)
+
+
+def test_a_hidden_arm_says_nothing():
+    one = seen(TRUE)
+    hidden = np.array([name.startswith("left_") for name in one.names])[:, None]
+    pixel = np.where(hidden[..., None], np.nan, one.pixel)
+    one = replace(one, pixel=pixel, confidence=np.where(hidden, 0.0, one.confidence))
+    found = disagreement(one, BODY, TRUE)
+    np.testing.assert_array_equal(found[[UPPER_ARMS[LEFT], FOREARMS[LEFT]]], 0.0)
+    assert (found[[UPPER_ARMS[RIGHT], FOREARMS[RIGHT]], 1] > 0.0).all()

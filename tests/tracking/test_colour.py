@@ -1,0 +1,157 @@
+"""From colour pictures to a cloud with colours, and to a run."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model, placed_cones
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import RIGHT_FOREARM
+from stereotrack_core.body.surface import nearest_on_surface, parts_of_cones
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.writing import write_png
+from stereotrack_core.tracking.correspondences import DataToModel, PartColours, colour_features
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.tracker import PersonTracker
+from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
+from tests.tracking.scenes import (
+    CAMERAS,
+    POSES,
+    angle_errors,
+    cloud_of,
+    pose_with_arms,
+    surface_points,
+)
+
+BODY = body_model(AVERAGE)
+TINTS = {"N": (1.0, 1.0, 1.0), "O": (1.15, 0.9, 1.0), "S": (0.9, 1.0, 1.1), "W": (1.0, 1.1, 0.9)}
+FRAMES = 3
+TINY = {"pixel_step": 1, "speckle_size": 0}
+"""For pictures as small as these."""
+
+
+@pytest.fixture
+def coloured(tmp_path):
+    """Four depth views of a body in a blue shirt; every camera sees it in its own tint."""
+    recording = write_depth_recording(tmp_path, BODY, [POSES["t"]] * FRAMES)
+    for name in VIEWS:
+        seen = np.isfinite(rendered_depth(BODY, POSES["t"], recording.cameras[name]))
+        picture = np.where(seen[..., None], (150.0, 90.0, 60.0), (90.0, 90.0, 90.0)) / TINTS[name]
+        for k in range(FRAMES):
+            write_png(tmp_path / name / f"{k:04d}.png", picture.astype(np.uint8))
+    return recording
+
+
+def _cloud(recording, *, colour):
+    chain = DepthChain(recording, DepthParameters(**TINY), colour=colour)
+    with FrameReader(recording, colour=colour) as reader:
+        chain.learn_background(reader, range(FRAMES))
+        cloud = chain.process(reader.frame_set(1))
+    chain.close()
+    return cloud
+
+
+def test_points_get_the_colours_of_the_first_view(coloured):
+    cloud = _cloud(coloured, colour=True)
+    trunk = np.linalg.norm(cloud.points - [0.05, -0.1, 1.2], axis=1) < 0.3
+    for view in range(len(VIEWS)):
+        own = cloud.colours[trunk & (cloud.view == view)]
+        np.testing.assert_allclose(np.median(own, axis=0), (150, 90, 60), rtol=0.03)
+
+
+def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
+    settings = preset("accurate").replaced(**TINY, fit_shape=False, search_arms=False)
+    run = track(coloured, RunSpec(settings, frames=range(FRAMES), init="tpose"))
+    assert run.tracked.all()
+    with Pipeline(coloured, RunSpec(settings, init="tpose")) as pipeline:
+        (first, *_) = pipeline.frames(range(FRAMES))
+        assert first.cloud.colours is not None
+    grey = write_depth_recording(tmp_path_factory.mktemp("grey"), BODY, [POSES["t"]] * FRAMES)
+    found = {}
+    for weight in (0.0, 0.06):
+        spec = RunSpec(settings.replaced(colour_weight=weight), init="tpose")
+        with Pipeline(grey, spec) as pipeline:
+            frames = list(pipeline.frames(range(FRAMES)))
+            assert frames[0].cloud.colours is None
+            found[weight] = np.array([frame.x for frame in frames])
+    np.testing.assert_array_equal(found[0.0], found[0.06])
+
+
+BLUE, ORANGE = (150.0, 80.0, 40.0), (40.0, 90.0, 170.0)
+ARM_ON_CHEST = pose_with_arms([0.75, 0.3, -1.0], [-1.0, 0.35, 0.25], [-1, 0, 0], [-1, 0.05, 0])
+
+
+def _clothed(pose, rng, count=4000):
+    """Data of a body in a blue shirt with orange arms, and the true parts."""
+    points = surface_points(BODY, pose, count, rng, 0.004)
+    closest = nearest_on_surface(points, placed_cones(BODY, BODY.frames(pose)), np.inf)
+    part = parts_of_cones(BODY, closest.cone)
+    colours = np.where(np.isin(part, [2, 3, 4, 5])[:, None], ORANGE, BLUE)
+    light = rng.uniform(0.8, 1.2, (len(part), 1))
+    return points, part, colour_features(colours * light + rng.normal(0, 3.0, colours.shape))
+
+
+@pytest.fixture
+def known(rng):
+    model = PartColours(BODY)
+    for _ in range(3):
+        points, _, features = _clothed(POSES["t"], rng)
+        model.learn(points, features, BODY.frames(POSES["t"]))
+    return model
+
+
+def test_colours_tell_an_arm_from_the_chest_it_lies_on(known, rng):
+    """The pose is a little wrong: by place alone much of the arm is given to the torso."""
+    points, part, features = _clothed(ARM_ON_CHEST, rng)
+    wrong = pose_with_arms([0.75, 0.3, -1.0], [-1.0, 0.2, 0.6], [-1, 0, 0], [-1, 0.05, 0])
+    frames = BODY.frames(wrong)
+    right = {}
+    for name, penalty in (
+        ("place", None),
+        ("colour", 0.06 * known.penalty(points, features, frames)),
+    ):
+        closest = nearest_on_surface(points, placed_cones(BODY, frames), 0.25, penalty)
+        found = parts_of_cones(BODY, closest.cone)
+        right[name] = np.mean(found[part == RIGHT_FOREARM] == RIGHT_FOREARM)
+    assert right["colour"] > right["place"] + 0.1
+
+
+def _clouds(rng, count=3):
+    clouds = [cloud_of(surface_points(BODY, POSES["t"], 2500, rng, 0.006), k) for k in range(count)]
+    return [replace(c, colours=rng.uniform(30.0, 200.0, c.points.shape)) for c in clouds]
+
+
+def _tracked(clouds, *, coloured=True, **changes):
+    setup = Setup(BODY, preset("fast").replaced(**changes).tracking, CAMERAS, 10.0, 0)
+    correspondences = DataToModel(setup, coloured=coloured)
+    tracker = PersonTracker(PoseFilter(setup, IteratedEstimator(setup), correspondences))
+    tracker.start(POSES["t"])
+    return [tracker.step(cloud) for cloud in clouds], tracker
+
+
+def test_without_weight_or_colours_nothing_differs_bit_for_bit(rng):
+    clouds = _clouds(rng)
+    plain, _ = _tracked(clouds, coloured=False)
+    unweighted, _ = _tracked(clouds)
+    grey = [replace(cloud, colours=None) for cloud in clouds]
+    without, _ = _tracked(grey, colour_weight=0.06)
+    for a, b, c in zip(plain, unweighted, without, strict=True):
+        for other in (b, c):
+            np.testing.assert_array_equal(a.x, other.x)
+            np.testing.assert_array_equal(a.P, other.P)
+
+
+def test_colours_are_learned_and_senseless_ones_do_no_harm(rng):
+    found, tracker = _tracked(_clouds(rng), colour_weight=0.06)
+    assert all(estimate.tracked for estimate in found)
+    assert tracker.memory()["colour_count"].sum() > 500
+    assert angle_errors(BODY, found[-1].pose, POSES["t"])[[0, 2, 3, 4, 5]].max() < 6.0
+    assert found[-1].correspondences.data.shape[1] == 3
