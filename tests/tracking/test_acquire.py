@@ -33,8 +33,7 @@ def initialiser(make_tracker):
     return tracker
 
 
-@pytest.mark.parametrize("heading", [0.0, 75.0, 200.0])
-@pytest.mark.parametrize("name", ["t", "reaching"])
+@pytest.mark.parametrize(("name", "heading"), [("t", 75.0), ("reaching", 200.0)])
 def test_a_body_is_found_in_any_heading_anywhere(initialiser, rng, name, heading):
     true = turned(POSES[name], heading, (0.4, -0.5, 0.0))
     for frame in range(3):
@@ -115,7 +114,7 @@ def _clouds(initialiser, pose, rng, count=4):
 
 
 @pytest.mark.parametrize(
-    ("name", "heading"), [("reaching", 90.0), ("reaching", 180.0), ("t", 90.0)]
+    ("name", "heading"), [("reaching", 180.0), ("t", 90.0)]
 )
 def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
     true = turned(POSES[name], heading)
@@ -126,7 +125,7 @@ def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, h
         assert angle_between(found.torso[:, 0], true.torso[:, 0]) < np.radians(30.0)
 
 
-@pytest.mark.parametrize("heading", [0.0, 130.0])
+@pytest.mark.parametrize("heading", [130.0])
 def test_a_body_taken_from_the_wrong_side_is_turned(initialiser, rng, heading):
     true = turned(POSES["reaching"], heading)
     clouds = _clouds(initialiser, true, rng, 2)

@@ -102,7 +102,7 @@ def test_clicks_show_where_a_lost_body_is(start):
     assert not contradicted(BODY, true, found)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_body_that_was_taken_to_be_upside_down_is_put_on_its_feet(seed):
     stooping = dataclasses.replace(POSES["reaching"], rotations=POSES["reaching"].rotations.copy())
     stooping.rotations[TORSO] = rotation_from_vector(np.array([-1.3, 0.0, 0.0]))

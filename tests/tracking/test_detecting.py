@@ -52,7 +52,7 @@ def recording(tmp_path_factory):
     settings = preset("fast").replaced(pixel_step=1, speckle_size=0)
     poses = [
         pose_with_arms([1, 0.1 * k, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0.1 * k], place=(0, 0, 0.95))
-        for k in range(6)
+        for k in range(5)
     ]
     folder = tmp_path_factory.mktemp("recording") / "cones"
     return write_depth_recording(folder, body_model(AVERAGE, settings.body), poses)
@@ -68,7 +68,7 @@ def spec(**changes):
 @pytest.fixture(scope="module")
 def seen_cloud(recording):
     with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
-        pipeline.learn(range(6))
+        pipeline.learn(range(5))
         yield reader, pipeline.cloud(0)[0]
 
 

@@ -12,7 +12,7 @@ from stereotrack_core.tracking.tracker import tracker_for
 from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points, turned
 
-PRESETS = ("thesis", "accurate", "fast", "ekf", "annealed", "limb-icp", "scalar", "keypoints")
+PRESETS = ("thesis", "accurate", "annealed", "scalar", "keypoints")
 
 
 def tracker_of(name):

@@ -123,7 +123,7 @@ def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled):
     assert second.run().meta["looked_again"] == []
 
 
-@pytest.mark.parametrize("stop", [WRONG[0], WRONG[-1] + AFTER, WRONG[-1] + AFTER + 1])
+@pytest.mark.parametrize("stop", [WRONG[0], WRONG[-1] + AFTER])
 def test_a_run_that_was_stopped_looks_again_as_if_it_never_had_been(
     recording, misled, monkeypatch, tmp_path, stop
 ):
@@ -214,7 +214,7 @@ def test_the_best_way_is_the_best_of_all(case):
 
 @pytest.mark.parametrize(
     "stretch",
-    [range(1, 4), range(4, 6), range(6, 9), range(3, COUNT), range(8, 9), range(10, COUNT)],
+    [range(4, 6), range(3, COUNT)],
 )
 def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recording, misled, stretch):
     recording, poses = recording

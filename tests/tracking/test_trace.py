@@ -120,24 +120,6 @@ def test_iterations_lead_from_the_prediction_to_the_result(kind):
     assert len(trace.state_names) == len(first.dx) == len(trace.after.P)
 
 
-def test_a_frame_with_nothing_in_it_has_a_prediction_and_no_correction():
-    tracker, _ = followed("accurate")
-    trace = look_inside(tracker, cloud_of(np.zeros((3, 3)), 5))
-    assert not trace.estimate.tracked
-    assert "3 points" in trace.estimate.reason
-    assert not trace.corrections
-    assert trace.search is None
-
-
-def test_a_person_who_has_to_be_looked_for_is_said_to_be():
-    tracker, cloud = followed("fast", frames=1)
-    tracker.reinitialise()
-    trace = look_inside(tracker, cloud)
-    assert any("re-initialised" in note for note in trace.notes)
-    assert trace.estimate.tracked
-    np.testing.assert_array_equal(trace.predicted.P, trace.before.P)
-
-
 def new_tracker(kind, tracker):
     name, changes = KINDS[kind]
     settings = preset(name).replaced(**changes)

@@ -24,7 +24,7 @@ def _clouds(body, pose, rng, count, noise=0.005, points=2500):
     return [cloud_of(surface_points(body, pose, points, rng, noise), k) for k in range(count)]
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize(
     ("name", "largest_angle", "largest_shift"), [("thesis", 9.0, 0.03), ("manifold", 3.0, 0.006)]
@@ -151,7 +151,7 @@ def setup_with(parameters, fps):
     return Setup(body_model(AVERAGE), parameters, np.zeros((1, 3)), fps, 0)
 
 
-@pytest.mark.parametrize("fps", [1.0, 5.0, 25.0, 120.0])
+@pytest.mark.parametrize("fps", [5.0, 120.0])
 def test_variances_grow_with_the_time_between_frame_sets(fps):
     p = TrackingParameters()
     np.testing.assert_allclose(setup_with(p, fps).Q, setup_with(p, 10.0).Q * 10.0 / fps)

@@ -1,7 +1,5 @@
 """Limbs that lie elsewhere than what was seen are called lost, and the others are not."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -10,13 +8,11 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.failure.disagreement import disagreement
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
     failure_probability,
     limb_features,
 )
-from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
 
@@ -75,34 +71,3 @@ def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
             signs = limb_features(cloud, BODY, here, np.ones(6), seen)
             said[name] = failure_probability(signs, views)[limbs]
         assert (said["agree"] < said["contradict"]).all()
-
-
-TRUE = POSES["t"]
-
-
-def off_and_sure(pose):
-    found = disagreement(seen(TRUE), BODY, pose)
-    sure = found[:, 1]
-    return found[ARMS, 0] / sure[ARMS], sure
-
-
-@pytest.mark.parametrize("side", [LEFT, RIGHT])
-def test_only_the_arm_that_is_elsewhere_disagrees(side):
-    off, sure = off_and_sure(TRUE)
-    assert off == pytest.approx(np.zeros(4), abs=1e-6)
-    assert sure == pytest.approx([0.0, 0.0, 0.9, 0.9, 0.9, 0.9])
-    out = np.array([-1.0 if side == LEFT else 1.0, 0.0, 0.0])
-    off, _ = off_and_sure(with_arm(TRUE, side, out, DOWN))  # the forearm alone hangs down
-    wrong = ARMS.index(FOREARMS[side])
-    assert 0.7 < off[wrong] < 1.5
-    assert np.delete(off, wrong) == pytest.approx(np.zeros(3), abs=1e-6)
-
-
-def test_a_hidden_arm_says_nothing():
-    one = seen(TRUE)
-    hidden = np.array([name.startswith("left_") for name in one.names])[:, None]
-    pixel = np.where(hidden[..., None], np.nan, one.pixel)
-    one = replace(one, pixel=pixel, confidence=np.where(hidden, 0.0, one.confidence))
-    found = disagreement(one, BODY, TRUE)
-    np.testing.assert_array_equal(found[[UPPER_ARMS[LEFT], FOREARMS[LEFT]]], 0.0)
-    assert (found[[UPPER_ARMS[RIGHT], FOREARMS[RIGHT]], 1] > 0.0).all()

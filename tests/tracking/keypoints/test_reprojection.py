@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -90,18 +88,3 @@ def test_a_pose_comes_of_keypoints_alone_and_faces_the_right_way():
         assert np.degrees(np.abs(difference(found, pose, (2, 3, 4, 5))[3:])).max() < 6.0
         apart = np.linalg.norm(landmarks(BODY, found) - landmarks(BODY, pose), axis=1)
         assert apart.max() < 0.05
-
-
-def test_unsure_cameras_neither_outvote_sure_ones_nor_speak_against_the_pose():
-    pose = POSES["pointing"]
-    exact = seen(pose)
-    k, _ = at(exact, "left_wrist", "N")
-    wrong = seen(pose, {(view, "left_wrist"): np.array([60.0, 0.0]) for view in "OW"})
-    sure, unsure = (
-        replace(wrong, confidence=np.where(np.arange(4) % 2 == 1, off, wrong.confidence))
-        for off in (0.9, 0.1)
-    )
-    there = exact.meeting(0.05).world[k]
-    assert np.linalg.norm(unsure.meeting(0.05).world[k] - there) < 0.01
-    costs = [KeypointObservation(s, 0.03).fitted(BODY, pose).cost() for s in (sure, unsure)]
-    assert costs[1] < 0.3 * costs[0]

@@ -10,7 +10,7 @@ from tests.tracking.tuning.test_stages import other_value
 
 USUAL = DepthParameters()
 STRETCH = range(3)
-QUICK = ("least_focal", "low_pass")
+QUICK = ("low_pass",)
 
 
 def made_anew(recording, reader, depth, frame):
