@@ -106,11 +106,6 @@ def test_lamps_that_flicker_are_told_of_with_their_mains(stereo_view, beat, main
     assert (mains is None) or (f"({mains} mains)" in flicker.what)
 
 
-def test_a_slow_swing_of_the_exposure_is_no_flicker(told):
-    findings = told(lambda p, k: p * (1 + 0.3 * np.sin(k / 16)))
-    assert not any("flickers" in one.what for one in findings)
-
-
 def test_somebody_else_in_the_picture_is_told_of(told):
     findings = told(lambda p, k: _with_person(p, 40 + k // 2, seed=11))
     [other] = [one for one in findings if "as large as a person" in one.what]

@@ -113,9 +113,7 @@ def _clouds(initialiser, pose, rng, count=4):
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "heading"), [("reaching", 180.0), ("t", 90.0)]
-)
+@pytest.mark.parametrize(("name", "heading"), [("reaching", 180.0), ("t", 90.0)])
 def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
     true = turned(POSES[name], heading)
     found = first_pose_in(initialiser, _clouds(initialiser, true, rng))
