@@ -10,7 +10,6 @@ from stereotrack_core.doctor.details import Details, details_of, row_fit
 from stereotrack_core.doctor.pairs import check_pair
 from stereotrack_core.doctor.slips import (
     centre_exchanged,
-    focused,
     resized,
     transposed,
     undistorted,
@@ -48,6 +47,14 @@ def seen_by(pair, seed):
 
 def found(cameras, details):
     return list(check_pair(VIEW, cameras, details))
+
+
+def focused(camera, factor):
+    """The camera with focal lengths that are larger by a factor."""
+    matrix = camera.matrix.copy()
+    matrix[0, 0] *= factor
+    matrix[1, 1] *= factor
+    return dataclasses.replace(camera, matrix=matrix)
 
 
 def turned(one, degrees):

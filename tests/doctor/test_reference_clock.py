@@ -67,15 +67,3 @@ def test_other_motion_does_not_agree():
     rng = np.random.default_rng(6)
     pairs = [(rng.normal(size=200), rng.normal(size=200)) for _ in range(3)]
     assert not delay_of(pairs).certain
-
-
-@pytest.mark.parametrize(
-    ("order", "signs", "said"),
-    [((0, 2, 1), (1, 1, -1), "y axis points up"), ((2, 1, 0), (-1, 1, 1), "x axis points up")],
-)
-def test_axes_are_known_by_what_the_images_show(filmed, order, signs, said):
-    reference = filmed.reference
-    other = dataclasses.replace(reference, points=reference.points[..., list(order)] * signs)
-    found = list(check_reference(dataclasses.replace(filmed, reference=other), ()))
-    assert said in found[0].what
-    assert "left and right" not in str(found)
