@@ -59,11 +59,9 @@ def test_corners_are_found_to_fractions_of_a_pixel(board):
     [
         (CHESS, replace(CHESS, columns=8, rows=5), "are its squares"),
         (CHESS, replace(CHESS, columns=8), "were named"),
-        (CHESS, replace(CHESS, rows=3), "were named"),
         (CHARUCO, replace(CHARUCO, columns=3, rows=4), "not the reverse"),
         (replace(CHARUCO, legacy=True), CHARUCO, "legacy"),
         (CHARUCO, replace(CHARUCO, dictionary="5X5_100"), "4X4_50, not 5X5_100"),
-        (replace(CHARUCO, inverted=True), CHARUCO, "black and white"),
     ],
 )
 def test_a_board_that_was_named_wrongly_is_recognised(shown, named, words):
@@ -132,9 +130,7 @@ def test_the_mirrored_print_is_the_back_of_the_board():
     ("size", "square", "remedy"),
     [
         ("9", 0.025, "9x6"),
-        ("9x2", 0.025, "3 to 100"),
         ("9x6", 25.0, "0.025 for 25 mm"),
-        ("9x6", float("nan"), "metres"),
         ("9x6", -0.1, "metres"),
     ],
 )
@@ -150,7 +146,6 @@ def test_what_is_no_chessboard_is_refused(size, square, remedy):
         ("5x7", "5x7:4X4_50:0.018"),
         ("5x7:4X4_5:0.018", "4X4_50"),
         ("5x7:4X4_50:0.03", "Measure"),
-        ("5x7:4X4_50:wide", "Measure"),
     ],
 )
 def test_what_is_no_charuco_board_is_refused(text, remedy):

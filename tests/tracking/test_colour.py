@@ -5,15 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.body.model import body_model, placed_cones
+from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import RIGHT_FOREARM
-from stereotrack_core.body.surface import nearest_on_surface, parts_of_cones
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
-from stereotrack_core.tracking.correspondences import DataToModel, PartColours, colour_features
+from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
@@ -27,7 +25,6 @@ from tests.tracking.scenes import (
     POSES,
     angle_errors,
     cloud_of,
-    pose_with_arms,
     surface_points,
 )
 
@@ -83,45 +80,6 @@ def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
             assert frames[0].cloud.colours is None
             found[weight] = np.array([frame.x for frame in frames])
     np.testing.assert_array_equal(found[0.0], found[0.06])
-
-
-BLUE, ORANGE = (150.0, 80.0, 40.0), (40.0, 90.0, 170.0)
-ARM_ON_CHEST = pose_with_arms([0.75, 0.3, -1.0], [-1.0, 0.35, 0.25], [-1, 0, 0], [-1, 0.05, 0])
-
-
-def _clothed(pose, rng, count=4000):
-    """Data of a body in a blue shirt with orange arms, and the true parts."""
-    points = surface_points(BODY, pose, count, rng, 0.004)
-    closest = nearest_on_surface(points, placed_cones(BODY, BODY.frames(pose)), np.inf)
-    part = parts_of_cones(BODY, closest.cone)
-    colours = np.where(np.isin(part, [2, 3, 4, 5])[:, None], ORANGE, BLUE)
-    light = rng.uniform(0.8, 1.2, (len(part), 1))
-    return points, part, colour_features(colours * light + rng.normal(0, 3.0, colours.shape))
-
-
-@pytest.fixture
-def known(rng):
-    model = PartColours(BODY)
-    for _ in range(3):
-        points, _, features = _clothed(POSES["t"], rng)
-        model.learn(points, features, BODY.frames(POSES["t"]))
-    return model
-
-
-def test_colours_tell_an_arm_from_the_chest_it_lies_on(known, rng):
-    """The pose is a little wrong: by place alone much of the arm is given to the torso."""
-    points, part, features = _clothed(ARM_ON_CHEST, rng)
-    wrong = pose_with_arms([0.75, 0.3, -1.0], [-1.0, 0.2, 0.6], [-1, 0, 0], [-1, 0.05, 0])
-    frames = BODY.frames(wrong)
-    right = {}
-    for name, penalty in (
-        ("place", None),
-        ("colour", 0.06 * known.penalty(points, features, frames)),
-    ):
-        closest = nearest_on_surface(points, placed_cones(BODY, frames), 0.25, penalty)
-        found = parts_of_cones(BODY, closest.cone)
-        right[name] = np.mean(found[part == RIGHT_FOREARM] == RIGHT_FOREARM)
-    assert right["colour"] > right["place"] + 0.1
 
 
 def _clouds(rng, count=3):

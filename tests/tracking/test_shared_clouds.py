@@ -31,17 +31,6 @@ def first(recording):
         yield pipeline
 
 
-def test_every_cloud_is_made_once_and_forgotten_when_all_have_it(first):
-    clouds = SharedClouds(first.chain, first.reader)
-    clouds.learn(range(FRAMES))
-    takers = [clouds.taker() for _ in range(3)]
-    taken = [taker.take(0)[0] for taker in takers[:2]]
-    assert len(clouds) == 1
-    taken.append(takers[2].take(0)[0])
-    assert taken[0] is taken[1] is taken[2]
-    assert len(clouds) == 0
-
-
 def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
     clouds = SharedClouds(first.chain, first.reader)
     takers = [clouds.taker() for _ in range(2)]
