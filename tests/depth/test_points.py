@@ -6,8 +6,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial import KDTree
 
 from stereotrack_core.depth.cloud import DepthGeometry
-from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, inliers, range_of_disparity, thinned_pixels
+from stereotrack_core.depth.points import inliers, range_of_disparity, thinned_pixels
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -40,27 +39,6 @@ def test_points_come_back_from_their_disparities():
     expected = g.world_from_depth.apply(np.stack([x, y, z], axis=1))
     assert np.array_equal(pixels, np.stack([columns, rows], axis=1))
     assert np.linalg.norm(points - expected, axis=1).max() < 1e-4
-
-
-@pytest.mark.parametrize("step", [1, 2, 3, 5])
-def test_every_step_is_a_subset_of_all_pixels(step):
-    chosen = np.random.default_rng(4).random((240, 320)) < 0.5
-    pixels = thinned_pixels(chosen, step, (0, 0))
-    assert chosen[pixels[:, 1], pixels[:, 0]].all()
-    assert len(pixels) == pytest.approx(chosen.sum() / step**2, rel=0.1)
-    assert len(np.unique(pixels, axis=0)) == len(pixels)
-
-
-def test_the_volume_is_a_box_with_its_floor_at_the_bottom():
-    p = DepthParameters().replaced(
-        volume_centre_x=1.0, volume_centre_y=-1.0, volume_bottom=0.2, volume_x=2.0, volume_y=4.0
-    )
-    volume = Volume.of(p)
-    assert np.allclose(volume.low, [0.0, -3.0, 0.2])
-    assert np.allclose(volume.high, [2.0, 1.0, 2.6])
-    inside = volume.contains(np.array([[0.0, -3.0, 0.2], [2.01, 0.0, 1.0], [1.0, 0.0, 2.7]]))
-    assert inside.tolist() == [True, False, False]
-    assert len(np.unique(volume.corners(), axis=0)) == 8
 
 
 def brute_force(points, neighbours, distance, repeat):

@@ -24,10 +24,9 @@ PROGRAM = Path(__file__).with_name("held_tracking.py")
 ROOT = PROGRAM.parents[2]
 HELD = 5
 ENDS = [
-    signal.SIGINT,
     signal.SIGKILL,
     "full drive",
-    pytest.param(signal.SIGHUP, marks=pytest.mark.slow),
+    *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGINT, signal.SIGHUP)),
 ]
 """SIGTERM is sent by a test of its own."""
 
