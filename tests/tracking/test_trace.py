@@ -25,10 +25,6 @@ KINDS = {
     "thesis": ("thesis", {}),
     "regular": ("thesis", {"sampling": "regular", "model_points": 40}),
     "accurate": ("accurate", _QUICK | {"search_proposals": 40}),
-    "short reach": (
-        "accurate",
-        _QUICK | {"max_correspondence_distance": 0.06, "search_arms": False},
-    ),
     "fast": ("fast", {"search_proposals": 30, "data_points": 300}),
     "ekf": ("ekf", {"data_points": 300}),
     "annealed": ("annealed", {}),
@@ -80,7 +76,7 @@ def assert_same(a, b):
             np.testing.assert_array_equal(value, b[name])
 
 
-@pytest.mark.parametrize("kind", sorted(KINDS.keys() - {"short reach"}))
+@pytest.mark.parametrize("kind", sorted(KINDS))
 def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind):
     tracker, cloud = followed(kind)
     before = states(tracker)
