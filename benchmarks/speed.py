@@ -1,7 +1,6 @@
 """Measure speed as ratios to well-known work on the same machine, in the same run.
 
 - chain: from encoded images to the pose, against plain block matching of the same images
-- correction: the correction step against the textbook's form and filterpy's
 - growth: processor time of the tracker's step against the number of points (figure 4.4)
 
 ``python benchmarks/speed.py RECORDING --only chain``. Run nothing else meanwhile.
@@ -9,29 +8,22 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import math
 import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
 
 import cv2
 import numpy as np
 
 import stereotrack_core as stereotrack
 from benchmarks.common import ended, parser_of, put_table, recordings_of, say
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
-from stereotrack_core.filtering.correction import Correction, correct
-from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights, sigma_deviations
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
@@ -44,14 +36,10 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 
-PARTS = ("chain", "correction", "growth")
+PARTS = ("chain", "growth")
 DISPARITIES, WINDOW = 64, 15
-MEASUREMENTS = (64, 256, 1024, 4096)
-STATES = 14
 MODEL_POINTS = (24, 40, 64, 120, 240, 480, 960)
 DATA_POINTS = (500, 1000, 2000, 4000, 8000)
-_SIGMA_POINTS = (0.1, 2.0, 0.0)  # alpha, beta, kappa
-_MOST_CALLS = 200
 
 
 def seconds_of(function: Callable[[], object]) -> float:
@@ -129,97 +117,6 @@ def _chain_seconds(recording: Recording, spec: RunSpec, frames: int) -> tuple[fl
     return once, seconds / frames, sum(found)
 
 
-# The correction step
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """One correction to be done: see :func:`stereotrack_core.filtering.correction.correct`."""
-
-    P: FloatArray
-    dX: FloatArray
-    Y: FloatArray
-    z: FloatArray
-    R: FloatArray
-    weights: SigmaWeights
-
-
-def make_problem(m: int, seed: int = 0) -> Problem:
-    """Make a nearly linear measurement of a state like the body's."""
-    random = np.random.default_rng(seed)
-    root = random.normal(0.0, 0.1, (STATES, STATES))
-    P = root @ root.T + 0.01 * np.eye(STATES)
-    weights = scaled_weights(STATES, *_SIGMA_POINTS)
-    dX = sigma_deviations(P, weights)
-    H = random.normal(0.0, 1.0, (STATES, m))
-    Y = dX @ H + 0.1 * (dX @ random.normal(0.0, 1.0, (STATES, m))) ** 2
-    return Problem(P, dX, Y, random.normal(0.0, 0.05, m), np.full(m, 0.02**2), weights)
-
-
-def fast_form(one: Problem) -> Correction:
-    """Correct as the program does, in O(m n^2)."""
-    z_hat = one.weights.mean @ one.Y
-    return correct(one.P, one.dX, one.Y - z_hat, one.weights.covariance, one.z - z_hat, one.R)
-
-
-def dense_form(one: Problem) -> Correction:
-    """K = P_xz P_zz^-1 as the textbook has it, with the m x m matrix (2.2.1)."""
-    z_hat, Wc = one.weights.mean @ one.Y, one.weights.covariance
-    dY = one.Y - z_hat
-    P_zz = (dY.T * Wc) @ dY + np.diag(one.R)
-    P_xz = (one.dX.T * Wc) @ dY
-    K = np.linalg.solve(P_zz, P_xz.T).T
-    return Correction(K @ (one.z - z_hat), one.P - K @ P_zz @ K.T)
-
-
-def filterpy_form(one: Problem) -> Correction:
-    """Correct by filterpy, which is handed the predicted measurements in their order."""
-    kalman = importlib.import_module("filterpy.kalman")
-    points, rows = kalman.MerweScaledSigmaPoints(STATES, *_SIGMA_POINTS), iter(list(one.Y))
-    ukf = kalman.UnscentedKalmanFilter(
-        STATES, len(one.z), dt=1.0, hx=lambda _: next(rows), fx=lambda x, _: x, points=points
-    )
-    ukf.R, ukf.P, ukf.sigmas_f = np.diag(one.R), one.P.copy(), one.dX
-    ukf.update(one.z)
-    return Correction(ukf.x, ukf.P)
-
-
-def difference(a: Correction, b: Correction, P: FloatArray) -> float:
-    """Largest difference of two corrections in units of the deviations before, P (n, n)."""
-    sigma = np.sqrt(np.diag(P))
-    in_covariance = np.abs(a.P - b.P) / np.outer(sigma, sigma)
-    return float(max((np.abs(a.dx - b.dx) / sigma).max(), in_covariance.max()))
-
-
-def correction_table(sizes: Sequence[int], budget: float = 1.0) -> None:
-    """Time the forms of the correction in turn, so that all see the same machine."""
-    forms = [fast_form, dense_form]
-    forms += [filterpy_form] if importlib.util.find_spec("filterpy") else []
-    rows, fast = [], []
-    for form in forms:
-        form(make_problem(16))  # loads and compiles
-    for m in sizes:
-        problem = make_problem(m)
-        spent: list[list[float]] = [[] for _ in forms]
-        end = time.perf_counter() + budget * len(forms)
-        for _ in range(_MOST_CALLS):
-            for form, times in zip(forms, spent, strict=True):
-                times.append(seconds_of(partial(form, problem)))
-            if time.perf_counter() > end:
-                break
-        medians = [1000.0 * float(np.median(times)) for times in spent]
-        fast.append(medians[0])
-        off = difference(fast_form(problem), dense_form(problem), problem.P)
-        slower = (f"{number(ms, 2)} ({ms / medians[0]:.0f} times)" for ms in medians[1:])
-        rows.append((str(m), number(medians[0], 3), *slower, f"{off:.0e}"))
-    names = (">dense ms", ">filterpy ms")[: len(forms) - 1]
-    put_table(
-        f"Correction with m measurements; time grows as m^{exponent(sizes, fast):.2f}",
-        (">m", ">ms", *names, ">difference"),
-        rows,
-    )
-
-
 # Growth
 
 
@@ -287,10 +184,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         say(f"The machine is busy (load {load:.1f} per core). The results will be inaccurate.")
     parts = args.only or PARTS
     presets = {n: stereotrack.preset(n, args.changes) for n in args.presets.split(",")}
-    if "correction" in parts:
-        correction_table(MEASUREMENTS)
-    if {*parts} == {"correction"}:
-        return
     for recording in recordings_of(args, with_reference=False):
         if "chain" in parts:
             chain_table(recording, presets, args.frames)

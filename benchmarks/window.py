@@ -1,6 +1,6 @@
-"""Measure the window: frame steps from key press to paint, or the event loop while it tracks.
+"""Measure the window: frame steps from key press to paint.
 
-``python benchmarks/window.py RECORDING [--workspace annotate] [--tracking]`` prints JSON. Without a
+``python benchmarks/window.py RECORDING [--workspace annotate]`` prints JSON. Without a
 screen, set QT_QPA_PLATFORM=offscreen.
 """
 
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QEventLoop, QSettings, Qt, QTimer
+from PySide6.QtCore import QCoreApplication, QEventLoop, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -74,31 +74,6 @@ def frame_steps(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
     return {**_statistics("frame_step", times), "computing_ms": round(computing, 2), "views": views}
 
 
-def rounds_while_tracking(recording: Path, frames: int) -> dict[str, Any]:
-    """Milliseconds between rounds of the event loop while it tracks with `accurate` and draws.
-
-    A timer of 5 ms notes when it comes; a round that takes longer makes it late. Rounds count from
-    the first tracked frame to the last one.
-    """
-    beats: list[float] = []
-    drawn: list[float] = []
-    with opened(recording, 0, "track") as (window, _):
-        session = window.context.session
-        beat, loop = QTimer(), QEventLoop()
-        beat.setTimerType(Qt.TimerType.PreciseTimer)
-        beat.timeout.connect(lambda: beats.append(time.perf_counter()))
-        session.track.advanced.connect(lambda _: drawn.append(time.perf_counter()))
-        session.track.finished.connect(loop.quit)
-        beat.start(5)
-        wanted = range(min(frames, session.document.frame_count))
-        session.track.begin(session.document.recording, wanted, "tpose")
-        loop.exec()
-        beat.stop()
-    rounds = np.diff([beat for beat in beats if drawn[0] <= beat <= drawn[-1]]) * 1e3
-    speed = (len(wanted) - 1) / (drawn[-1] - drawn[0])
-    return {**_statistics("round", rounds.tolist()), "frames_per_second": round(speed, 2)}
-
-
 def _statistics(name: str, times: Sequence[float]) -> dict[str, float]:
     figures = {"": np.median(times), "_p95": np.percentile(times, 95), "_max": np.max(times)}
     return {f"{name}_ms{end}": round(float(value), 2) for end, value in figures.items()}
@@ -124,15 +99,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Measure and print."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("recording", type=Path)
-    parser.add_argument("--frames", type=int, default=40, help="frames to step through, or track")
+    parser.add_argument("--frames", type=int, default=40, help="frames to step through")
     parser.add_argument("--workspace", default="annotate", help="to step in")
-    parser.add_argument("--tracking", action="store_true", help="measure the loop while tracking")
     args = parser.parse_args(arguments)
-    if args.tracking:
-        result = rounds_while_tracking(args.recording, args.frames)
-    else:
-        result = frame_steps(args.recording, args.frames, args.workspace)
-    print(json.dumps(result, indent=2))
+    print(json.dumps(frame_steps(args.recording, args.frames, args.workspace), indent=2))
 
 
 if __name__ == "__main__":

@@ -80,15 +80,6 @@ def test_a_new_folder_appears_with_everything_in_it(tmp_path):
     assert names(folder.parent) == ["new"]
 
 
-def test_a_folder_that_is_there_keeps_what_is_not_replaced(older):
-    (older.parent / "b.txt").write_text("kept")
-    with filling(older.parent) as workplace:
-        write_file(workplace / "a.txt", "newer")
-        assert older.read_text() == "older"
-    assert older.read_text() == "newer"
-    assert names(older.parent) == ["a.txt", "b.txt"]
-
-
 @pytest.mark.parametrize("there", [True, False])
 @pytest.mark.parametrize("error", [OSError(28, "No space left"), Cancelled(), InputError])
 def test_a_folder_that_was_not_filled_is_as_it_was(tmp_path, there, error):
@@ -112,9 +103,3 @@ def test_a_folder_that_was_not_filled_is_as_it_was(tmp_path, there, error):
     if there:
         assert names(folder) == ["a.txt"]
         assert (folder / "a.txt").read_text() == "older"
-
-
-def test_a_file_is_no_folder(older):
-    with pytest.raises(InputError, match="not a folder"), filling(older):
-        pytest.fail("it was begun")
-    assert older.read_text() == "older"

@@ -5,10 +5,8 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
-import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -46,17 +44,6 @@ def test_decorating_does_not_load_numba():
     assert done.stdout == "False\n"
 
 
-_DISTANCE = """
-import numpy as np
-from stereotrack_core.experiments.baselines.particles import _robust_sums
-table, sums = np.zeros((1, 1, 18)), np.zeros(1)
-table[..., [0, 4, 8, 12, 13, 14, 15]] = 1.0
-_robust_sums(np.array([[3.0, 0.0, 0.5]]), table, 9.0, 1e12, sums)
-print(round(sums[0], 3))
-"""
-"""Half the squared distance of a point from a cone; the distance is 2."""
-
-
 def _run(script, *paths, **variables):
     environment = {**os.environ, **variables, "PYTHONPATH": os.pathsep.join(map(str, paths))}
     command = [sys.executable, "-P", "-c", script]  # -P: nothing of the working directory
@@ -69,15 +56,6 @@ def _edit(file, old, new):
     text = file.read_text("utf-8")
     assert old in text
     file.write_text(text.replace(old, new), "utf-8")
-
-
-def test_a_changed_function_is_compiled_anew_in_a_caller_of_another_file(tmp_path):
-    package = tmp_path / "stereotrack_core"
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(Path(stereotrack_core.__file__).parent, package, ignore=ignored)
-    assert _run(_DISTANCE, tmp_path) == ["2.0"]
-    _edit(package / "body" / "surface.py", "fx) * nx + (py", "fx) * 2.0 * nx + (py")
-    assert _run(_DISTANCE, tmp_path) == ["8.0"]
 
 
 _VALUES = {
@@ -123,36 +101,6 @@ def test_every_compiled_function_has_a_digest_of_its_own():
     }
     assert len(found) > 15
     assert len({*found.values()}) == len(found)
-
-
-def test_a_value_whose_changes_would_go_unnoticed_is_refused():
-    with pytest.raises(TypeError, match="go unnoticed"):
-        module._identity(object())
-
-
-def test_versions_of_functions_that_nobody_uses_are_removed(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "_KEPT_VERSIONS", 3)
-    for k in range(8):
-        (tmp_path / str(k)).mkdir()
-        at = time.time() - k * 20_000
-        os.utime(tmp_path / str(k), (at, at))
-    module._remove_unused(tmp_path)
-    assert sorted(one.name for one in tmp_path.iterdir()) == ["0", "1", "2", "3", "4"]
-
-
-def test_an_installation_that_cannot_be_written_to_keeps_machine_code_elsewhere(
-    tmp_path, monkeypatch
-):
-    (tmp_path / "file").touch()
-    cache = tmp_path / "cache"
-    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: cache)
-    monkeypatch.setattr("numba.config.CACHE_DIR", "")
-    monkeypatch.setattr(module, "__file__", str(tmp_path / "file" / "compiled.py"))
-    assert module._all_folders.__wrapped__() == cache / "compiled"
-    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: tmp_path / "file")
-    assert module._all_folders.__wrapped__() is None
-    monkeypatch.setattr(module, "_all_folders", lambda: None)
-    assert compiled()(lambda x: x + 2)(5) == 7, "compiled all the same"
 
 
 _STARTS = """

@@ -3,7 +3,6 @@
 import pytest
 
 from stereotrack_core.errors import InputError, did_you_mean, visible
-from stereotrack_core.tracking.parameters import Settings
 
 
 @pytest.mark.parametrize(
@@ -18,13 +17,6 @@ from stereotrack_core.tracking.parameters import Settings
 )
 def test_what_may_have_been_meant(name, meant):
     assert did_you_mean(name, ["accurate", "thesis", "late_hands"]) == meant
-
-
-def test_parameters_name_what_is_near_or_else_all():
-    with pytest.raises(InputError, match=r"'model_pionts'\. Did you mean model_points\?$"):
-        Settings().replaced(model_pionts=3)
-    with pytest.raises(InputError, match=r"'qqq'\. Available: .*, model_points, "):
-        Settings().replaced(qqq=3)
 
 
 def test_values_are_cut_and_control_characters_spelled_out():

@@ -1,6 +1,5 @@
 """Reading in a process of its own: results, errors, and what ends that process."""
 
-import errno
 import os
 import re
 import subprocess
@@ -9,11 +8,9 @@ import textwrap
 import time
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from stereotrack_core import limited_process
 from stereotrack_core.errors import InputError
 from stereotrack_core.limited_process import GB, read_apart, write_apart
 from stereotrack_core.project.database import ProjectDamaged
@@ -80,12 +77,6 @@ def hold_everything(path):
     return re.match(r"(a+)+$", "a" * 64 + "b")
 
 
-def limits_there(path):
-    import resource
-
-    return resource.getrlimit(resource.RLIMIT_AS), resource.getrlimit(resource.RLIMIT_CORE)[0]
-
-
 def test_what_is_read_comes_back_from_another_process(path):
     text, pid = read_apart(partial(content, times=1_000_000), path, REMEDY)
     assert text == "content" * 1_000_000
@@ -96,31 +87,10 @@ def put(content, path):
     path.write_bytes(content)
 
 
-def put_nothing(path):
-    raise OSError(errno.ENOSPC, "no space")
-
-
 def test_another_process_writes_what_it_is_given(path):
     content = bytes(range(256)) * 4000  # more than a command line takes
     write_apart(partial(put, content), path)
     assert path.read_bytes() == content
-
-
-def test_one_that_cannot_write_says_why(path):
-    with pytest.raises(OSError, match="no space"):
-        write_apart(put_nothing, path)
-
-
-@pytest.mark.parametrize(("write", "why"), [(abort, "SIGABRT|exit code"), (leave, "exit code 3")])
-def test_one_that_ends_the_process_that_writes_is_an_error_of_the_system(write, why, path):
-    with pytest.raises(OSError, match=f"what writes it broke down: ({why})"):
-        write_apart(write, path)
-
-
-def test_writing_for_ever_is_ended(path, monkeypatch):
-    monkeypatch.setattr(limited_process, "_LONGEST_WRITING", 3.0)
-    with pytest.raises(OSError, match="it takes too long"):
-        write_apart(sleep, path)
 
 
 def test_errors_of_the_project_arrive_unchanged(path):
@@ -159,42 +129,6 @@ def test_one_that_ends_its_process_gives_a_sentence(read, why, path):
 def test_one_that_never_ends_gives_a_sentence(read, path):
     with pytest.raises(InputError, match="or too large: reading it takes more than 3 s"):
         read_apart(read, path, REMEDY, seconds=3.0)
-
-
-def test_a_result_that_would_fill_the_memory_here_is_refused(path, monkeypatch):
-    monkeypatch.setattr(limited_process, "_ANSWER_SHARE", 2**20)
-    with pytest.raises(InputError, match="unfolds into too many numbers"):
-        read_apart(partial(content, times=1_000_000), path, REMEDY)
-
-
-@limited
-@pytest.mark.parametrize(
-    ("size", "machine", "expected"),
-    [
-        (7, 64 * GB, 4 * GB),
-        (GB, 64 * GB, 32 * GB),
-        (1 << 42, 64 * GB, 32 * GB),  # without an end, as a sparse file may be
-        (1 << 42, 6 * GB, 4 * GB),
-        (1 << 42, None, 4 * GB),
-    ],
-)
-def test_the_limit_of_memory_grows_with_the_file_to_half_of_the_machine_s(
-    size, machine, expected, path, monkeypatch
-):
-    monkeypatch.setattr(limited_process, "machine_bytes", lambda: machine)
-    with path.open("r+b") as file:
-        file.truncate(size)
-    (soft, hard), core = read_apart(limits_there, path, REMEDY)
-    assert soft == (min(expected, hard) if hard > 0 else expected)
-    assert core == 0
-
-
-def test_a_process_that_cannot_begin_is_not_the_file_s_fault(path, monkeypatch):
-    module = ModuleType("not_there")
-    exec("def read(path): pass", vars(module))
-    monkeypatch.setitem(sys.modules, "not_there", module)
-    with pytest.raises(ChildProcessError, match="no process could be started"):
-        read_apart(module.read, path, REMEDY)
 
 
 def test_the_script_that_reads_is_not_run_again(path):

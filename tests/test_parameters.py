@@ -35,11 +35,6 @@ def test_rows_come_in_order_with_everything_that_was_declared():
     assert rows["count"].thesis is None
 
 
-def test_values_are_flat():
-    expected = {"count": 4, "gain": 1.0, "on": True, "width": 0.5, "kind": "round"}
-    assert Outer().values() == expected
-
-
 def test_replacing_leaves_the_original_and_reaches_into_groups():
     first = Outer()
     second = first.replaced(count="7", width="0.25", kind="flat", on="no")
@@ -111,26 +106,6 @@ def test_wrong_values_are_refused_by_the_constructor_too():
         Outer(count=-1)
 
 
-@pytest.mark.parametrize("word", ["true", "Yes", " ON ", "1", True, 1])
-def test_words_for_yes(word):
-    assert Outer().replaced(on=word).on is True
-
-
-@pytest.mark.parametrize("word", ["false", "No", "off", "0", False, 0])
-def test_words_for_no(word):
-    assert Outer().replaced(on=word).on is False
-
-
-def test_values_get_their_declared_type():
-    made = Outer(count=5.0, gain=2)
-    assert type(made.count) is int
-    assert type(made.gain) is float
-
-
-def test_a_huge_whole_number_is_just_a_number():
-    assert Outer().replaced(count="1" + 400 * "0").count == 10**400
-
-
 def test_unknown_names_are_refused_with_what_may_have_been_meant_or_all_that_are_known():
     with pytest.raises(InputError) as refused:
         Outer().replaced(widht=1.0)
@@ -141,31 +116,7 @@ def test_unknown_names_are_refused_with_what_may_have_been_meant_or_all_that_are
     assert "count, gain, kind, on, width" in refused.value.remedy
 
 
-def test_groups_are_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        Outer().count = 3
-
-
-def test_settings_are_read_from_texts():
-    assert parsed_settings([" a = 1", "b=x=y", "c="]) == {"a": "1", "b": "x=y", "c": ""}
-    assert parsed_settings([]) == {}
-
-
 @pytest.mark.parametrize("text", ["a", "=3", " = 3", ""])
 def test_texts_that_are_no_settings_are_refused(text):
     with pytest.raises(InputError, match="NAME=VALUE"):
         parsed_settings([text])
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "words"),
-    [
-        (None, None, "of any size"),
-        (1.0, None, "from 1 m"),
-        (None, 2.0, "up to 2 m"),
-        (1.0, 2.0, "from 1 to 2 m"),
-    ],
-)
-def test_ranges_in_words(low, high, words):
-    row = dataclasses.replace(Inner.rows()[0], minimum=low, maximum=high)
-    assert row.range_text() == words

@@ -9,13 +9,9 @@ from functools import partial
 
 import pytest
 
-from stereotrack_core import task_process
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.worker_processes import Lost
-
-A_MOMENT_S = 0.5
-"""What must not come to an end gets so long; a busy machine makes that prove less, not fail."""
 
 
 @pytest.fixture
@@ -93,20 +89,6 @@ def test_orders_reach_their_task_however_early_they_are_given_and_no_other(proce
     assert told[-1] == ["of the second", "enough"]
 
 
-def test_orders_are_heard_while_the_task_is_in_work(process):
-    task, heard = partial(follow), threading.Event()
-
-    def hear(words):
-        heard.set()
-        if words == ["go on"]:
-            process.order(task, "enough")
-
-    with ThreadPoolExecutor(1) as pool:
-        result = pool.submit(process, task, hear)
-        process.order(task, "go on")
-        assert result.result(300) == ["go on", "enough"]
-
-
 @pytest.mark.parametrize("task", [sleep, follow])
 def test_a_task_that_is_no_longer_wanted_ends_whether_it_listens_or_not(process, task):
     wanted, told = [], []
@@ -123,13 +105,6 @@ def test_a_task_that_is_no_longer_wanted_ends_whether_it_listens_or_not(process,
     assert (process(who) == first) == (task is follow), "what a task has left is still there"
     with pytest.raises(Cancelled):
         process(partial(turned, "abc"), cancelled=lambda: True)
-
-
-def test_one_that_died_unnoticed_is_started_anew(process):
-    first = process(who)
-    os.kill(first, signal.SIGTERM)
-    assert process(partial(turned, "abc")) == "cba"
-    assert process(who) != first
 
 
 def test_one_that_dies_at_work_says_so(process):
@@ -165,25 +140,6 @@ def test_one_that_is_closed_is_gone_and_does_nothing_more(process):
     assert not os.path.exists(f"/proc/{number}")
     with pytest.raises(Cancelled):
         process(who)
-
-
-def test_one_that_is_closed_while_it_is_being_started_leaves_no_process(process, monkeypatch):
-    closing, started = threading.Thread(target=process.close), []
-    start = task_process.WorkerProcess
-
-    def late(*what, **how):
-        closing.start()
-        closing.join(A_MOMENT_S)
-        started.append(start(*what, **how))
-        return started[-1]
-
-    monkeypatch.setattr(task_process, "WorkerProcess", late)
-    with pytest.raises(Cancelled):
-        process(sleep)
-    closing.join(300)
-    (worker,) = started
-    with pytest.raises(ProcessLookupError):
-        os.kill(worker.pid, 0)
 
 
 def test_several_threads_take_turns_also_where_the_process_has_died(process):

@@ -6,7 +6,7 @@ same way are laid onto each other, so that views of the front and of the back do
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -40,21 +40,8 @@ class Surface:
     normals: FloatArray
 
 
-Way: TypeAlias = Literal["range", "depth", "turn", "shift", "any"]
-"""What may be wrong about a view: all its distances by a factor, its ranges along the optical axis
-alone by a factor, the turn of its camera, its place, or turn and place."""
-
-WAYS: tuple[Way, ...] = ("range", "depth", "turn", "shift", "any")
-
-_FREEDOM: Mapping[Way, int] = {"range": 1, "depth": 1, "turn": 3, "shift": 3, "any": 6}
-
-
-@dataclass(frozen=True, eq=False)
-class Eye:
-    """Where a camera is and looks, (3,) each, world."""
-
-    centre: FloatArray
-    axis: FloatArray
+Way: TypeAlias = Literal["range", "any"]
+"""What may be wrong about a view: all its distances by a factor, or turn and place."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +50,7 @@ class CloudFit:
 
     way: Way
     amount: float
-    """Factor, angle in radians or shift in metres, as the way says; metres for any."""
+    """Factor of the distances, or metres for any other movement."""
     shift: float
     """Metres by which points move, median."""
     before: float
@@ -101,17 +88,17 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
 
 
 def fit_clouds(
-    own: Sequence[Surface], others: Sequence[Surface], eye: Eye, way: Way = "any"
+    own: Sequence[Surface], others: Sequence[Surface], eye: FloatArray, way: Way = "any"
 ) -> CloudFit | None:
     """The movement that lays a view's surfaces onto those of the others, instant by instant.
 
-    `eye` is the view's camera. None where too little of both is near each other.
+    `eye` (3,) is the view's camera. None where too little of both is near each other.
     """
     pairs = [(a, b) for a, b in zip(own, others, strict=True) if len(a.points) and len(b.points)]
     if not pairs:
         return None
     trees = [scipy.spatial.cKDTree(other.points) for _, other in pairs]
-    starts = _STARTS if _FREEDOM[way] == 1 else (0.0,)
+    starts = _STARTS if way == "range" else (0.0,)
     found = [_fitted(pairs, trees, eye, way, start) for start in starts]
     known = [one for one in found if one is not None]
     return max(known, key=lambda one: one[1])[0] if known else None
@@ -120,35 +107,32 @@ def fit_clouds(
 def _fitted(
     pairs: Sequence[tuple[Surface, Surface]],
     trees: Sequence[scipy.spatial.cKDTree],
-    eye: Eye,
+    eye: FloatArray,
     way: Way,
     start: float,
 ) -> tuple[CloudFit, int] | None:
     """The fit that a search from a start ends with, and the points that lie close then."""
     every = np.concatenate([one.points for one, _ in pairs])
-    about = every.mean(axis=0) if way == "any" else eye.centre
-    amount = np.full(_FREEDOM[way], start)
-    moved = _affine(amount, about, eye.axis, way)
+    about = every.mean(axis=0) if way == "any" else eye
+    amount = np.full(1 if way == "range" else 6, start)
+    moved = _affine(amount, about, way)
     for reach in _REACHES:
         rows, values = [], []
         for (one, other), tree in zip(pairs, trees, strict=True):
             points, normal, distance = _laid(one, other, tree, moved, reach)
-            rows.append(_design(points - about, normal, eye.axis, way))
+            rows.append(_design(points - about, normal, way))
             values.append(distance)
         design, distances = np.concatenate(rows), np.concatenate(values)
         if len(design) < _FEWEST:
             return None
         step = _step(design, distances, 0.3 * reach)
-        moved, amount = _affine(step, about, eye.axis, way) @ moved, amount + step
+        moved, amount = _affine(step, about, way) @ moved, amount + step
     close, count = _close(pairs, trees, moved)
     before, _ = _close(pairs, trees, _Affine(np.eye(3), np.zeros(3)))
     if count < _FEWEST:
         return None
     shift = float(np.median(np.linalg.norm(moved.apply(every) - every, axis=1)))
-    size = float(np.linalg.norm(amount))
-    if way in ("range", "depth"):
-        size = float(np.exp(amount[0]))
-    size = shift if way == "any" else size
+    size = float(np.exp(amount[0])) if way == "range" else shift
     return CloudFit(way, size, shift, before / count, close / count), close
 
 
@@ -166,28 +150,19 @@ class _Affine:
         return _Affine(self.matrix @ other.matrix, self.apply(other.translation))
 
 
-def _design(arms: FloatArray, normal: FloatArray, axis: FloatArray, way: Way) -> FloatArray:
+def _design(arms: FloatArray, normal: FloatArray, way: Way) -> FloatArray:
     """Derivatives (N, K) of distances along normals; `arms` (N, 3) are points from the centre."""
     if way == "range":
         return np.asarray(np.einsum("ij,ij->i", arms, normal)[:, None])
-    if way == "depth":
-        return np.asarray(((arms @ axis) * (normal @ axis))[:, None])
-    turn = np.cross(arms, normal)
-    return {"turn": turn, "shift": normal}.get(way, np.hstack([turn, normal]))
+    return np.hstack([np.cross(arms, normal), normal])
 
 
-def _affine(step: FloatArray, about: FloatArray, axis: FloatArray, way: Way) -> _Affine:
-    """The movement of a step; a common factor, one along an axis, or a rigid one."""
-    matrix, shift = np.eye(3), np.zeros(3)
+def _affine(step: FloatArray, about: FloatArray, way: Way) -> _Affine:
+    """The movement of a step: a common factor, or a rigid one."""
     if way == "range":
-        matrix = np.exp(step[0]) * matrix
-    elif way == "depth":
-        matrix = matrix + np.expm1(step[0]) * np.outer(axis, axis)
-    elif way == "shift":
-        shift = step
+        matrix, shift = np.exp(step[0]) * np.eye(3), np.zeros(3)
     else:
-        matrix = rotation_from_vector(step[:3])
-        shift = step[3:] if way == "any" else shift
+        matrix, shift = rotation_from_vector(step[:3]), step[3:]
     return _Affine(matrix, about - matrix @ about + shift)
 
 

@@ -1,8 +1,8 @@
 """Do the points of a view lie beside those of the others, and what about it may be wrong?
 
 The points of each view are laid onto those of the others, with as little freedom as explains them:
-a factor of its distances, a turn of its camera, or another place. The view that gains most is
-named. Where two explain the measurements alike, both are told.
+a factor of its distances, or a turn and another place of its camera. The view that gains most is
+named.
 """
 
 from __future__ import annotations
@@ -10,17 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeAlias
 
-import numpy as np
-
-from stereotrack_core.doctor.cloud_fit import (
-    WAYS,
-    CloudFit,
-    Eye,
-    Surface,
-    Way,
-    fit_clouds,
-    joined,
-)
+from stereotrack_core.doctor.cloud_fit import CloudFit, Surface, Way, fit_clouds, joined
 from stereotrack_core.errors import Finding, Severity
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording
@@ -33,10 +23,7 @@ _FITS = 0.85
 """Share of points close to the others' surfaces from which a view is where it should be."""
 
 _WORTH = 0.2
-"""Share of that rise for which more freedom is worth it."""
-
-_ALIKE = 0.05
-"""Share of the points by which two explanations may differ and still cannot be told apart."""
+"""Share of that rise for which a movement is worth more freedom than a factor."""
 
 _LEAST_SHIFT, _WRONG_SHIFT = 0.03, 0.06
 """Metres by which points have to move where a view is doubtful, and plainly wrong. Stereo matching
@@ -113,48 +100,26 @@ def fit_view(surfaces: Surfaces, places: Places, view: str, way: Way = "any") ->
     seen = [one for one in surfaces if view in one]
     own = [Surface(one[view].points[::2], one[view].normals[::2]) for one in seen]
     rest = [joined([s for name, s in one.items() if name != view]) for one in seen]
-    place = places[view]
-    return fit_clouds(own, rest, Eye(place.translation, place.rotation[:, 2]), way)
-
-
-def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> list[CloudFit]:
-    """Fits of the least freedom that explain about as much as a free movement, the best first.
-
-    A small turn of a camera and a small displacement look alike on one person.
-    """
-    tried = [fit_view(surfaces, places, view, way) for way in WAYS if way != "any"]
-    known = [one for one in tried if one is not None]
-    for ways in (("range", "depth"), ("turn", "shift")):
-        some = sorted((one for one in known if one.way in ways), key=lambda one: -one.after)
-        if some and some[0].after > free.after - _WORTH * free.gain:
-            return [one for one in some if one.after > some[0].after - _ALIKE]
-    return [free]
+    return fit_clouds(own, rest, places[view].translation, way)
 
 
 def _explanation(
-    recording: Recording, surfaces: Surfaces, places: Places, view: str, free: CloudFit
+    recording: Recording, surfaces: Surfaces, places: Places, view: str, fit: CloudFit
 ) -> Explanation:
     """What may be wrong about a view whose points lie beside those of the others."""
-    fit, *others = _simplest(surfaces, places, view, free)
-    stereo = recording.view(view).kind == "stereo"
-    size = "large" if fit.amount < 1 else "small"
-    percent = abs(100 * (1 / fit.amount - 1))
-    if fit.way in ("range", "depth"):
-        part = "focal length or base line" if stereo else "depth_unit or focal length"
-        where = "distances" if fit.way == "range" else "ranges along the optical axis"
+    factor = fit_view(surfaces, places, view, "range")
+    if factor is None or factor.after < fit.after - _WORTH * fit.gain:
         return (
             fit.shift,
-            f"the {where} are too {size} by {percent:.0f} %",
-            f"The {part} of view {view} is probably wrong by this factor: multiply it by "
-            f"{fit.amount:.3f}.",
+            f"the camera is turned, or displaced by {100 * fit.shift:.0f} cm",
+            f"Calibrate the place of view {view} again, and check that it is synchronised.",
         )
-    turn = next((one for one in (fit, *others) if one.way == "turn"), None)
-    turned = "" if turn is None else f"turned by {np.degrees(turn.amount):.1f} degrees"
-    moved = "" if fit is turn and not others else f"displaced by {100 * fit.shift:.0f} cm"
-    way = " or ".join(filter(None, (turned, moved)))
-    unknown = ", which cannot be told apart" if others else ""
+    stereo = recording.view(view).kind == "stereo"
+    part = "focal length or base line" if stereo else "depth_unit or focal length"
+    size = "large" if factor.amount < 1 else "small"
     return (
-        fit.shift,
-        f"the camera is {way}{unknown}",
-        f"Calibrate the place of view {view} again, and check that it is synchronised.",
+        factor.shift,
+        f"the distances are too {size} by {abs(100 * (1 / factor.amount - 1)):.0f} %",
+        f"The {part} of view {view} is probably wrong by this factor: multiply it by "
+        f"{factor.amount:.3f}.",
     )

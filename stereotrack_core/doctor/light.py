@@ -35,17 +35,9 @@ _SPREAD, _SUCCESSIVE = 12, 48
 _GAIN, _MOST_GAIN = 0.05, 0.4
 """Relative change of brightness that is told, and beyond which tracking suffers."""
 
-_GAMMAS = (0.6, 1.6)
 _FLICKER, _MOST_FLICKER = 0.02, 0.15
 _MOST_SHIFT = 2.0
 """Pixels in images 640 wide; rounding and people shift by up to 0.2."""
-
-_MAINS = (50.0, 60.0)
-"""Frequencies of mains, hertz; lamps flicker at twice that."""
-
-_PERSON, _OTHER = 0.01, 0.4
-"""Share of the image that a person covers at least, and share of the largest thing that moves from
-which another one is as large as a person."""
 
 _CHANGED, _NOISES = 10.0, 5.0
 """Grey levels, and standard deviations of the noise, that something in the scene changes."""
@@ -55,9 +47,7 @@ _CHANGED, _NOISES = 10.0, 5.0
 class _Seen:
     """One image beside that of the empty scene."""
 
-    frame: int
     gain: float
-    gamma: float
     noise: float
     clipped: float
     shadow: float
@@ -66,8 +56,6 @@ class _Seen:
     """Pixels in images 640 wide."""
     blur: float
     """Pixels, more than in the empty scene."""
-    others: int
-    """Things as large as a person, beside the largest."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +102,7 @@ _MEASURES = (
 
 
 def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
-    """Findings about light, flicker, shadows, noise, camera movement and other people.
+    """Findings about light, flicker, shadows, noise and camera movement.
 
     Of views with a picture of the empty scene; of pairs, their right image.
     """
@@ -131,15 +119,15 @@ def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
         return
     images = {k: reader.frame_set(k).views for k in sorted({*spread, *row})}
     for name, scene in scenes.items():
-        seen = [_seen(k, scene, images[k][name]) for k in spread if name in images[k]]
+        seen = [_seen(scene, images[k][name]) for k in spread if name in images[k]]
         row_of = [grey(images[k][name].image) for k in row if name in images[k]]
         gains = [_gain(light_of(picture, scene), scene) for picture in row_of]
         if seen:
             yield from _of_view(f"view {name}", seen)
-            yield from _flicker(f"view {name}", np.array(gains), recording.fps)
+            yield from _flicker(f"view {name}", np.array(gains))
 
 
-def _seen(frame: int, scene: EmptyScene, images: ViewImages) -> _Seen:
+def _seen(scene: EmptyScene, images: ViewImages) -> _Seen:
     picture = grey(images.image)
     light = light_of(picture, scene)
     shadow, changed = shaded(light), _changed(light, light.empty_small)
@@ -148,15 +136,12 @@ def _seen(frame: int, scene: EmptyScene, images: ViewImages) -> _Seen:
     size = picture.shape[1], picture.shape[0]
     here = cv2.resize(_around(new), size, interpolation=cv2.INTER_NEAREST) == 0
     return _Seen(
-        frame,
         _gain(light, scene),
-        _gamma(light),
         sensor_noise(picture),
         max(_clipped(picture) - _clipped(scene.picture), 0.0),
         float(np.mean(shadow & changed)),
         shift,
         relit(picture, scene, light, here).blur if shift < _MOST_SHIFT else 0.0,
-        _others(new & ~shadow),
     )
 
 
@@ -171,35 +156,20 @@ def _of_view(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
         if swing > _GAIN:
             words += f", and change by {100 * swing:.0f} % while recording"
         yield _finding(max(abs(np.log(gain)), swing) > _MOST_GAIN, where, words, lock)
-    gamma = float(np.median([one.gamma for one in seen]))
-    still = np.median([one.shift for one in seen]) < _MOST_SHIFT
-    if still and not _GAMMAS[0] < gamma < _GAMMAS[1]:
-        words = f"dark and bright parts differ from the empty scene's by a gamma of {gamma:.2f}"
-        yield _finding(True, where, words, lock)
     for measure in _MEASURES:
         value = measure.scale * float(np.median([getattr(one, measure.name) for one in seen]))
         if value > measure.note:
             words = measure.words.format(value)
             yield _finding(value > measure.warning, where, words, measure.remedy)
-    yield from _over_time(where, seen)
-
-
-def _over_time(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
-    """A camera that was moved, and other people."""
     first, last = (np.median([one.shift for one in part]) for part in (seen[:3], seen[-3:]))
     if last - first > _MOST_SHIFT:
         words = f"the camera was moved while recording, by {last - first:.1f} px"
         remedy = "Leave the view out from then on, or calibrate the frames after it on their own."
         yield _finding(True, where, words, remedy)
-    frames = [one.frame for one in seen if one.others]
-    if len(frames) > 1:
-        words = f"something else as large as a person moves in frames {frames[0]} to {frames[-1]}"
-        remedy = "Make the working volume smaller, or exclude these frames."
-        yield _finding(False, where, words, remedy)
 
 
-def _flicker(where: str, gains: FloatArray, fps: float) -> Iterator[Finding]:
-    """Changes of brightness from frame to frame, and the mains frequency that they fit."""
+def _flicker(where: str, gains: FloatArray) -> Iterator[Finding]:
+    """Changes of brightness from frame to frame."""
     if len(gains) < _SUCCESSIVE // 2:
         return
     fast = gains[1:-1] - (gains[:-2] + gains[2:]) / 2.0
@@ -207,22 +177,13 @@ def _flicker(where: str, gains: FloatArray, fps: float) -> Iterator[Finding]:
     amplitude = float(np.sqrt(2.0) * np.std(fast)) / float(np.sqrt(1.5) * np.median(gains))
     if amplitude < _FLICKER:
         return
-    spectrum = np.abs(np.fft.rfft(fast * np.hanning(len(fast))))
-    peak = float(np.argmax(spectrum)) * fps / len(fast)
-    fitting = [f"{m:.0f} Hz" for m in _MAINS if abs(_alias(2.0 * m, fps) - peak) < 0.06 * fps]
-    mains = f" ({' or '.join(fitting)} mains)" if fitting else ""
     yield _finding(
         amplitude > _MOST_FLICKER,
         where,
-        f"the light flickers by {100 * amplitude:.0f} % from frame to frame{mains}",
+        f"the light flickers by {100 * amplitude:.0f} % from frame to frame",
         "Use an exposure time that is a multiple of 1/100 s (50 Hz mains) or 1/120 s (60 Hz), or "
         "lamps that do not flicker.",
     )
-
-
-def _alias(frequency: float, fps: float) -> float:
-    """Frequency, hertz, at which frames show a faster one."""
-    return abs(frequency - fps * round(frequency / fps))
 
 
 def _finding(grave: bool, where: str, what: str, remedy: str) -> Finding:
@@ -232,15 +193,6 @@ def _finding(grave: bool, where: str, what: str, remedy: str) -> Finding:
 def _gain(light: Light, scene: EmptyScene) -> float:
     """Brightness over that of the empty scene, median over the image."""
     return float(np.median((light.small + 1.0) / (scene.small + 1.0)))
-
-
-def _gamma(light: Light) -> float:
-    """Slope of the tone curve in logarithms, over the middle of the image's grey levels."""
-    low, high = np.quantile(light.empty_small, (0.1, 0.9))
-    a, b = (int(np.clip(np.searchsorted(light.curve, v), 1, 255)) for v in (low, high))
-    if b < 1.3 * a:
-        return 1.0  # too few grey levels to tell
-    return float(np.log(light.curve[b] / light.curve[a]) / np.log(b / a))
 
 
 def _clipped(picture: ImageArray) -> float:
@@ -267,19 +219,3 @@ def _shift(light: Light) -> float:
     # OpenCV multiplies its inputs with the window in place
     (dx, dy), _ = cv2.phaseCorrelate(light.empty_small.copy(), now.astype(np.float32), window)
     return float(np.hypot(dx, dy)) * 4.0
-
-
-def _others(changed: BoolArray) -> int:
-    """Number of large things beside the largest one, apart from it in columns."""
-    whole = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8))
-    whole = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    _, _, stats, _ = cv2.connectedComponentsWithStats(whole)
-    things = sorted(stats[1:].tolist(), key=lambda s: -s[cv2.CC_STAT_AREA])
-    if not things or things[0][cv2.CC_STAT_AREA] < _PERSON * changed.size:
-        return 0
-    left, width, area = things[0][0], things[0][2], things[0][cv2.CC_STAT_AREA]
-    return sum(
-        thing[cv2.CC_STAT_AREA] > max(_OTHER * area, _PERSON * changed.size)
-        and (thing[0] > left + width or thing[0] + thing[2] < left)
-        for thing in things[1:]
-    )

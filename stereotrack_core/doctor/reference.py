@@ -16,7 +16,6 @@ import scipy
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.doctor.displacements import Places
-from stereotrack_core.doctor.reference_axes import AXES, axes_by_images, turned
 from stereotrack_core.doctor.reference_clock import Delay
 from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Finding
@@ -73,6 +72,15 @@ _LEAST_SIZE, _WRONG_SIZE = 0.12, 0.2
 
 _BACKWARD = -0.02
 """Metres that hands and head are before the shoulders, below which sides are exchanged."""
+
+
+_AXES: Mapping[str, tuple[str, str, str]] = {
+    "its y axis points up: z must point up": ("x", "-z", "y"),
+    "its y axis points down: z must point up": ("x", "z", "-y"),
+    "its x axis points up: z must point up": ("z", "y", "-x"),
+    "x and y are exchanged": ("y", "x", "z"),
+}
+"""What may be wrong about its axes, and what has to be written for x, y and z then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,24 +225,8 @@ def _check_place(
         yield _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
         return True
     if not np.isfinite(given.mean):
-        return (yield from _check_axes(recording))
-    return (yield from _check_distance(reference, measured, given))
-
-
-def _check_axes(recording: Recording) -> Generator[Finding, None, bool]:
-    """The same by the images alone: whether they show the reference."""
-    found = axes_by_images(recording)
-    if found is None:
         return False
-    axis, given, then = found
-    yield Finding(
-        "error",
-        "reference.csv",
-        f"{axis}; {100 * given:.0f} % of it are within the images",
-        f"Write {', '.join(AXES[axis])} for x, y, z (tested: then {100 * then:.0f} % are within "
-        "them).",
-    )
-    return True
+    return (yield from _check_distance(reference, measured, given))
 
 
 def _check_distance(
@@ -246,8 +238,8 @@ def _check_distance(
     if not (given.mean > _FITS or moving > _FITS_MOVING):
         return False
     beside = f"its limbs lie {_cm(given.mean)} from the measured person"
-    for axis, axes in AXES.items():
-        changed = limb_fit(measured, limbs_of(turned(reference.points, axes)), frame)
+    for axis, axes in _AXES.items():
+        changed = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
         if changed.mean < min(_FITS, _MENDED * given.mean):
             yield Finding(
                 "error",
@@ -266,6 +258,13 @@ def _check_distance(
         "It may belong to another recording or another world frame: no usual slip explains it.",
     )
     return True
+
+
+def _turned(points: FloatArray, axes: tuple[str, str, str]) -> FloatArray:
+    """Points (..., 3) with these coordinates, such as ``-z``, for x, y and z."""
+    return np.stack(
+        [points[..., "xyz".index(axis[-1])] * (1 - 2 * axis.startswith("-")) for axis in axes], -1
+    )
 
 
 def _cm(metres: float) -> str:

@@ -50,14 +50,6 @@ def resized(camera: Camera, factor: float) -> Camera:
     return replace(camera, matrix=matrix)
 
 
-def focused(camera: Camera, factor: float) -> Camera:
-    """The camera with focal lengths that are larger by a factor."""
-    matrix = camera.matrix.copy()
-    matrix[0, 0] *= factor
-    matrix[1, 1] *= factor
-    return replace(camera, matrix=matrix)
-
-
 def centre_exchanged(camera: Camera) -> Camera:
     """The camera with c_x and c_y exchanged."""
     matrix = camera.matrix.copy()

@@ -178,10 +178,6 @@ class PoseDetector:
             found = _each_once(found)
         return found
 
-    def find_people_in(self, picture: ImageArray | Float32Array, crop: Crop) -> list[PersonBox]:
-        """People in a part of a picture, such as the surroundings of what moves."""
-        return self._people(as_uint8(picture), crop, LEAST_SCORE)
-
     def _people(self, shown: ImageArray, crop: Crop, least_score: float) -> list[PersonBox]:
         size = (FINDER_SIDE, FINDER_SIDE)
         seen = as_rgb(crop.seen(shown, size)).astype(np.float32)

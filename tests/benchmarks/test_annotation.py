@@ -6,17 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from benchmarks.annotation import (
-    CASES,
     OUTLIER_PX,
     AnnotationCase,
     annotated,
     seen_landmarks,
     simulated_clicks,
 )
-from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.fit.scenes import CAMERAS, places
@@ -77,9 +74,3 @@ def test_a_fit_is_scored_against_the_truth():
     assert 0.8 < score.inside <= 1
     assert score.found >= 0.9
     assert score.accused <= 0.02
-
-
-def test_a_recording_without_reference_is_refused():
-    bare = replace(RECORDING, reference=None)
-    with pytest.raises(InputError, match="no reference"):
-        simulated_clicks(bare, CASES[0], 0)

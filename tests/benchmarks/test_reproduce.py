@@ -5,41 +5,26 @@ import dataclasses
 import numpy as np
 import pytest
 
-from benchmarks import thesis
 from benchmarks.reproduce import (
     FAST,
     SLOW,
     Column,
     Way,
-    averaged_subject,
     jobs,
     main,
     parts_of,
     tables,
     tracked,
 )
-from benchmarks.thesis import TABLE_4_1, TABLE_4_2, TABLE_4_4, thesis_recordings
+from benchmarks.thesis import thesis_recordings
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.interop.run_npz import read_npz
-from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.motions import Part, scheduled
-from stereotrack_core.simulation.people import PEOPLE
+from stereotrack_core.simulation.motions import Part
 from stereotrack_core.simulation.rig import SceneOptions
 
 NAMES = ("P1", "P2", "P3", "P4")
-
-
-def column(table, name):
-    return [row[table.columns.index(name)] for row in table.values.values()]
-
-
-def test_the_same_result_stands_in_several_tables_of_the_thesis():
-    together = column(TABLE_4_1, "together")
-    assert column(TABLE_4_2, "m = 64") == column(TABLE_4_4, "individual") == together
-    for row in TABLE_4_1.values.values():
-        assert row[4] == pytest.approx(np.mean(row[:4]), abs=1.0)
 
 
 def test_the_motions_of_the_thesis_stand_at_its_frame_numbers():
@@ -54,15 +39,6 @@ def test_the_motions_of_the_thesis_stand_at_its_frame_numbers():
     assert found["P4", "cross-arms"] == (390, 520)
 
 
-def test_fast_motions_are_at_the_end_of_every_recording():
-    for one in thesis_recordings(short=True):
-        chain = scheduled(PEOPLE[one.name], one.parts, one.frames)
-        fast = [segment.name.endswith(thesis.FAST) for segment in chain.segments]
-        assert len(chain.states) == one.frames
-        assert any(fast)
-        assert fast == sorted(fast)
-
-
 def test_all_tables_have_their_runs():
     planned = jobs(NAMES, ("thesis", "accurate"), 2)
     assert len(set(planned)) == len(planned)
@@ -72,12 +48,6 @@ def test_all_tables_have_their_runs():
         *("thesis-m24", "thesis-m40", "thesis-m120"),
     }
     assert not any(name == "P3" and way.few_views for name, way, _ in planned)
-
-
-def test_averaged_lengths_are_means_of_what_is_known():
-    subjects = [Subject("a", shoulder_width=0.3, hip_width=0.2), Subject("b", shoulder_width=0.4)]
-    wanted = Subject("averaged", shoulder_width=0.35, hip_width=0.2)
-    assert averaged_subject([*subjects, None]) == wanted
 
 
 def parts(degrees):

@@ -1,50 +1,19 @@
-"""The cones that stand for the body."""
+"""The cones that stand for the body, the margins of its outline, and its meshes."""
 
 import dataclasses
+from collections import Counter
 
 import numpy as np
 import pytest
 
-from stereotrack_core.body.angles import pose_of_state
-from stereotrack_core.body.model import body_cones, body_model, landmarks, placed_cones
+from stereotrack_core.body.mesh import body_mesh
+from stereotrack_core.body.model import body_cones, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyParameters, BodyShape
-from stereotrack_core.body.pose import t_pose
-from stereotrack_core.body.proportions import AVERAGE, Proportions
-from stereotrack_core.body.skeleton import CLAVICLES, PARTS
+from stereotrack_core.body.proportions import AVERAGE, Proportions, proportions_of
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.recording.description import Subject
 from tests.body.poses import random_pose
-
-
-def test_the_thesis_has_eleven_cones_and_legs_add_four(body, legless):
-    names = [PARTS[part] for part in legless.cones.part]
-    assert len(legless.cones) == len(names) == 11
-    expected = {"torso": 3, "head": 2, "left_upper_arm": 1, "right_upper_arm": 1}
-    expected |= {"left_forearm": 2, "right_forearm": 2}
-    assert {name: names.count(name) for name in set(names)} == expected
-    assert len(body.cones) == 15
-    assert {PARTS[part] for part in body.cones.part} == set(PARTS)
-
-
-def test_shoulders_that_can_move_rest_where_fixed_ones_are(body):
-    fixed = body_model(AVERAGE, BodyParameters(girdle=False))
-    pose = t_pose(np.array([0.1, 0.2, 0.9]))
-    here, there = (placed_cones(one, one.frames(pose)) for one in (body, fixed))
-    np.testing.assert_allclose(here.rotations, there.rotations, atol=1e-15)
-    np.testing.assert_allclose(here.origins, there.origins, atol=1e-15)
-    np.testing.assert_array_equal(here.cones.sizes, there.cones.sizes)
-    np.testing.assert_array_equal(here.cones.outline, there.cones.outline)
-
-
-def test_lifted_shoulders_take_their_cones_along(body):
-    x = np.zeros(6 + 2 * len(CLAVICLES))
-    x[[7, 9]] = np.radians([-25.0, 0.0])
-    frames = body.frames(pose_of_state(x, CLAVICLES))
-    placed = placed_cones(body, frames)
-    ends = placed.origins + placed.rotations[..., 2] * placed.cones.height[:, None]
-    for part, lifted in zip(CLAVICLES, (0.05, 0.0), strict=True):
-        (cone,) = np.flatnonzero(placed.cones.part == part)
-        rise = ends[cone, 2] - AVERAGE.torso_length
-        assert rise == pytest.approx(lifted, abs=0.025)
-        assert (rise > 0.02) == (lifted > 0)
 
 
 def test_radii_and_heights_are_those_of_the_table():
@@ -65,12 +34,6 @@ def test_radii_and_heights_are_those_of_the_table():
     np.testing.assert_allclose(rows, expected, atol=1e-3)
 
 
-def test_only_hands_and_crown_end_in_half_spheres(legless):
-    rounded = [PARTS[p] for p in legless.cones.part[legless.cones.round_end]]
-    assert sorted(rounded) == ["head", "left_forearm", "right_forearm"]
-    assert not legless.cones.round_base.any()
-
-
 def test_arm_cones_lead_from_joint_to_joint(rng, legless):
     frames = legless.frames(random_pose(rng))
     placed = placed_cones(legless, frames)
@@ -81,31 +44,6 @@ def test_arm_cones_lead_from_joint_to_joint(rng, legless):
         np.testing.assert_allclose(placed.origins[u], frames.origins[upper], atol=1e-12)
         np.testing.assert_allclose(ends[u], frames.origins[fore], atol=1e-12)
         np.testing.assert_allclose(placed.origins[h], ends[f], atol=1e-12)
-
-
-def test_shoulder_cones_end_at_the_shoulders(legless):
-    pose = t_pose(np.zeros(3))
-    placed = placed_cones(legless, legless.frames(pose))
-    ends = placed.origins + placed.rotations[..., 2] * placed.cones.height[:, None]
-    np.testing.assert_allclose(ends[[1, 2]], landmarks(legless, pose)[:2], atol=1e-12)
-
-
-def test_the_head_is_widest_around_its_landmark():
-    shift = {"head_forward": 0.03, "head_rise": 0.02}
-    body = body_model(AVERAGE, BodyShape(**shift))
-    pose = t_pose(np.zeros(3))
-    placed = placed_cones(body, body.frames(pose))
-    lower, upper = np.flatnonzero(body.cones.part == PARTS.index("head"))
-    expected = landmarks(body, pose)[6] + [0.0, 0.03, 0.02]
-    np.testing.assert_allclose(placed.origins[upper], expected, atol=1e-12)
-    lower_end = placed.origins[lower] + body.cones.height[lower] * placed.rotations[lower, :, 2]
-    np.testing.assert_allclose(lower_end, expected, atol=1e-12)
-
-
-def test_cones_are_turned_by_rotations(body):
-    turned = body.cones.rotations @ np.swapaxes(body.cones.rotations, 1, 2)
-    np.testing.assert_allclose(turned, np.tile(np.eye(3), (15, 1, 1)), atol=1e-15)
-    np.testing.assert_allclose(np.linalg.det(body.cones.rotations), 1.0)
 
 
 def test_cones_grow_with_the_proportions():
@@ -126,7 +64,105 @@ def test_radius_factors_act_on_their_parts_alone(name, value, parts):
     np.testing.assert_allclose(changed.r2, factor * plain.r2)
 
 
-def test_some_cones_can_be_chosen(body):
-    chosen = body.cones[body.cones.part == 1]
-    assert len(chosen) == 2
-    np.testing.assert_array_equal(chosen.r2, [0.09, 0.055])
+NAMES = tuple(row.name for row in BodyShape.rows() if row.name.startswith("contour_"))
+EXPECTED = {
+    "contour_torso_side": [(0, 0)],
+    "contour_torso_front": [(0, 1)],
+    "contour_shoulder_top": [(1, 0), (2, 0)],
+    "contour_shoulder_front": [(1, 1), (2, 1)],
+    "contour_jaw_side": [(3, 0)],
+    "contour_jaw_front": [(3, 1)],
+    "contour_head_side": [(4, 0)],
+    "contour_head_front": [(4, 1)],
+    "contour_upper_arm": [(5, 0), (5, 1), (6, 0), (6, 1)],
+    "contour_forearm": [(7, 0), (7, 1), (9, 0), (9, 1)],
+    "contour_hand": [(8, 0), (8, 1), (10, 0), (10, 1)],
+}
+"""Cone and axis, 0 for x and 1 for y, by margin."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_margin_acts_on_its_cones_alone(name):
+    plain, changed = (body_cones(AVERAGE, BodyShape().replaced(**v)) for v in ({}, {name: 0.03}))
+    where = np.argwhere(changed.outline != plain.outline)
+    assert [tuple(index) for index in where.tolist()] == EXPECTED[name]
+    assert (changed.outline[tuple(where.T)] == 0.03).all()
+    for field in ("r1", "r2", "height", "origins", "flatness"):
+        np.testing.assert_array_equal(getattr(changed, field), getattr(plain, field))
+
+
+@pytest.fixture
+def placed_and_meshes(rng, legless):
+    pose = random_pose(rng)
+    return placed_cones(legless, legless.frames(pose)), body_mesh(legless, pose, around=24)
+
+
+def _corners(mesh):
+    """Corners (T, 3, 3) of the triangles that have an area."""
+    corners = mesh.vertices[mesh.triangles]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return corners[np.linalg.norm(area, axis=1) > 1e-12]
+
+
+def test_meshes_are_closed(placed_and_meshes):
+    for mesh in placed_and_meshes[1]:
+        edges = Counter()
+        for triangle in np.round(_corners(mesh), 7):
+            names = [tuple(corner) for corner in triangle]
+            edges.update((names[i], names[(i + 1) % 3]) for i in range(3))
+        assert edges
+        assert all(count == 1 and edges[b, a] == 1 for (a, b), count in edges.items())
+
+
+def test_triangles_are_counter_clockwise_from_outside(placed_and_meshes):
+    placed, meshes = placed_and_meshes
+    for c, mesh in enumerate(meshes):
+        corners = _corners(mesh)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        middle = placed.origins[c] + 0.5 * placed.cones.height[c] * placed.rotations[c, :, 2]
+        assert (np.einsum("ti,ti->t", normal, corners.mean(axis=1) - middle) > 0).all()
+
+
+def test_the_volume_is_nearly_that_of_the_cone(placed_and_meshes):
+    placed, meshes = placed_and_meshes
+    cones = placed.cones
+    for c, mesh in enumerate(meshes):
+        corners = _corners(mesh) - placed.origins[c]
+        volume = np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        r1, r2 = cones.r1[c], cones.r2[c]
+        exact = np.pi / 3 * cones.height[c] * (r1 * r1 + r1 * r2 + r2 * r2) * cones.flatness[c]
+        exact += cones.round_end[c] * 2 * np.pi / 3 * r2**3
+        assert volume == pytest.approx(exact, rel=0.03)
+
+
+def test_vertices_lie_on_the_surface(placed_and_meshes):
+    placed, meshes = placed_and_meshes
+    for c, mesh in enumerate(meshes):
+        one = placed[c : c + 1]
+        local = (mesh.vertices - one.origins[0]) @ one.rotations[0]
+        on_axis = np.hypot(local[:, 0], local[:, 1]) < 1e-9
+        closest = nearest_on_surface(mesh.vertices, one, 1.0)
+        flat_ends = on_axis & (local[:, 2] <= one.cones.height[0] + 1e-9)
+        np.testing.assert_allclose(closest.distance[~flat_ends], 0.0, atol=1e-9)
+        np.testing.assert_allclose(closest.point[~flat_ends], mesh.vertices[~flat_ends], atol=1e-9)
+
+
+def test_without_a_subject_lengths_are_average():
+    assert proportions_of(None) == proportions_of(Subject()) == AVERAGE
+
+
+def test_measured_lengths_are_kept_and_missing_ones_scaled():
+    known = {"torso_length": 1.1 * AVERAGE.torso_length, "hand_length": 1.1 * AVERAGE.hand_length}
+    filled = proportions_of(Subject(name="P1", **known))
+    for field in dataclasses.fields(Proportions):
+        assert getattr(filled, field.name) == pytest.approx(1.1 * getattr(AVERAGE, field.name))
+    assert filled.torso_length == known["torso_length"]
+    assert filled.scale == pytest.approx(1.1)
+
+
+def test_average_proportions_can_be_asked_for():
+    tall = Proportions(**{k: 1.2 * v for k, v in dataclasses.asdict(AVERAGE).items()})
+    average = body_model(tall, BodyParameters(proportions="average"))
+    np.testing.assert_array_equal(average.skeleton.lengths, body_model(AVERAGE).skeleton.lengths)
+    individual = body_model(tall, BodyParameters(proportions="individual"))
+    np.testing.assert_allclose(individual.skeleton.lengths, 1.2 * average.skeleton.lengths)

@@ -61,11 +61,6 @@ def test_a_world_of_axes_is_right_handed_with_its_axes(seed):
     np.testing.assert_allclose(world.apply(origin), 0, atol=1e-9)
 
 
-def test_north_along_up_is_refused():
-    with pytest.raises(InputError, match="north"):
-        world_of_axes(_CLIMB, 2 * _CLIMB, np.zeros(3))
-
-
 def test_the_floor_is_found_below_furniture_and_beside_walls(cameras):
     rng = np.random.default_rng(0)
     floor = np.column_stack([rng.uniform(-2, 2, (3000, 2)), rng.normal(0, 0.01, 3000)])
@@ -82,13 +77,6 @@ def test_the_floor_is_found_below_furniture_and_beside_walls(cameras):
     assert found.points == pytest.approx(3000, abs=150)
 
 
-def test_without_a_floor_it_is_said(cameras):
-    rng = np.random.default_rng(0)
-    cloud = rng.normal(size=(2000, 3))
-    with pytest.raises(InputError, match="no floor"):
-        from_floor(cloud, list(cameras.values()), cameras["a"])
-
-
 def test_a_board_on_the_floor(cameras):
     # seen from above its upper side points north
     rotation = np.diag([1.0, -1.0, -1.0])
@@ -100,11 +88,6 @@ def test_a_board_on_the_floor(cameras):
     assert found.rms_px < 0.3
     assert found.scale.ratio == pytest.approx(1, abs=0.01)
     check(cameras, from_board(found.world_from_board, BOARD.corners), degrees=0.7)
-
-
-def test_a_board_that_nobody_sees_is_refused(cameras):
-    with pytest.raises(InputError, match="no camera"):
-        seen_board(cameras, [], BOARD)
 
 
 def test_three_clicked_points(cameras):
@@ -140,17 +123,6 @@ def test_a_person_who_stands_or_walks(cameras, walk):
     found = from_person(person(20, walk), walking=walk > 0)
     assert found.points == 20
     check(cameras, found, place=0.08)
-
-
-def test_persons_who_tell_nothing_are_refused():
-    with pytest.raises(InputError, match="moved only 0 cm"):
-        from_person(person(20), walking=True)
-    with pytest.raises(InputError, match="both hips"):
-        from_person(np.full((3, 9, 3), np.nan), walking=False)
-    tumbling = person(20)
-    tumbling[::2] *= -1
-    with pytest.raises(InputError, match="upright"):
-        from_person(tumbling, walking=False)
 
 
 def test_cameras_are_laid_over_those_of_another_calibration(cameras):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.board import Board, charuco, chessboard
 from stereotrack_core.calibrate.board_pose import likeliest_poses
 from stereotrack_core.calibrate.detection import find_board
 from stereotrack_core.calibrate.lens import BROWN, Lens
@@ -54,27 +54,14 @@ def test_corners_are_found_to_fractions_of_a_pixel(board):
     assert np.sqrt(np.mean(np.square(found - true)[seen].sum(axis=1))) < 0.1
 
 
-def test_the_numbering_follows_the_board_when_it_is_turned_round():
-    image, true = picture(CHESS, turn=(0.1, 0.2, np.pi))
-    np.testing.assert_allclose(find_board(image, CHESS), true, atol=0.3)
-
-
-def test_an_empty_picture_shows_no_board():
-    image, _ = picture(CHESS, away=-5.0)
-    assert find_board(image, CHESS) is None
-    assert find_board(image, CHARUCO) is None
-
-
 @pytest.mark.parametrize(
     ("shown", "named", "words"),
     [
         (CHESS, replace(CHESS, columns=8, rows=5), "are its squares"),
         (CHESS, replace(CHESS, columns=8), "were named"),
-        (CHESS, replace(CHESS, rows=3), "were named"),
         (CHARUCO, replace(CHARUCO, columns=3, rows=4), "not the reverse"),
         (replace(CHARUCO, legacy=True), CHARUCO, "legacy"),
         (CHARUCO, replace(CHARUCO, dictionary="5X5_100"), "4X4_50, not 5X5_100"),
-        (replace(CHARUCO, inverted=True), CHARUCO, "black and white"),
     ],
 )
 def test_a_board_that_was_named_wrongly_is_recognised(shown, named, words):
@@ -139,9 +126,29 @@ def test_the_mirrored_print_is_the_back_of_the_board():
     assert "2 pictures show the print mirrored" in found.findings[0].what
 
 
-def test_a_camera_that_mirrors_is_still_refused():
-    images = [picture(CHARUCO, turn=turn)[0][:, ::-1] for turn in ((0.3, -0.2, 0), (-0.3, 0.2, 0))]
-    found = search([Shown([np.ascontiguousarray(one) for one in images])], CHARUCO, range(2))
-    assert found.mirrored == ("a",)
-    with pytest.raises(InputError, match="the pictures are mirrored"):
-        found.check_not_mirrored()
+@pytest.mark.parametrize(
+    ("size", "square", "remedy"),
+    [
+        ("9", 0.025, "9x6"),
+        ("9x6", 25.0, "0.025 for 25 mm"),
+        ("9x6", -0.1, "metres"),
+    ],
+)
+def test_what_is_no_chessboard_is_refused(size, square, remedy):
+    with pytest.raises(InputError) as refusal:
+        chessboard(size, square)
+    assert remedy in refusal.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("5x7", "5x7:4X4_50:0.018"),
+        ("5x7:4X4_5:0.018", "4X4_50"),
+        ("5x7:4X4_50:0.03", "Measure"),
+    ],
+)
+def test_what_is_no_charuco_board_is_refused(text, remedy):
+    with pytest.raises(InputError) as refusal:
+        charuco(text, 0.025)
+    assert remedy in refusal.value.remedy

@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics
 from stereotrack_core.calibrate.lens import BROWN, RADIAL, Lens
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.calibrate.scenes import BENT, BOARD, HERE, ROUND, SIZE, WIDE, boards_before, sightings_of
@@ -41,18 +41,6 @@ def test_the_model_is_no_richer_than_the_lens(lens, model, distances):
     assert {one.model.name for one in found.candidates} >= {model, "radial"}
 
 
-def test_the_error_is_that_of_opencv():
-    import cv2
-
-    sightings, _ = seen_by(BENT)
-    found = calibrate_intrinsics(sightings, BOARD, model="brown5")
-    pixels = [one.astype(np.float32)[:, None] for one in sightings.pixels]
-    corners = [BOARD.corners.astype(np.float32)] * len(pixels)
-    rms, matrix, *_ = cv2.calibrateCamera(corners, pixels, SIZE, None, None)
-    assert found.rms_px == pytest.approx(rms, abs=1e-4)
-    np.testing.assert_allclose(found.camera.matrix, matrix, atol=0.05)
-
-
 def test_outlying_pictures_are_removed_with_a_reason():
     sightings, camera = seen_by(BENT)
     rng = np.random.default_rng(5)
@@ -65,20 +53,6 @@ def test_outlying_pictures_are_removed_with_a_reason():
     assert "px off, usual are 0." in out[3]
     assert abs(found.camera.focal / camera.focal - 1) < 0.003
     assert found.rms_px < 0.16
-
-
-def test_pictures_can_be_left_out_by_hand():
-    sightings, _ = seen_by(BENT)
-    found = calibrate_intrinsics(sightings.without_frames([2, 5]), BOARD, model="brown")
-    assert {one.frame for one in found.sightings.left_out} == {2, 5}
-    assert len(found.poses) == len(found.errors) == 14
-
-
-def test_of_many_pictures_different_ones_are_used():
-    sightings, _ = seen_by(BENT, count=80)
-    found = calibrate_intrinsics(sightings, BOARD, model="brown")
-    assert len(found.sightings) == 60
-    assert len(found.sightings.left_out) == 20
 
 
 def test_too_few_pictures_are_refused():
@@ -104,38 +78,10 @@ def test_parallel_boards_are_refused():
     assert "tilt the board" in refusal.value.remedy
 
 
-def test_corners_that_belong_to_no_board_are_refused():
-    sightings, _ = seen_by(BENT, count=8)
-    rng = np.random.default_rng(0)
-    noise = replace(sightings, pixels=rng.uniform(0, 480, sightings.pixels.shape))
-    with pytest.raises(InputError, match="camera a"):
-        calibrate_intrinsics(noise, BOARD)
-
-
-def test_an_unknown_model_is_refused():
-    sightings, _ = seen_by(BENT, count=5)
-    with pytest.raises(InputError, match="fisheye"):
-        calibrate_intrinsics(sightings, BOARD, model="fish")
-
-
-def test_where_the_board_never_came_is_said():
-    sightings, _ = seen_by(BENT, count=40)
-    left = np.flatnonzero(np.nanmax(sightings.pixels[..., 0], axis=1) < 400)
-    found = calibrate_intrinsics(sightings.only(left), BOARD, model="radial")
-    assert any("right" in one.what for one in found.findings)
-    assert found.coverage.share < 0.9
-
-
-def test_it_can_be_stopped():
-    sightings, _ = seen_by(BENT, count=5)
-    with pytest.raises(Cancelled):
-        calibrate_intrinsics(sightings, BOARD, stop=lambda: True)
-
-
 def test_noise_in_the_values_is_as_large_as_stated():
     lens = Lens(RADIAL, BENT.as_model(RADIAL).values)
     scaled = []
-    for seed in range(6):
+    for seed in range(4):
         sightings, _ = seen_by(lens, seed=seed)
         found = calibrate_intrinsics(sightings, BOARD, model="radial")
         scaled.append((found.lens.values[:4] - lens.values[:4]) / found.sigma)

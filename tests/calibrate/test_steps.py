@@ -8,11 +8,9 @@ import pytest
 from stereotrack_core.calibrate import verdict
 from stereotrack_core.calibrate.changes import change_table, changes
 from stereotrack_core.calibrate.lens import RADIAL, Lens
-from stereotrack_core.calibrate.pairs import PairFit, calibrate_pairs, stereo_names
-from stereotrack_core.calibrate.pictures import places_in
-from stereotrack_core.calibrate.search import Search
-from stereotrack_core.calibrate.work import FitLenses, FitWorld, Source, sources_in
-from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.calibrate.pairs import calibrate_pairs, stereo_names
+from stereotrack_core.calibrate.work import FitLenses, FitWorld
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.calibrate.scenes import BOARD, SIZE, boards_before, looking_at, sightings_of
@@ -46,11 +44,6 @@ def scene():
     return cameras, [*seen, alone]
 
 
-def test_stereo_cameras_are_known_by_their_names():
-    names = ["N_left", "N_right", "S_left", "a_l", "a_r", "left"]
-    assert stereo_names(names) == (("N_left", "N_right"), ("a_l", "a_r"))
-
-
 def test_pairs_are_placed_with_their_lenses_as_they_are(scene):
     cameras, sightings = scene
     known = {one.name: one for one in cameras}
@@ -72,15 +65,6 @@ def test_a_pair_that_cannot_be_placed_says_why(scene):
     assert "Film again" in said.sentences()
     (pair,) = calibrate_pairs(sightings[:2], {"N_left": cameras[0]}, BOARD)
     assert pair.problem == "the lens of N_right is not calibrated"
-
-
-def test_pairs_need_not_all_be_placed_where_a_chain_connects_them():
-    chain = [PairFit("a", "b", 9, rms_px=0.1), PairFit("b", "c", 9, rms_px=0.1)]
-    far = PairFit("a", "c", 1, problem="too few", remedy="Film again.")
-    assert verdict.of_pairs([*chain, far]).grade == "good"
-    assert verdict.of_pairs([chain[0], far]).grade == "doubtful"
-    odd = PairFit("a", "c", 5, rms_px=7.9)
-    assert "contradict each other by 7.9 px" in verdict.of_pairs([*chain, odd]).sentences()
 
 
 def test_lenses_that_fail_do_not_keep_the_others_from_their_results(scene):
@@ -110,40 +94,9 @@ def test_changes_against_the_calibration_before(scene):
     # a camera that was moved, and one that was not there
     pose = before["N_right"].camera_from_world
     shift = RigidTransform(pose.rotation, pose.translation + np.array([0.0, 0.02, 0.0]))
-    left, right = changes(
-        world,
-        {
-            **before,
-            "N_right": replace(
-                before["N_right"], camera_from_world=shift, matrix=1.1 * before["N_right"].matrix
-            ),
-        },
-    )
+    moved = replace(before["N_right"], camera_from_world=shift)
+    left, right = changes(world, {**before, "N_right": moved})
     assert right.rms_before_px > 5 * right.rms_after_px
-    assert right.focal_change == pytest.approx(-0.091, abs=0.01)
     (_, new) = changes(world, {"N_left": before["N_left"]})
     assert np.isnan(new.moved_m)
     assert change_table((left, new)).rows[1][1] == "-"
-    assert all(np.isnan(one.moved_m) for one in changes(world, {"x": cameras[0]}))
-
-
-def test_what_a_search_has_come_to(scene):
-    seen = [replace(one, searched=14) for one in scene[1][:2]]
-    assert verdict.of_search(Search(BOARD, tuple(seen), (), ()), None).grade == "good"
-    odd = Finding("warning", "camera N_left", "the board has 8x5 inner corners", "Calibrated so.")
-    said = verdict.of_search(Search(BOARD, tuple(seen), ("N_left",), (odd,)), None)
-    assert said.grade == "doubtful"
-    assert "mirrored" in said.sentences()
-    nothing = replace(seen[0].only(np.arange(0)), searched=14)
-    assert verdict.of_search(Search(BOARD, (nothing,), (), ()), None).grade == "bad"
-
-
-def test_sources_of_a_folder_and_of_single_cameras(tmp_path):
-    for name in ("left", "right"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "0.png").write_bytes(b"no picture")
-    assert list(places_in(tmp_path)) == ["left", "right"]
-    assert sources_in(tmp_path)[0] == Source("left", str(tmp_path / "left"))
-    assert sources_in(tmp_path)[1].open().name(0) == "0.png"
-    with pytest.raises(InputError, match="no image fits"):
-        Source("left", str(tmp_path / "nothing")).open()

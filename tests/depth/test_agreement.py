@@ -77,9 +77,3 @@ def test_what_is_hidden_or_not_measured_proves_nothing(recording):
             for name, depth in cloud.depths.items()
         }
         assert contradicted_share(dataclasses.replace(cloud, depths=covered)) == 0.0
-
-
-def test_one_view_has_nobody_to_agree_with(recording):
-    assert np.isnan(contradicted_share(cloud_of(recording, views=["N"])))
-    empty = cloud_of(recording).part(np.zeros(len(cloud_of(recording).points), dtype=bool))
-    assert np.isnan(contradicted_share(empty))

@@ -1,18 +1,19 @@
-import tracemalloc
-
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from stereotrack_core.depth.background import (
     averaged,
-    empty_scene_model,
     percentile_model,
 )
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.reader import FrameSet, ViewImages
+from tests.depth.recordings import MemoryReader, depth_recording
 
 disparity = st.one_of(st.just(float("nan")), st.floats(0.5, 60.0, width=32))
+
 images = st.lists(arrays(np.float32, (3, 4), elements=disparity), min_size=1, max_size=12)
 
 
@@ -61,21 +62,6 @@ def test_foreground_agrees_with_equation_3_3(sequence, image, threshold):
             assert got[v, u] == expected
 
 
-@given(images, st.floats(0.0, 100.0))
-@settings(max_examples=60, deadline=None)
-def test_the_percentile_is_taken_among_valid_disparities(sequence, percentile):
-    model = percentile_model(sequence, percentile)
-    for v in range(3):
-        for u in range(4):
-            values = [i[v, u] for i in sequence if i[v, u] == i[v, u]]
-            assert model.frequency[v, u] == pytest.approx(len(values) / len(sequence))
-            if values:
-                expected = np.percentile(values, percentile, method="lower")
-                neighbours = sorted(values)
-                assert model.disparity[v, u] in neighbours
-                assert model.disparity[v, u] <= np.float32(expected) + 1e-5 or percentile == 100
-
-
 def test_a_resting_person_melts_into_the_average_but_not_into_the_percentile():
     wall, person = np.full((2, 2), 5.0, np.float32), np.full((2, 2), 15.0, np.float32)
     sequence = [wall] * 30 + [person] * 60
@@ -86,20 +72,57 @@ def test_a_resting_person_melts_into_the_average_but_not_into_the_percentile():
     assert (person > percentile_model(sequence, 20.0).limit(1.0)).all()
 
 
-def test_the_empty_scene_is_the_model_at_once():
-    scene = np.array([[4.0, np.nan]], np.float32)
-    limit = empty_scene_model(scene).limit(1.0)
-    assert (np.array([[4.9, 0.5]], np.float32) > limit).tolist() == [[False, True]]
-    assert (np.array([[5.1, np.nan]], np.float32) > limit).tolist() == [[True, False]]
+HEIGHT, WIDTH = 240, 320
+TRUNK = slice(60, 200), slice(140, 180)
+WALL, PERSON = 4.0, 2.4
 
 
-def test_a_stack_of_large_images_is_never_copied_whole():
-    rng = np.random.default_rng(0)
-    images = [rng.uniform(1.0, 60.0, (480, 320)).astype(np.float32) for _ in range(40)]
-    tracemalloc.start()
-    model = percentile_model(images, 20.0)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 0.5 * sum(image.nbytes for image in images)
-    np.testing.assert_array_equal(model.disparity, np.sort(np.stack(images), axis=0)[7])
-    np.testing.assert_array_equal(model.frequency, 1.0)
+def pictures(arm_rows, *, trunk=PERSON):
+    """A trunk before a wall and an arm beside it, at some height."""
+    depth = np.full((HEIGHT, WIDTH), WALL, dtype=np.float32)
+    depth[TRUNK] = trunk
+    depth[arm_rows : arm_rows + 12, 180:225] = PERSON
+    image = np.full((HEIGHT, WIDTH), 100, dtype=np.uint8)
+    return ViewImages(image=image, depth=depth)
+
+
+def foreground(frames, **values):
+    """Foreground of the last frame after learning from all."""
+    recording = depth_recording()
+    usual = {"volume_centre_y": 0.4, "volume_x": 4.0, "volume_y": 5.0, "speckle_size": 0}
+    chain = DepthChain(recording, DepthParameters().replaced(**usual | values))
+    sets = [FrameSet(k, {"K": images}) for k, images in enumerate(frames)]
+    chain.learn_background(MemoryReader(recording, sets, empty=False), range(len(sets)))
+    found = chain.process(sets[-1]).depths["K"].foreground
+    chain.close()
+    return found
+
+
+def moving_arm():
+    return [pictures(rows) for rows in range(70, 150, 10)]
+
+
+def test_a_trunk_that_stands_still_while_an_arm_moves_is_no_background():
+    shown = foreground(moving_arm())
+    assert shown[TRUNK].mean() > 0.95
+    assert shown[142:150, 185:220].all()
+    assert not shown[:, 230:].any()
+    assert not shown[:, :130].any()
+
+
+def test_what_is_not_touched_by_what_moves_is_the_scene():
+    frames = moving_arm()
+    for images in frames:
+        images.depth[60:200, 20:60] = PERSON  # furniture of a person's size
+    shown = foreground(frames)
+    assert shown[TRUNK].mean() > 0.95
+    assert not shown[60:200, 20:60].any()
+
+
+def test_a_person_who_does_not_move_at_all_is_told_by_size():
+    for count in (1, 8):
+        shown = foreground([pictures(90)] * count)
+        assert shown[TRUNK].mean() > 0.95
+        assert shown[92:100, 185:220].all()
+        assert not shown[:, 230:].any()
+        assert not shown[:, :130].any()

@@ -1,12 +1,14 @@
 from dataclasses import replace
-from weakref import WeakSet
+from functools import partial
 
 import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.chain import DepthChain, source_of
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.rows import row_offset
+from stereotrack_core.depth.sources import moved_up
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
@@ -70,14 +72,6 @@ def test_each_point_is_its_pixels_range():
         assert np.allclose(g.focal * g.baseline / parallax, z, rtol=1e-5)
 
 
-def test_different_principal_points_do_not_move_the_cloud():
-    recording = stereo_recording(principal=(190.5, 119.5))
-    chain = chain_with_background(recording)
-    assert chain.geometry["A"].disparity_offset == pytest.approx(31.0)
-    cloud = chain.process(frame_set(recording, 0))
-    assert_is_the_box(cloud.points[cloud.view == 0])
-
-
 def test_matching_only_what_changed_gives_the_same_inside():
     recording = stereo_recording()
     whole, changed = (
@@ -111,23 +105,6 @@ def test_the_background_is_learned_from_passing_boxes(mode):
     assert (cloud.points[:, 1] < FRONT_Y + 0.2).mean() > 0.9
 
 
-@pytest.mark.parametrize("mode", ["percentile", "average"])
-def test_raw_images_are_let_go_while_the_background_is_learned(mode):
-    recording, alive, most = stereo_recording(), WeakSet(), []
-
-    class Reader(MemoryReader):
-        def frame_set(self, k):
-            found = frame_set(recording, k, shift=self._sets[k])
-            alive.update(found.views.values())
-            most.append(len(alive))
-            return found
-
-    chain = DepthChain(recording, DepthParameters().replaced(background_mode=mode))
-    chain.learn_background(Reader(recording, np.linspace(-0.7, 0.7, 6), empty=False), range(6))
-    assert most[-1] <= 2 * len(recording.views)
-    assert set(chain.background) == {"A", "B"}
-
-
 def test_the_cloud_does_not_depend_on_the_number_of_threads():
     recording = stereo_recording()
     before = cv2.getNumThreads()
@@ -156,35 +133,6 @@ def test_a_dark_view_is_named_and_the_others_go_on():
     assert_is_the_box(cloud.points)
 
 
-def test_a_plain_view_and_an_absent_view_are_named():
-    recording = stereo_recording()
-    chain = chain_with_background(recording)
-    plain = np.full((240, 320), 120, dtype=np.uint8)
-    cloud = chain.process(FrameSet(3, {"B": ViewImages(image=plain, left=plain)}, {"A": "Gone."}))
-    assert cloud.problems == {
-        "A": "Gone.",
-        "B": "View B provides no depth: no pixel has a valid disparity.",
-    }
-    assert cloud.points.shape == (0, 3)
-    assert chain.process(FrameSet(4, {})).problems["A"] == (
-        "View A provides no depth: it has no images."
-    )
-
-
-def test_colour_images_are_matched_by_their_grey():
-    recording = stereo_recording()
-    chain = chain_with_background(recording)
-    grey = frame_set(recording, 0)
-    views = {
-        name: ViewImages(
-            image=cv2.cvtColor(v.image, cv2.COLOR_GRAY2BGR),
-            left=cv2.cvtColor(v.left, cv2.COLOR_GRAY2BGR),
-        )
-        for name, v in grey.views.items()
-    }
-    assert np.array_equal(chain.process(FrameSet(0, views)).points, chain.process(grey).points)
-
-
 def test_depth_views_enter_at_the_points():
     recording = depth_recording(mask=True)
     chain = chain_with_background(recording, empty=False)
@@ -204,28 +152,6 @@ def test_depth_views_without_mask_learn_their_background():
     assert (unlearned.process(sets[7]).points[:, 1] > 2.0).any()
 
 
-def test_the_volume_cuts_what_is_outside():
-    recording = stereo_recording()
-    p = DepthParameters().replaced(volume_z=0.5, volume_bottom=0.9, background_mode="none")
-    points = DepthChain(recording, p).process(frame_set(recording, 0)).points
-    assert len(points) > 100
-    assert points[:, 2].min() >= 0.9
-    assert points[:, 2].max() <= 1.4
-    assert points[:, 1].max() <= 1.8
-
-
-def test_trimming_by_the_picture_narrows_the_border():
-    recording = stereo_recording()
-    truth = BOX[0]
-    widths = {}
-    for trim in ("none", "picture"):
-        chain = chain_with_background(recording, halo_trim=trim, pixel_step=1)
-        cloud = chain.process(frame_set(recording, 0))
-        x = cloud.points[cloud.view == 0, 0]
-        widths[trim] = ((x < truth[0] - 0.01) | (x > truth[1] + 0.01)).mean()
-    assert widths["picture"] < 0.5 * widths["none"]
-
-
 def test_unknown_and_single_cameras_are_refused():
     recording = stereo_recording()
     with pytest.raises(InputError, match="unknown view with depth: X"):
@@ -240,13 +166,6 @@ def test_unknown_and_single_cameras_are_refused():
         DepthChain(both, DepthParameters(), views=["M"])
 
 
-def test_views_can_be_chosen():
-    recording = stereo_recording()
-    chain = DepthChain(recording, DepthParameters(), views=["B"])
-    assert chain.view_names == ("B",)
-    assert set(chain.process(frame_set(recording, 0)).depths) == {"B"}
-
-
 def test_exchanged_cameras_are_refused_by_name():
     recording = stereo_recording()
     view = recording.views[0]
@@ -256,8 +175,39 @@ def test_exchanged_cameras_are_refused_by_name():
         DepthChain(wrong, DepthParameters())
 
 
-def test_seconds_are_booked_per_stage():
-    recording = stereo_recording()
-    seconds = chain_with_background(recording).process(frame_set(recording, 0)).seconds
-    assert {"rectify", "match", "background", "patches", "points", "outliers"} <= set(seconds)
-    assert all(value >= 0 for value in seconds.values())
+RECORDING = stereo_recording()
+
+
+def lowered(rows, frame=0, *, box=True):
+    """A frame set whose left images are too low, those of view B twice as much."""
+    seen = frame_set(RECORDING, frame, box=box)
+    views = {
+        name: replace(one, left=moved_up(one.left, -rows * (1 + (name == "B"))))
+        for name, one in seen.views.items()
+    }
+    return replace(seen, views=views)
+
+
+def offsets(seen):
+    """What is measured on a frame set, by view."""
+    sources = {v.name: source_of(RECORDING, v, DepthParameters()) for v in RECORDING.views}
+    return [row_offset(partial(sources[name].opened, one)) for name, one in seen.views.items()]
+
+
+@pytest.mark.parametrize("rows", [-0.6, 0.7])
+def test_the_offset_of_each_view_is_measured_and_taken_off(rows):
+    np.testing.assert_allclose(offsets(lowered(rows)), [rows, 2 * rows], atol=0.11)
+    chain = chain_with_background(RECORDING, sets=[lowered(rows, k) for k in range(3)])
+    cloud, kept = chain.process(lowered(rows)), chain_with_background(RECORDING, align_rows=False)
+    for i in range(2):
+        assert_is_the_box(cloud.points[cloud.view == i])
+    assert len(cloud.points) > 1.02 * len(kept.process(lowered(rows)).points)
+
+
+@pytest.mark.parametrize("rows", [0.0, 0.05])
+def test_what_is_hardly_off_stays_as_it_is(rows):
+    aligned, kept = (
+        chain_with_background(RECORDING, sets=[lowered(rows)], align_rows=on).process(lowered(rows))
+        for on in (True, False)
+    )
+    np.testing.assert_array_equal(aligned.points, kept.points)

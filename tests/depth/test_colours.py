@@ -7,7 +7,6 @@ from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth
 from stereotrack_core.depth.colours import (
     ColourCalibration,
     ColourPairs,
-    colours_at,
     fitted_gains,
     shared_colours,
 )
@@ -37,28 +36,6 @@ def test_known_gains_are_recovered_through_noise_and_wrong_pairs(rng):
     found = fitted_gains(4, _pairs(rng, [(0, 1), (1, 2), (2, 3), (0, 3)]))
     np.testing.assert_allclose(found, GAINS, rtol=0.03)
     np.testing.assert_array_equal(found[0], 1.0)
-
-
-def test_views_are_reached_through_others(rng):
-    found = fitted_gains(3, _pairs(rng, [(0, 1), (1, 2)]))
-    np.testing.assert_allclose(found, GAINS[:3], rtol=0.03)
-
-
-def test_views_that_share_nothing_keep_their_colours(rng):
-    np.testing.assert_array_equal(fitted_gains(3, []), np.ones((3, 3)))
-    few = _pairs(rng, [(0, 2)], count=20)
-    np.testing.assert_array_equal(fitted_gains(3, few), np.ones((3, 3)))
-    apart = fitted_gains(4, _pairs(rng, [(0, 1), (2, 3)]))
-    np.testing.assert_allclose(apart[:2], GAINS[:2], rtol=0.03)
-    np.testing.assert_allclose(apart[2] * apart[3], 1.0, rtol=1e-9)
-    np.testing.assert_allclose(apart[3] / apart[2], GAINS[3] / GAINS[2], rtol=0.04)
-
-
-def test_too_dark_and_too_bright_colours_are_left_out(rng):
-    fair = _pairs(rng, [(0, 1)], wrong=0.0)
-    clipped = ColourPairs(0, 1, np.full((900, 3), 250.0), np.full((900, 3), 254.0))
-    dark = ColourPairs(0, 1, np.full((900, 3), 4.0), np.full((900, 3), 9.0))
-    np.testing.assert_array_equal(fitted_gains(2, [*fair, clipped, dark]), fitted_gains(2, fair))
 
 
 @pytest.fixture
@@ -93,23 +70,3 @@ def test_views_are_calibrated_by_what_both_see(wall):
     np.testing.assert_allclose(found[0], found[1], atol=2.0)
     raw = ColourCalibration.none(("N", "O")).of_pixels(depths, np.array([0, 1]), pixels)
     assert np.abs(raw[0] - raw[1]).max() > 8.0
-
-
-def test_views_without_pictures_have_no_colours(wall):
-    depth = wall(0.0, GAINS[0])
-    grey = ViewDepth(depth.geometry, None, depth.range_z, depth.foreground)
-    none = ColourCalibration.none(("N", "O"))
-    view, pixels = np.array([0, 1]), np.array([[3, 4], [5, 6]])
-    assert none.of_pixels({"N": grey}, view, pixels) is None
-    found = none.of_pixels({"N": depth, "O": grey}, view, pixels)
-    assert np.isfinite(found[0]).all()
-    assert np.isnan(found[1]).all()
-    assert shared_colours(("N", "O"), {"N": depth, "O": grey}) == []
-
-
-def test_colours_are_read_where_the_pixel_is():
-    picture = np.zeros((20, 30, 3), np.uint8)
-    picture[5:8, 11:14] = (10, 20, 30)
-    np.testing.assert_array_equal(
-        colours_at(picture, np.array([[12, 6], [20, 6]])), [[10, 20, 30], [0, 0, 0]]
-    )

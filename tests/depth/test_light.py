@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.depth.light import empty_scene, light_of, relit, sensor_noise, shaded
+from stereotrack_core.depth.light import empty_scene, light_of, relit, shaded
 from stereotrack_core.depth.outline import difference_of, sharp_outline
 from tests.depth.scenes import texture
 
@@ -71,33 +71,10 @@ def test_a_shift_and_a_blur_of_the_picture_are_followed():
     assert _overlap(_picture(lambda scene: cv2.GaussianBlur(scene, (0, 0), 1.5))) > 0.85
 
 
-def test_noise_is_measured_and_is_no_difference():
-    scene, picture = empty_scene(EMPTY), _picture(CHANGES["darker"], noise=12.0)
-    noise = relit(picture, scene, light_of(picture, scene), APART).noise
-    assert noise == pytest.approx(12.0 / 3.0, rel=0.4)  # a mean of 3 x 3 pixels
-    assert _overlap(picture) > 0.9
-
-
 def test_a_person_does_not_change_the_light():
     scene, picture = empty_scene(EMPTY), np.where(PERSON, np.uint8(200), EMPTY)
     empty = relit(picture, scene, light_of(picture, scene), APART).picture
     assert np.abs(empty.astype(int) - EMPTY)[APART].mean() < 1.0
-
-
-def test_a_person_who_is_not_known_to_be_there_is_no_light():
-    """As where stereo gives the person the disparity of the wall behind."""
-    everywhere = np.ones(EMPTY.shape, dtype=bool)
-    assert _overlap(_picture(CHANGES["none"]), everywhere) > 0.85
-
-
-@pytest.mark.parametrize("noise", [4.0, 12.0])
-def test_noise_of_the_sensor_is_told_from_texture(noise):
-    smooth = cv2.GaussianBlur(EMPTY, (0, 0), 2.0).astype(np.float64)
-    assert sensor_noise(smooth.astype(np.uint8)) < 1.0
-    grain = np.random.default_rng(5).normal(0.0, noise, smooth.shape)
-    noisy = (smooth + grain).clip(0, 255).astype(np.uint8)
-    assert sensor_noise(noisy) == pytest.approx(noise, rel=0.3)
-    assert sensor_noise(np.full_like(noisy, 255)) == 0.0
 
 
 def test_a_shadow_keeps_the_structure_and_a_person_does_not():

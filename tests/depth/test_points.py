@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial import KDTree
 
 from stereotrack_core.depth.cloud import DepthGeometry
-from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, range_of_disparity, thinned_pixels
+from stereotrack_core.depth.points import inliers, range_of_disparity, thinned_pixels
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -38,38 +41,40 @@ def test_points_come_back_from_their_disparities():
     assert np.linalg.norm(points - expected, axis=1).max() < 1e-4
 
 
-def test_nothing_lies_behind_the_camera_or_at_infinity():
-    disparity = np.array([[-9.5, -12.0, np.nan, -9.0]], np.float32)
-    z = range_of_disparity(GEOMETRY, disparity)
-    assert np.isnan(z[0, :3]).all()
-    assert z[0, 3] == pytest.approx(400 * 0.12 / 0.5, rel=1e-5)
+def brute_force(points, neighbours, distance, repeat):
+    kept = list(range(len(points)))
+    while True:
+        left = []
+        for i in kept:
+            others = sorted(float(np.linalg.norm(points[i] - points[j])) for j in kept if j != i)
+            if len(others) >= neighbours and others[neighbours - 1] <= distance:
+                left.append(i)
+        changed = len(left) != len(kept)
+        kept = left
+        if not repeat or not changed:
+            return kept
 
 
-@pytest.mark.parametrize("step", [1, 2, 3, 5])
-def test_every_step_is_a_subset_of_all_pixels(step):
-    chosen = np.random.default_rng(4).random((240, 320)) < 0.5
-    pixels = thinned_pixels(chosen, step, (0, 0))
-    assert chosen[pixels[:, 1], pixels[:, 0]].all()
-    assert len(pixels) == pytest.approx(chosen.sum() / step**2, rel=0.1)
-    assert len(np.unique(pixels, axis=0)) == len(pixels)
+@given(
+    arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(0.0, 0.3)),
+    st.integers(1, 6),
+    st.floats(0.01, 0.2),
+    st.booleans(),
+)
+@settings(max_examples=80, deadline=None)
+def test_outliers_agree_with_brute_force(points, neighbours, distance, repeat):
+    got = np.flatnonzero(inliers(points, neighbours, distance, repeat=repeat))
+    assert got.tolist() == brute_force(points, neighbours, distance, repeat)
 
 
-@pytest.mark.parametrize("step", [1, 2, 3, 5])
-def test_a_region_has_the_same_pixels_as_the_whole_image(step):
-    chosen = np.random.default_rng(5).random((60, 80)) < 0.5
-    whole = thinned_pixels(chosen, step, (0, 0))
-    part = thinned_pixels(chosen[13:, 7:], step, (7, 13))
-    inside = (whole[:, 0] >= 7) & (whole[:, 1] >= 13)
-    assert np.array_equal(part, whole[inside])
+@pytest.mark.parametrize("distance", [0.001, 0.02, 0.06, 0.4])
+def test_outliers_agree_with_a_tree_on_a_cloud_with_far_points(distance):
+    rng = np.random.default_rng(5)
+    points = np.concatenate([rng.normal(0, 0.2, (3000, 3)), rng.uniform(-4, 4, (300, 3))])
+    farthest, _ = KDTree(points).query(points, k=[9])
+    expected = farthest[:, 0] <= distance
+    assert np.array_equal(inliers(points, 8, distance, repeat=False), expected)
 
 
-def test_the_volume_is_a_box_with_its_floor_at_the_bottom():
-    p = DepthParameters().replaced(
-        volume_centre_x=1.0, volume_centre_y=-1.0, volume_bottom=0.2, volume_x=2.0, volume_y=4.0
-    )
-    volume = Volume.of(p)
-    assert np.allclose(volume.low, [0.0, -3.0, 0.2])
-    assert np.allclose(volume.high, [2.0, 1.0, 2.6])
-    inside = volume.contains(np.array([[0.0, -3.0, 0.2], [2.01, 0.0, 1.0], [1.0, 0.0, 2.7]]))
-    assert inside.tolist() == [True, False, False]
-    assert len(np.unique(volume.corners(), axis=0)) == 8
+def test_an_empty_cloud_stays_empty():
+    assert inliers(np.zeros((0, 3)), 8, 0.06, repeat=True).shape == (0,)

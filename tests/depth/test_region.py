@@ -1,13 +1,13 @@
 import functools
 import operator
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.coarse import WIDE, CoarseToFine, matcher_of
 from stereotrack_core.depth.light import empty_scene, light_of
 from stereotrack_core.depth.match import (
     STEPS,
@@ -19,6 +19,7 @@ from stereotrack_core.depth.match import (
 )
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.tracking.presets import preset
 from tests.depth.scenes import pair_with_disparity, texture
 
 WHOLE = Region.whole(320, 240)
@@ -32,16 +33,6 @@ def test_a_region_is_matched_as_in_the_whole_image(left_edge, top, width, height
     matcher = Matcher(DepthParameters().replaced(match_left_right=-1), DisparityRange(1, 32))
     whole, part = matcher(left, right), matcher(left, right, region)
     assert np.array_equal(part, whole[region.slices])
-
-
-def test_columns_up_to_the_right_border_are_measured():
-    left, right = pair_with_disparity(np.full((60, 160), 9.0))
-    disparities = DisparityRange(1, 64)
-    steps = Matcher(DepthParameters(), disparities)(left, right)
-    seen = np.flatnonzero((steps > disparities.invalid).mean(axis=0) > 0.5)
-    # OpenCV alone stops 64 columns and half a window before the border.
-    assert seen[-1] >= 160 - 1 - 9 - 5 - 3
-    assert np.abs(steps[8:-8, 130:144] / STEPS - 9.0).max() < 0.3
 
 
 def bands_of(image, empty, margin):
@@ -61,38 +52,6 @@ def test_what_changed_is_inside_the_region():
     assert 180 + 4 <= region.bottom <= 200
 
 
-def test_bands_are_narrower_than_the_box_and_hold_all_that_changed():
-    empty = (texture(240, 320, seed=1) * 0.7).astype(np.uint8)
-    image, shape = empty.copy(), np.zeros(empty.shape, dtype=bool)
-    shape[20:220, 150:170] = shape[60:70, 40:280] = True  # arms spread
-    image[shape] = 255 - image[shape] // 2
-    bands = bands_of(image, empty, 8)
-    held = np.zeros(empty.shape, dtype=int)
-    for band in bands:
-        held[band.slices] += 1
-    assert held.max() == 1
-    around = cv2.dilate(shape.astype(np.uint8), np.ones((17, 17), np.uint8)).astype(bool)
-    assert held[around].all()
-    box = functools.reduce(operator.or_, bands)
-    assert held.sum() < 0.5 * (box.right - box.left) * (box.bottom - box.top)
-
-
-@pytest.mark.parametrize("gain", [0.8, 1.2])
-def test_a_change_of_brightness_alone_is_not_taken_for_the_person(gain):
-    empty = (texture(240, 320, seed=1) * 0.7).astype(np.uint8)
-    image = (empty * gain).astype(np.uint8)
-    image[100:140, 200:240] = 250
-    region = functools.reduce(operator.or_, bands_of(image, empty, 0))
-    assert region.right - region.left < 60
-    assert region.bottom - region.top < 60
-
-
-def test_where_the_comparison_proves_nothing_the_whole_image_is_taken():
-    empty = texture(240, 320, seed=1).astype(np.uint8)
-    assert bands_of(empty, empty, 8) == (WHOLE,)
-    assert bands_of(texture(240, 320, seed=5).astype(np.uint8), empty, 8) == (WHOLE,)
-
-
 def test_a_body_appears_inside_its_corners_region():
     g = DepthGeometry(400, 159.5, 119.5, 0.12, 0.0, 320, 240, RigidTransform.identity())
     corners = np.array([[x, y, z] for x in (-0.2, 0.3) for y in (-0.1, 0.1) for z in (2.0, 3.0)])
@@ -105,3 +64,38 @@ def test_a_body_appears_inside_its_corners_region():
     assert region.right - region.left < 120
     assert region_of_points(g, corners - [0, 0, 2.5]) == WHOLE
     assert region_of_points(g, corners + [10.0, 0, 0]).is_empty
+
+
+RANGE = DisparityRange(1, 256)
+TRUTH = np.full((240, 700), 20.0)
+
+TRUTH[60:200, 300:] = 170.0  # something near, before a wall
+
+LEFT, RIGHT = pair_with_disparity(TRUTH)
+
+
+def measured(matcher, region=None):
+    steps = matcher(LEFT, RIGHT, region)
+    known = steps > matcher.disparities.invalid
+    return np.where(known, steps / STEPS - matcher.bias, np.nan)
+
+
+@pytest.mark.parametrize("kind", ["bm", "sgbm"])
+def test_near_and_far_surfaces_are_found_as_in_the_full_range(kind):
+    p = DepthParameters().replaced(matcher=kind)
+    coarse, full = measured(CoarseToFine(p, RANGE)), measured(Matcher(p, RANGE))
+    for found in (coarse, full):
+        error = np.abs(found - TRUTH)
+        near = error[70:190, 310:500]
+        wall = error[20:220, 20:280]
+        assert np.nanmax(near) < 1.0
+        assert np.nanmax(wall) < 1.0
+        assert np.isfinite(near).mean() > 0.9
+        assert np.isfinite(wall).mean() > 0.9
+
+
+def test_only_wide_ranges_are_searched_so_and_not_by_the_thesis():
+    wide = DisparityRange(1, WIDE)
+    assert isinstance(matcher_of(DepthParameters(), wide), CoarseToFine)
+    assert isinstance(matcher_of(DepthParameters(), DisparityRange(1, WIDE - 16)), Matcher)
+    assert isinstance(matcher_of(preset("thesis").depth, wide), Matcher)

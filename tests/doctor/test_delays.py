@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from stereotrack_core.doctor.delays import check_delays, delay_of, stretch_of
+from stereotrack_core.doctor.delays import check_delays, delay_of
 from stereotrack_core.geometry.transform import RigidTransform
 
 
@@ -60,11 +60,6 @@ def test_the_view_that_is_late_is_named_and_measured(late):
     assert "tested" in finding.remedy
 
 
-def test_every_other_frame_will_do():
-    delay = delay_of(instants({"O": 8}, length=60)[::2], places("NOS"), "O", 2)
-    assert delay.frames == pytest.approx(8, abs=0.5)
-
-
 def test_of_two_views_both_are_named():
     [finding] = check_delays(instants({"O": 6}, "NO"), places("NO"), 10.0)
     assert finding.where == "views N, O"
@@ -75,12 +70,3 @@ def test_of_two_views_both_are_named():
 def test_stillness_proves_nothing():
     still = [{v: seen(3, v) for v in "NOS"}] * 40
     assert delay_of(still, places("NOS"), "N") is None
-
-
-def test_the_stretch_is_where_most_moves():
-    motion = np.zeros(200)
-    motion[120:140] = 1.0
-    stretch = stretch_of([motion], 200)
-    assert stretch.start <= 120
-    assert stretch.stop >= 140
-    assert stretch_of([motion[:30]], 30) == range(30)

@@ -1,4 +1,4 @@
-"""Light, flicker, shadows, noise, movement and other people, named before tracking."""
+"""Light, flicker, shadows, noise and movement, named before tracking."""
 
 import cv2
 import numpy as np
@@ -68,7 +68,6 @@ def test_the_light_of_the_empty_scene_is_not_told_of(told):
         (lambda p, _: 0.88 * p, "note", "12 % darker"),
         (lambda p, _: 0.5 * p, "warning", "49 % darker"),
         (lambda p, k: p * (1 + 0.2 * np.sin(k / 10)), "note", "change by 2"),
-        (lambda p, _: 255 * (p / 255) ** 2.0, "warning", "gamma of 1.9"),
         (
             lambda p, k: p + np.random.default_rng(k).normal(0, 8, p.shape),
             "note",
@@ -79,7 +78,7 @@ def test_the_light_of_the_empty_scene_is_not_told_of(told):
         (lambda p, _: np.clip(3.0 * p, 0, 255), "warning", "white"),
         (lambda p, _: cv2.GaussianBlur(p, (0, 0), 2.0), "note", "blurred by 1.6"),
     ],
-    ids=["gain", "dark", "exposure", "gamma", "noise", "shadow", "moved", "white", "blur"],
+    ids=["gain", "dark", "exposure", "noise", "shadow", "moved", "white", "blur"],
 )
 def test_what_has_changed_is_named_with_its_size(told, changed, severity, words):
     findings = [one for one in told(changed) if words in one.what]
@@ -93,25 +92,6 @@ def test_a_camera_that_is_moved_while_recording_is_told_of(told):
     assert any("moved while recording" in one.what for one in findings)
 
 
-@pytest.mark.parametrize(("beat", "mains"), [(5.0, "60 Hz"), (3.0, None)])
-def test_lamps_that_flicker_are_told_of_with_their_mains(stereo_view, beat, mains):
-    # 120 Hz light appears at 5 Hz in 11.5 frames a second, 100 Hz at 3.5
-    recording = stereo_view.__class__(**{**vars(stereo_view), "fps": 11.5})
-
-    def flickering(picture, k):
-        return picture * (1 + 0.06 * np.sin(2 * np.pi * beat * k / 11.5))
-
-    findings = list(check_light(recording, Pictures(flickering)))
-    [flicker] = [one for one in findings if "flickers" in one.what]
-    assert (mains is None) or (f"({mains} mains)" in flicker.what)
-
-
-def test_a_slow_swing_of_the_exposure_is_no_flicker(told):
-    findings = told(lambda p, k: p * (1 + 0.3 * np.sin(k / 16)))
-    assert not any("flickers" in one.what for one in findings)
-
-
-def test_somebody_else_in_the_picture_is_told_of(told):
-    findings = told(lambda p, k: _with_person(p, 40 + k // 2, seed=11))
-    [other] = [one for one in findings if "as large as a person" in one.what]
-    assert "frames 0 to 59" in other.what
+def test_lamps_that_flicker_are_told_of(told):
+    findings = told(lambda p, k: p * (1 + 0.06 * np.sin(2 * np.pi * 5.0 * k / 11.5)))
+    assert any("flickers" in one.what for one in findings)

@@ -6,12 +6,10 @@ import re
 import numpy as np
 import pytest
 
-from stereotrack_core.depth.rectify import stereo_rectification
 from stereotrack_core.doctor.details import Details, details_of, row_fit
 from stereotrack_core.doctor.pairs import check_pair
 from stereotrack_core.doctor.slips import (
     centre_exchanged,
-    focused,
     resized,
     transposed,
     undistorted,
@@ -49,6 +47,14 @@ def seen_by(pair, seed):
 
 def found(cameras, details):
     return list(check_pair(VIEW, cameras, details))
+
+
+def focused(camera, factor):
+    """The camera with focal lengths that are larger by a factor."""
+    matrix = camera.matrix.copy()
+    matrix[0, 0] *= factor
+    matrix[1, 1] *= factor
+    return dataclasses.replace(camera, matrix=matrix)
 
 
 def turned(one, degrees):
@@ -112,23 +118,6 @@ def test_distortions_that_are_left_out_are_named_with_their_size(pair, details):
     assert "about k_1 = right: -0." in finding.remedy
 
 
-def test_straight_lenses_without_distortions_are_not_doubted():
-    left = camera("left", (-0.06, 0.2, 1.0), (0.05, 0.02, 0.01), **SIZE)
-    right = camera("right", (0.06, 0.2, 1.0), (0.05, -0.02, 0.0), **SIZE)
-    for seed in range(4):
-        assert not found((left, right), seen_by((left, right), seed))
-
-
-def test_an_image_that_is_upside_down_is_named(pair, details):
-    [finding] = found(pair, details.left_turned(pair[0]))
-    assert "The left image is upside down" in finding.remedy
-
-
-def test_too_few_details_prove_nothing(pair, details):
-    few = Details(details.image[:20], details.left[:20], 400)
-    assert not found(pair, few)
-
-
 def test_details_of_a_rendered_pair_have_its_disparity():
     left, image = pair_with_disparity(np.full((240, 320), 12.0))
     details = details_of([(left, image)])
@@ -137,9 +126,3 @@ def test_details_of_a_rendered_pair_have_its_disparity():
     assert apart == pytest.approx([12.0, 0.0], abs=0.1)
     mirrored = details_of([(np.ascontiguousarray(left[:, ::-1]), image)])
     assert len(mirrored.left) < 0.04 * mirrored.seen
-
-
-def test_rows_are_those_of_the_rectified_images(pair, details):
-    lowered = dataclasses.replace(details, left=details.left + [0.0, 2.0])
-    focal = stereo_rectification(*pair).geometry.focal
-    assert row_fit(pair, lowered).row_px == pytest.approx(2.0 * focal / 500.0, abs=0.4)

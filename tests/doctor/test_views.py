@@ -8,13 +8,11 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.doctor.displacements import fit_view
 from stereotrack_core.doctor.slips import transposed
 from stereotrack_core.doctor.views import (
     check_places,
     measured_views,
     misfits,
-    surfaces_of,
 )
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
@@ -116,12 +114,6 @@ def test_of_two_views_it_is_not_told_which_is_wrong(recording):
     assert "cannot be told" in finding.what
     assert "of view O the camera is" in finding.what
     assert finding.correction is None
-
-
-def test_a_displacement_is_measured(recording):
-    instants, places = measured(moved(recording, "S", shift=(0.1, 0.0, 0.0)))
-    fit = fit_view(surfaces_of(instants, places), places, "S", "shift")
-    assert fit.amount == pytest.approx(0.1, abs=0.02)
 
 
 def test_a_view_without_the_person_is_told(recording, sound):

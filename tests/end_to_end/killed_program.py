@@ -2,8 +2,7 @@
 
 Each line of JSON on standard input holds seconds and words. The words are done in a child that is
 killed after so many seconds; null lets it end, and 0 does them without a child, so that all is
-loaded. How it has ended is a line on standard output. ``migrate PATH`` opens a project for writing,
-everything else is a command of the program.
+loaded. How it has ended is a line on standard output.
 """
 
 from __future__ import annotations
@@ -15,15 +14,6 @@ import sys
 import time
 
 from stereotrack_core.program import main
-from stereotrack_core.project.project import Project
-
-
-def do(words: list[str]) -> int:
-    """Do what the words say."""
-    if words[0] == "migrate":
-        with Project.open(words[1], who="A"):
-            return 0
-    return main(words)
 
 
 def serve() -> None:
@@ -35,11 +25,11 @@ def serve() -> None:
     for line in sys.stdin:
         seconds, *words = json.loads(line)
         if seconds == 0:
-            told.write(f"{do(words)}\n")
+            told.write(f"{main(words)}\n")
             continue
         child = os.fork()
         if child == 0:
-            os._exit(do(words))
+            os._exit(main(words))
         if seconds is not None:
             time.sleep(seconds)
             os.kill(child, signal.SIGKILL)  # not waited for yet, so the number is still its own

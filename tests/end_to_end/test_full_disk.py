@@ -9,12 +9,10 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.failure_segments.export import write_strips
-from stereotrack_core.evaluation.failure_segments.find import find_failures
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.tracking.inspection import look_inside
 from tests.end_to_end import writers
-from tests.end_to_end.writers import COMMANDS, FILES, FOLDERS, Things, content_of, full_disk
+from tests.end_to_end.writers import FILES, FOLDERS, Things, content_of, full_disk
 from tests.evaluation.failure_segments.runs import recorded
 from tests.tracking.test_trace import followed
 
@@ -88,41 +86,6 @@ def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, 
     assert content_of(tmp_path / "full") == before
     assert refused.value.where
     assert refused.value.remedy
-
-
-@pytest.mark.parametrize("room", ["no room", "nearly enough"])
-@pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path, run):
-    def command(path: Path):
-        places = {"RUN": things.run_file, "RECORDING": things.recording.folder, "TARGET": path}
-        return run(*(places.get(word, word) for word in COMMANDS[name]))
-
-    made = enough(f"command: {name}", command)
-    before = with_older_files(tmp_path / "full", made)
-    with full_disk(ROOM[room](largest(made))):
-        ended = command(tmp_path / "full" / name)
-    assert content_of(tmp_path / "full") == before
-    assert ended.status in (1, 2)
-    sentence = ended.err.strip().splitlines()[-1]
-    assert sentence.startswith("stereotrack: ")
-    assert str(tmp_path / "full" / name) in sentence
-    assert "could not be written" in sentence
-    assert "Traceback" not in ended.err
-
-
-@pytest.mark.parametrize("room", ROOMS)
-def test_strips_that_were_there_stay_as_they_were(room, things, tmp_path):
-    folder = tmp_path / "strips"
-    failures = find_failures(things.judged)
-    assert write_strips(folder, things.judged, things.recording, failures) == 2
-    for path in folder.iterdir():
-        path.write_bytes(OLDER)
-    (folder / "other.txt").write_bytes(OLDER)
-    before = content_of(folder)
-    sizes = {"no room": 0, "little room": 20, "nearly enough": 20_000}
-    with full_disk(sizes[room]), pytest.raises(InputError, match="could not be written"):
-        write_strips(folder, things.judged, things.recording, failures)
-    assert content_of(folder) == before
 
 
 def test_every_module_that_writes_files_is_tried():

@@ -5,24 +5,17 @@ from __future__ import annotations
 import json
 import os
 import random
-import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from stereotrack_core.annotation.click import Click
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import has_frames
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.database import make_database
-from stereotrack_core.project.project import Project
 from stereotrack_core.study.store import journal_of, stored_results
 from stereotrack_core.tracking.repeating import sameness
 from tests.end_to_end.conftest import FAST
@@ -120,29 +113,6 @@ def _frames_of(part: Path) -> list[int]:
     return read_run(part).frame.tolist() if has_frames(part) else []
 
 
-def test_an_export_is_the_older_file_or_the_newer(victims, sound, tmp_path):
-    run = tmp_path / "run.npz"
-    assert victims.seconds_of("track", sound, "-o", run, *FAST) > 0
-    formats = ("csv", "trc", "c3d", "bvh", "angles", "mot")
-    seconds, new = {}, {}
-    for form in formats:
-        place = tmp_path / f"new.{'csv' if form == 'angles' else form}"
-        seconds[form] = victims.seconds_of("export", run, "--format", form, "-o", place)
-        new[form] = place.read_bytes()
-        place.unlink()
-    (tmp_path / "there").mkdir()
-    ends = dict.fromkeys(("older", "newer"), 0)
-    for number, share in enumerate(moments("export", 1.0)):
-        form = formats[number % len(formats)]
-        place = tmp_path / "there" / f"new.{'csv' if form == 'angles' else form}"
-        place.write_bytes(b"older")
-        victims.do(share * seconds[form], "export", run, "--format", form, "-o", place)
-        found = place.read_bytes()
-        assert found in (b"older", new[form]), form
-        ends["older" if found == b"older" else "newer"] += 1
-    assert min(ends.values()) > 0, ends
-
-
 def test_a_sweep_goes_on_from_every_result_that_it_has_told(victims, sound, tmp_path):
     quick = ("--preset", "fast", "--set", "fit_shape=no", "--frames", "0:3", "--init", "tpose")
     grid = ("--grid", "iterations=2,3", "--workers", 1)
@@ -159,40 +129,3 @@ def test_a_sweep_goes_on_from_every_result_that_it_has_told(victims, sound, tmp_
             for path in (journal, table):
                 path.unlink(missing_ok=True)
             known = {}
-
-
-def test_a_project_of_an_earlier_format_is_that_or_this_one(victims, tmp_path):
-    old = tmp_path / "old.stereotrack"
-    make_database(old)
-    clicks = tuple(Click(frame, "S", "head", (1.0, frame)) for frame in range(3000))
-    with Project.open(old, who="A") as project:
-        project.apply(PlaceClicks(clicks))
-    with closing(sqlite3.connect(old, isolation_level=None)) as database:
-        database.execute("DROP TABLE keypoint")
-        database.execute("PRAGMA user_version = 1")
-    (tmp_path / "timed").mkdir()
-    timed = Path(shutil.copy(old, tmp_path / "timed" / "walk.stereotrack"))
-    longest = victims.seconds_of("migrate", timed)
-    shutil.copy(old, timed)
-    timed.with_name("walk.format1.stereotrack").unlink()
-    begun = time.monotonic()
-    assert victims.do(None, "migrate", timed) == 0
-    longest = time.monotonic() - begun
-    formats = []
-    for number, seconds in enumerate(moments("migration", longest)):
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        path = Path(shutil.copy(old, folder / "walk.stereotrack"))
-        victims.do(seconds, "migrate", path)
-        with Project.open(path, read_only=True) as project:
-            assert project.clicks.count() == len(clicks)
-        with closing(sqlite3.connect(path)) as database:
-            formats += database.execute("PRAGMA user_version").fetchone()
-        copy = path.with_name("walk.format1.stereotrack")
-        if formats[-1] == 2 or copy.exists():
-            with Project.open(copy, read_only=True) as project:
-                assert project.clicks.count() == len(clicks)
-        with Project.open(path) as project:
-            assert len(project.clicks.all()) == len(clicks)
-        shutil.rmtree(folder)
-    assert set(formats) == {1, 2}, "kills come before and after"

@@ -73,21 +73,3 @@ def test_memory_is_flat_over_many_frames(name, frames, sound):
         count = frames - SETTLED
         assert (living_objects() - objects) / count < MOST_OBJECTS_PER_FRAME
         assert (resident_bytes() - resident) / count < MOST_PER_FRAME
-
-
-def test_what_is_kept_of_a_frame_is_small(sound):
-    spec = RunSpec(preset("fast").replaced(fit_shape=False), init="tpose")
-    with Pipeline(open_recording(sound), spec) as pipeline:
-        kept = [frame.without_cloud() for frame in pipeline.frames(range(4))]
-    for frame in kept:
-        prior = 0 if frame.estimate.prior is None else frame.estimate.prior.P.nbytes
-        arrays = (
-            frame.landmarks,
-            frame.P,
-            frame.x,
-            frame.cloud.points,
-            frame.estimate.limb_sigma_deg,
-        )
-        assert sum(array.nbytes for array in arrays) + prior < 20_000
-        assert not frame.cloud.depths
-        assert frame.estimate.correspondences is None

@@ -85,26 +85,6 @@ def test_one_sentence_names_file_key_and_remedy(damage, copy, tmp_path, run):
     assert any(error["what"] in sentence for error in errors)
 
 
-@pytest.mark.parametrize("damage", ["focal length NaN", "singular matrix", "transposed matrix"])
-def test_no_finding_that_only_follows_from_another(damage, copy, run):
-    DAMAGES[damage][0](copy)
-    findings = run("info", copy, "--json").json["findings"]
-    assert not any("is not in the calibration" in finding["what"] for finding in findings)
-
-
-def test_an_unknown_camera_is_told_beside_an_unusable_one(copy, run):
-    substitute(copy / CALIBRATION, r"200\.0", "nan")
-    substitute(copy / CALIBRATION, r'name = "S_left"', 'name = "nobody"')
-    findings = run("info", copy, "--json").json["findings"]
-    assert any("'S_left' is not in the calibration" in finding["what"] for finding in findings)
-
-
-def test_a_wrong_rate_is_not_compared_with_the_videos(copy, run):
-    substitute(copy / DESCRIPTION, r"fps = .*", "fps = nan")
-    findings = run("info", copy, "--json").json["findings"]
-    assert [finding["where"].rsplit(", ")[-1] for finding in findings] == ["fps"]
-
-
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything may be read here")
 def test_files_that_may_not_be_read(copy, tmp_path, run):
     (copy / CALIBRATION).chmod(0)
@@ -124,21 +104,6 @@ def test_places_that_cannot_be_written(sound, tmp_path, run):
     }
     for place, word in places.items():
         assert word in run("track", sound, "-o", place).sentence
-
-
-def test_links_in_a_circle_are_no_files(sound, tmp_path, run):
-    for suffix in ("", ".npz", ".csv", ".toml", ".ply"):
-        (tmp_path / f"loop{suffix}").symlink_to(tmp_path / f"loop{suffix}")
-    loop, out = tmp_path / "loop", tmp_path / "run.npz"
-    assert "no such folder" in run("info", loop).sentence
-    assert "no such folder" in run("track", loop, "-o", out).sentence
-    for option in ("--init=loop.npz", "--detections=loop.csv", "--preset=loop.toml"):
-        name, _, file = option.partition("=")
-        assert "cannot be read" in run("track", sound, "-o", out, name, tmp_path / file).sentence
-    assert "cannot be read" in run("evaluate", tmp_path / "loop.npz").sentence
-    cloud = tmp_path / "loop.ply"
-    assert run("cloud", sound, "--frame", 0, "-o", cloud).status == 0
-    assert not cloud.is_symlink()
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.program import main
 from tests.end_to_end.conftest import FAST, FRAMES
 from tests.end_to_end.damage import pictures_of, substitute, write_pictures
@@ -53,24 +52,7 @@ def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_pa
     assert any("dark" in f["what"] for f in run("info", copy, "--deep", "--json").json["findings"])
 
 
-@pytest.mark.slow
-def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
-    folder, place = tmp_path / "dark", tmp_path / "run.npz"
-    shutil.copytree(clear, folder)
-    _darken(folder, CAMERAS, DARK)
-    told = run("track", folder, "-o", place, *FAST, "--json")
-    stored = read_run(place)
-    assert stored.frame[~stored.tracked].tolist() == list(DARK)
-    assert np.isnan(stored.landmarks[DARK.start : DARK.stop]).all()
-    [gap] = told.json["not_tracked"]
-    assert (gap["first"], gap["end"]) == (DARK.start, DARK.stop)
-    # where the arms are is a matter of the pictures' noise, and that of the processor; the body is
-    # an average one that was not fitted
-    measures = run("evaluate", place, "--json").json["measures"]
-    assert measures["torso_position"]["median"] < 100.0
-
-
-@pytest.mark.parametrize("preset", ["fast", "thesis", "accurate"])
+@pytest.mark.parametrize("preset", ["fast", "thesis"])
 def test_nothing_is_tracked_where_nothing_is_seen(preset, copy, tmp_path, run):
     _darken(copy, CAMERAS, range(FRAMES))
     told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, "--json")
@@ -88,26 +70,18 @@ def test_nothing_is_tracked_where_nothing_is_seen(preset, copy, tmp_path, run):
     assert set(cloud["problems"]) == {"N", "S"}
 
 
-def test_a_volume_elsewhere_gives_an_empty_cloud(sound, tmp_path, run):
-    away = ("--set", "volume_centre_x=40")
-    told = run("track", sound, "-o", tmp_path / "run.npz", *away, "--preset", "fast", "--json")
-    assert told.status == 1
-    assert told.json["tracked"] == 0
-    assert "volume_centre_x" in told.err
-
-
 @pytest.mark.parametrize(
     ("options", "word"),
     [
         (("disparity_minimum=300", "least_focal=0"), "disparity_minimum=300"),
-        (("volume_bottom=2.2",), "volume_bottom"),
         (("outlier_distance=0.5",), "outlier_distance"),
     ],
 )
 def test_the_step_that_took_the_points_is_named(options, word, sound, tmp_path, run):
     place = tmp_path / "run.npz"
-    sets = [part for option in options for part in ("--set", option)]
-    told = run("track", sound, "-o", place, "--preset", "fast", "--despite-errors", *sets)
+    sets = [part for option in (*options, "fit_shape=no") for part in ("--set", option)]
+    quick = ("--preset", "fast", "--frames", "0:4", "--despite-errors")
+    told = run("track", sound, "-o", place, *quick, *sets)
     assert told.status == 1
     assert "No person was tracked" in told.err
     assert word in told.err.partition("No person was tracked")[2]
@@ -124,11 +98,11 @@ def test_a_run_of_nothing_replaces_no_other(sound, tmp_path, run):
     assert [path.name for path in tmp_path.iterdir()] == [place.name]
 
 
-def test_overwritten_bytes_are_told_by_frame(copy, tmp_path, run, random_bytes):
+def test_overwritten_bytes_are_told_by_frame(copy, tmp_path, run):
     path = copy / "N_left.mp4"
     content = bytearray(path.read_bytes())
     middle = len(content) // 2
-    content[middle : middle + 6000] = random_bytes
+    content[middle : middle + 6000] = np.random.default_rng(4).bytes(6000)
     path.write_bytes(content)
     told = run("track", copy, "-o", tmp_path / "run.npz", *FAST, "--json")
     assert told.status == 0
@@ -136,12 +110,6 @@ def test_overwritten_bytes_are_told_by_frame(copy, tmp_path, run, random_bytes):
     blind = _stretches(told, "N")
     assert blind
     assert all(0 < first < end <= FRAMES for first, end in blind)
-
-
-@pytest.fixture
-def random_bytes():
-    """Noise that is the same in every run."""
-    return np.random.default_rng(4).bytes(6000)
 
 
 def test_images_that_are_missing_or_damaged_are_told_by_frame(copy, tmp_path, run):
@@ -195,15 +163,6 @@ def whole(sound, tmp_path_factory):
     return place
 
 
-def test_a_reference_in_millimetres_is_told(sound, whole, tmp_path, run):
-    header, *rows = (sound / "reference.csv").read_text().splitlines()
-    cells = [row.split(",") for row in rows]
-    large = [",".join([*c[:2], *(str(1000 * float(v)) for v in c[2:])]) for c in cells]
-    (tmp_path / "reference.csv").write_text("\n".join([header, *large]))
-    told = run("evaluate", whole, "--reference", tmp_path / "reference.csv")
-    assert "km tall" in told.err
-
-
 def _spoilt(place: Path, **changes) -> None:
     with np.load(place) as stored:
         content = {name: stored[name] for name in stored.files}
@@ -227,34 +186,3 @@ def test_runs_that_are_damaged_are_refused(damage, sound, whole, tmp_path, run):
             _spoilt(place, frame=np.arange(FRAMES)[::-1])
     assert str(place) in run("evaluate", place).sentence
     assert str(place) in run("track", sound, "-o", tmp_path / "b.npz", "--init", place).sentence
-
-
-def test_the_figures_are_those_of_the_independent_score(
-    sound, whole, tmp_path, run, independent_score
-):
-    csv_file = tmp_path / "run.csv"
-    write_run(csv_file, read_run(whole))
-    ours = run("evaluate", whole, "--json").json
-    theirs = independent_score(csv_file, sound / "reference.csv")
-    means = {name: measure["mean"] for name, measure in ours["measures"].items()}
-    names = {"torso_position": "pos_mm", "torso_long": "long", "torso_cross": "cross"}
-    names |= {"upper_arms": "ua", "forearms": "fa"}
-    for own, other in names.items():
-        assert means[own] == pytest.approx(theirs[other], abs=1e-2), (own, means, theirs)
-    assert ours["lost_percent"] == pytest.approx(theirs["lost"], abs=1e-6)
-
-
-@pytest.fixture
-def independent_score():
-    """Function from a run and a reference to the figures of the script beside the checkout."""
-    script = Path(__file__).resolve().parents[3] / "shared" / "tools" / "score.py"
-    if not script.is_file():
-        pytest.skip("the independent score is not beside this checkout")
-    import subprocess
-    import sys
-
-    def score(run_file: Path, reference: Path):
-        command = [sys.executable, str(script), str(run_file), str(reference), "--json"]
-        return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
-
-    return score

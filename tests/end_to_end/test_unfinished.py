@@ -11,10 +11,8 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from stereotrack_core.experiments import tracked_run
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.tracking.repeating import sameness
 from tests.end_to_end.conftest import FAST, FRAMES
@@ -26,12 +24,11 @@ PROGRAM = Path(__file__).with_name("held_tracking.py")
 ROOT = PROGRAM.parents[2]
 HELD = 5
 ENDS = [
-    signal.SIGINT,
     signal.SIGKILL,
     "full drive",
-    *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGTERM, signal.SIGHUP)),
+    *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGINT, signal.SIGHUP)),
 ]
-"""The slow ones are sent by tests of their own as well."""
+"""SIGTERM is sent by a test of its own."""
 
 
 @dataclass(frozen=True)
@@ -146,43 +143,6 @@ def test_without_an_older_run_the_frames_are_written_too(sound, whole, tmp_path,
     assert sameness(read_run(whole), read_run(place)).equal
 
 
-def test_a_terminal_that_is_gone_cannot_be_told_and_nothing_is_lost(sound, tmp_path):
-    place = tmp_path / "run.npz"
-    seen, terminal = os.openpty()
-    process = subprocess.Popen(
-        [sys.executable, str(PROGRAM), str(HELD), "track", str(sound), "-o", str(place), *FAST],
-        stdin=subprocess.PIPE,
-        stdout=terminal,
-        stderr=terminal,
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )
-    os.close(terminal)
-    shown = b""
-    while b"held" not in shown:
-        shown += os.read(seen, 4096)
-    assert b"Tracking" in shown
-    os.close(seen)
-    process.send_signal(signal.SIGHUP)
-    process.communicate(b"\n")
-    assert process.returncode > 0
-    assert read_run(place).frame.tolist() == list(range(HELD))
-    assert read_run(part_of(place)).frame.tolist() == list(range(HELD))
-
-
-@pytest.mark.slow
-def test_it_may_be_stopped_again_and_again(sound, whole, place, run):
-    stopped_by(signal.SIGKILL, sound, "-o", place, *FAST, frames=3)
-    for frames in (4, 1):  # what is tracked again is counted
-        before = len(read_run(part_of(place)).frame)
-        stopped_by(signal.SIGKILL, sound, "-o", place, "--resume", frames=frames)
-        assert len(read_run(part_of(place)).frame) >= before
-    assert run("track", sound, "-o", place, "--resume").status == 0
-    stored = read_run(place)
-    assert sameness(read_run(whole), stored).equal
-    assert stored.meta["resumed_at"] == [1, 2, 3]
-
-
 @pytest.mark.parametrize(
     "preset",
     ["fast", *(pytest.param(name, marks=pytest.mark.slow) for name in ("accurate", "thesis"))],
@@ -207,10 +167,7 @@ def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_p
     [
         (("--seed", 3), "--seed"),
         (("--set", "iterations=1"), "--set"),
-        (("--frames", "0:4"), "--frames"),
-        (("--preset", "thesis"), "--preset"),
         (("--views", "N"), "--views"),
-        (("--init", "auto"), "--init"),
     ],
 )
 def test_it_goes_on_as_it_was_begun_or_not_at_all(option, word, sound, place, left, run):
@@ -218,13 +175,6 @@ def test_it_goes_on_as_it_was_begun_or_not_at_all(option, word, sound, place, le
     refused = run("track", sound, "-o", place, "--resume", *option)
     assert f"{word}: the unfinished run was started with other settings" in refused.sentence
     assert (left.read_bytes(), place.read_bytes()) == (kept, before)
-
-
-def test_saying_the_same_again_does_no_harm(sound, whole, place, left, run):
-    same = ("--seed", 0, "--frames", f"0:{FRAMES}", "--views", "NS")
-    assert run("track", sound, "-o", place, "--resume", *FAST, *same).status == 0
-    assert sameness(read_run(whole), read_run(place)).equal
-    assert not left.exists()
 
 
 def test_another_recording_is_refused(copy, place, left, run):
@@ -243,22 +193,3 @@ def test_there_has_to_be_something_to_go_on_with(sound, place, run):
     assert "not an unfinished run" in run("track", sound, "-o", place, "--resume").sentence
     assert "Resume it with --resume" in run("track", sound, "-o", place, *FAST).sentence
     assert part_of(place).read_bytes() == b"hello, world"
-
-
-def test_an_error_on_the_way_keeps_what_was_tracked(sound, place, run, monkeypatch):
-    before, done = place.read_bytes(), []
-    show = tracked_run._Course.note
-
-    def note(self, frame):
-        show(self, frame)
-        done.append(frame.frame)
-        if len(done) == HELD:
-            raise RuntimeError("a cable was pulled")
-
-    monkeypatch.setattr(tracked_run._Course, "note", note)
-    ended = run("track", sound, "-o", place, *FAST)
-    assert ended.status == 1
-    assert "a cable was pulled" in ended.err
-    assert f"-o {place} --resume" in ended.err
-    assert place.read_bytes() == before
-    np.testing.assert_array_equal(read_run(part_of(place)).frame, np.arange(HELD))

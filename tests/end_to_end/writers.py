@@ -286,15 +286,3 @@ FOLDERS: dict[str, Callable[[Path, Things], None]] = {
     "strips": _strips,
 }
 """What makes a folder."""
-
-_SMALL = ("--set", "width=96", "--set", "height=64", "--set", "focal=60")
-
-COMMANDS: dict[str, tuple[str, ...]] = {
-    "run.c3d": ("export", "RUN", "--format", "c3d", "-o", "TARGET"),
-    "run.bvh": ("export", "RUN", "--format", "bvh", "-o", "TARGET"),
-    "exported angles.csv": ("export", "RUN", "--format", "angles", "-o", "TARGET"),
-    "cloud.ply": ("cloud", "RECORDING", "--frame", "0", "-o", "TARGET"),
-    "page.html": ("report", "RUN", "-o", "TARGET"),
-    "simulated": ("simulate", "TARGET", "--frames", "2", "--views", "N", *_SMALL),
-}
-"""Commands by the file or folder that they write."""

@@ -1,6 +1,4 @@
-"""Rotations agree with scipy, undo each other and keep their precision near 0 and pi."""
-
-from __future__ import annotations
+"""Rotations agree with scipy and keep their precision near 0 and pi; transforms undo each other."""
 
 import numpy as np
 import pytest
@@ -12,12 +10,11 @@ from scipy.spatial.transform import Rotation
 from stereotrack_core.geometry.rotation import (
     angle_between,
     rotation_from_vector,
-    skew,
     vector_from_rotation,
 )
+from stereotrack_core.geometry.transform import RigidTransform
 
-number = st.floats(-10, 10, allow_nan=False)
-vectors = hnp.arrays(np.float64, 3, elements=number)
+vectors = hnp.arrays(np.float64, 3, elements=st.floats(-10, 10, allow_nan=False))
 
 
 @given(vectors)
@@ -43,27 +40,36 @@ def test_small_angles_are_exact(angle):
     assert np.allclose(found, axis * angle, rtol=1e-9, atol=1e-16)
 
 
-def test_stacks_are_treated_one_by_one():
-    stack = np.random.default_rng(0).normal(size=(4, 2, 3))
-    matrices = rotation_from_vector(stack)
-    assert matrices.shape == (4, 2, 3, 3)
-    assert np.array_equal(matrices[3, 1], rotation_from_vector(stack[3, 1]))
-    assert np.allclose(vector_from_rotation(matrices), stack)
-    assert vector_from_rotation(np.empty((0, 3, 3))).shape == (0, 3)
-
-
-@given(vectors, vectors)
-def test_skew_is_the_cross_product(a, b):
-    assert np.allclose(skew(a) @ b, np.cross(a, b), rtol=1e-12, atol=1e-12)
-
-
 @given(st.floats(1e-9, np.pi), st.floats(0.01, 100))
 def test_the_angle_between_is_the_angle_turned(angle, length):
     turned = rotation_from_vector(np.array([0, 0, angle])) @ [length, 0, 0]
     assert angle_between(np.array([1.0, 0, 0]), turned) == pytest.approx(angle, rel=1e-6)
 
 
-def test_angles_to_nothing_are_unknown():
-    found = angle_between(np.array([[0, 0, 0], [np.nan, 0, 0], [1.0, 0, 0]]), np.array([1.0, 0, 0]))
-    assert np.isnan(found[:2]).all()
-    assert found[2] == 0
+transforms = st.builds(lambda r, t: RigidTransform(rotation_from_vector(r), t), vectors, vectors)
+
+points = hnp.arrays(np.float64, (4, 3), elements=st.floats(-5, 5))
+
+
+@given(transforms, transforms, points)
+def test_chaining_is_applying_one_after_the_other(a_from_b, b_from_c, in_c):
+    expected = a_from_b.apply(b_from_c.apply(in_c))
+    assert np.allclose((a_from_b @ b_from_c).apply(in_c), expected, rtol=0, atol=1e-10)
+
+
+@given(transforms, points)
+def test_the_inverse_undoes(a_from_b, in_b):
+    assert np.allclose(a_from_b.inverse().apply(a_from_b.apply(in_b)), in_b, rtol=0, atol=1e-10)
+    assert np.allclose(
+        a_from_b.matrix() @ a_from_b.inverse().matrix(), np.eye(4), rtol=0, atol=1e-12
+    )
+
+
+@given(transforms, points)
+def test_the_matrix_does_the_same(a_from_b, in_b):
+    homogeneous = np.concatenate([in_b, np.ones((4, 1))], axis=1)
+    assert np.allclose((homogeneous @ a_from_b.matrix().T)[:, :3], a_from_b.apply(in_b))
+
+
+def test_identity_changes_nothing():
+    assert RigidTransform.identity().apply(np.array([1.0, 2, 3])).tolist() == [1, 2, 3]

@@ -1,16 +1,16 @@
 """Points are found from their pictures, weighed by sigma, and mistakes are left out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
-from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings
-from tests.annotation.scenes import LENSES, cameras
+from stereotrack_core.geometry.camera import nearest_on_ray, pixel_jacobian
+from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings, segment_distance
+from tests.annotation.scenes import LENSES, MATRIX, cameras
 
 WORLD = np.array([0.1, -0.2, 1.3])
 
@@ -58,24 +58,6 @@ def test_noise_leads_to_the_point_of_least_squares(seed):
     assert not found.outlier.any()
 
 
-def test_one_mistake_of_four_is_told():
-    offsets = np.zeros((4, 2))
-    offsets[2] = [-45.0, 30.0]
-    seen, _, _ = sightings(offsets=offsets)
-    found = point_of_sightings(seen)
-    assert found.outlier.tolist() == [False, False, True, False]
-    assert np.allclose(found.world, WORLD, atol=1e-6)
-
-
-def test_contradiction_makes_the_point_less_sure():
-    calm = point_of_sightings(sightings()[0])
-    offsets = np.array([[6.0, 0], [0, 6], [-6, 0], [0, -6]])
-    torn = point_of_sightings(sightings(offsets=offsets)[0])
-    assert np.trace(torn.covariance) > 3 * np.trace(calm.covariance)
-    sure = point_of_sightings(sightings(sigma=1.0)[0])
-    assert np.trace(sure.covariance) == pytest.approx(np.trace(calm.covariance) / 4, rel=1e-6)
-
-
 def test_too_few_and_hopeless_sightings_give_nothing():
     seen, rig, pixels = sightings()
     assert point_of_sightings(seen.without(0).without(0).without(0)) is None
@@ -92,3 +74,67 @@ def test_too_few_and_hopeless_sightings_give_nothing():
     apart = Sightings.of(pair, np.array([[320.0, 240], [260, 240]]), np.full(2, 2.0))
     assert point_of_sightings(towards) is not None
     assert point_of_sightings(apart) is None
+
+
+ends = hnp.arrays(np.float64, (4, 3), elements=st.floats(-2, 2))
+
+
+@given(ends)
+@example(np.array([[1.0, 0, 0], [0, 0, 0], [0, 1.2e-38, 0], [0, 0, 0]]))
+def test_distance_is_the_least_of_all_pairs_of_points(corners):
+    a, b, c, d = corners
+    share = np.linspace(0, 1, 201)
+    one = a + share[:, None] * (b - a)
+    two = c + share[:, None] * (d - c)
+    least = np.linalg.norm(one[:, None] - two[None], axis=-1).min()
+    found = segment_distance(a, b, c, d)
+    assert found <= least + 1e-9
+    assert found >= least - 0.02 * max(np.linalg.norm(b - a), np.linalg.norm(d - c)) - 1e-9
+
+
+def test_points_and_parallels():
+    o, x, y = np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+    assert segment_distance(o, o, x, x) == 1.0
+    assert segment_distance(o, x, y, x + y) == 1.0
+    assert segment_distance(o, x, 3 * x, 4 * x) == 2.0
+    assert np.isnan(segment_distance(o, x, y, np.full(3, np.nan)))
+
+
+POINTS = np.array([[0.1, 0.2, 1.2], [-0.3, 0.1, 0.9]])
+
+
+def test_jacobian_of_a_lens_without_distortion_is_that_of_the_pinhole():
+    camera = cameras("plain")["N"]
+    x, y, z = camera.camera_from_world.apply(POINTS).T
+    slope = np.zeros((2, 2, 3))
+    slope[:, 0, 0], slope[:, 1, 1] = MATRIX[0, 0] / z, MATRIX[1, 1] / z
+    slope[:, 0, 2], slope[:, 1, 2] = -MATRIX[0, 0] * x / z**2, -MATRIX[1, 1] * y / z**2
+    expected = slope @ camera.camera_from_world.rotation
+    assert np.allclose(pixel_jacobian(camera, POINTS), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_jacobian_tells_small_steps(lens):
+    camera = cameras(lens)["O"]
+    step = np.array([0.002, -0.001, 0.003])
+    moved = camera.project(POINTS + step) - camera.project(POINTS)
+    assert np.allclose(pixel_jacobian(camera, POINTS) @ step, moved, atol=5e-3)
+
+
+def test_jacobian_of_what_cannot_be_seen_is_not_known():
+    camera = cameras()["N"]
+    behind = camera.position_world - 2 * camera.camera_from_world.rotation[2]
+    assert np.isnan(pixel_jacobian(camera, behind)).all()
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_nearest_point_of_a_ray_is_nearer_than_its_neighbours(lens):
+    rig = cameras(lens)
+    origin = rig["N"].position_world
+    direction = rig["N"].rays_world(np.array([330.0, 250.0]))
+    pixel = rig["O"].project(origin + 2.8 * direction) + [3.0, 9.0]
+    found = nearest_on_ray(rig["O"], pixel, origin, direction, 2.5)
+    away = np.linalg.norm(rig["O"].project(found) - pixel)
+    assert np.allclose(np.cross(found - origin, direction), 0, atol=1e-9)
+    for step in (-0.01, 0.01):
+        assert np.linalg.norm(rig["O"].project(found + step * direction) - pixel) > away

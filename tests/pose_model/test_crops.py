@@ -6,12 +6,10 @@ import pytest
 
 from stereotrack_core.pose_model.crops import (
     Crop,
-    crop_around,
     crop_from_body,
-    crop_from_circle,
-    crop_from_points,
     whole_picture,
 )
+from stereotrack_core.pose_model.pictures import as_rgb, as_uint8, shaded_depth
 from tests.tracking.recordings import camera_towards_the_middle
 
 SIZE = (256, 256)
@@ -43,16 +41,6 @@ def test_what_is_seen_leads_back_to_the_pixel(side, angle, size):
     assert np.linalg.norm(place - SPOT) < max(0.1, 0.1 * side / max(size))
 
 
-def test_a_shrunk_part_is_averaged():
-    noise = np.random.default_rng(0).integers(0, 256, (800, 800)).astype(np.uint8)
-    seen = Crop(np.array([400.0, 400.0]), 800.0).seen(noise, (100, 100))
-    assert seen.std() < 16  # 73 for single pixels, 37 if only neighbours are mixed
-
-
-def test_a_crop_beside_the_picture_is_black():
-    assert not Crop(np.array([-5000.0, 90.0]), 900.0).seen(picture_of_a_spot(), SIZE).any()
-
-
 def test_a_mask_comes_back_to_the_picture():
     crop = Crop(SPOT, 100.0, 0.5)
     back = crop.mask_in_picture(crop.seen(picture_of_a_spot(), SIZE) / 255.0, (200, 300))
@@ -60,39 +48,11 @@ def test_a_mask_comes_back_to_the_picture():
     np.testing.assert_allclose(middle_of_brightness(back), SPOT, atol=0.1)
 
 
-def test_the_circle_around_the_body_stands_upright():
-    hips, top = np.array([100.0, 200.0]), np.array([160.0, 200.0])  # lies, the head to the right
-    crop = crop_from_circle(hips, top)
-    assert crop.side == pytest.approx(150.0)
-    seen = crop.model_from_picture(SIZE)
-    middle, above = (seen[:, :2] @ place + seen[:, 2] for place in (hips, top))
-    np.testing.assert_allclose(middle, [127.5, 127.5])
-    np.testing.assert_allclose(above, [127.5, 127.5 - 256 * 60 / 150], atol=1e-9)
-
-
 @pytest.mark.parametrize(("turned", "flag"), [(90, cv2.ROTATE_90_CLOCKWISE), (180, 1), (270, 2)])
 def test_a_view_on_its_side_is_seen_upright(turned, flag):
     picture = np.random.default_rng(1).integers(0, 256, (64, 64)).astype(np.uint8)
     seen = whole_picture(picture.shape, turned).seen(picture, (64, 64))
     np.testing.assert_allclose(seen.astype(int), cv2.rotate(picture, flag).astype(int), atol=1)
-
-
-def test_the_whole_picture_is_in_the_middle_of_a_square():
-    crop = whole_picture((100, 300))
-    np.testing.assert_allclose(crop.in_picture(np.array([-0.5, -0.5]), SIZE), [-0.5, -100.5])
-    np.testing.assert_allclose(crop.in_picture(np.array([255.5, 255.5]), SIZE), [299.5, 199.5])
-
-
-def test_a_box_is_shown_with_the_models_ratio():
-    crop = crop_around(np.array([50.0, 60.0]), np.array([30.0, 40.0]), (48, 64))
-    corners = crop.in_picture(np.array([[-0.5, -0.5], [47.5, 63.5]]), (48, 64))
-    np.testing.assert_allclose(corners, [[35, 40], [65, 80]])
-
-
-def test_points_that_are_not_known_are_left_out():
-    crop = crop_from_points(np.array([[10.0, 20.0], [30.0, 100.0], [np.nan, 0.0]]))
-    np.testing.assert_allclose(crop.centre, [20, 60])
-    assert crop.side == pytest.approx(100.0)
 
 
 def test_a_bent_body_has_a_crop_of_the_same_size():
@@ -104,3 +64,32 @@ def test_a_bent_body_has_a_crop_of_the_same_size():
     assert bent.side == pytest.approx(upright.side)
     np.testing.assert_allclose(upright.centre, camera.project(hips))
     assert crop_from_body(camera, np.array([0.0, 9.0, 1.0]), hips) is None  # behind it
+
+
+def test_colours_are_in_the_order_of_networks():
+    blue = np.zeros((4, 4, 3), np.uint8)
+    blue[..., 0] = 200
+    assert as_rgb(blue)[0, 0].tolist() == [0, 0, 200]
+    assert as_rgb(blue[..., 0])[0, 0].tolist() == [200, 200, 200]
+
+
+def test_a_dark_picture_gets_contrast_and_a_bright_one_stays():
+    ramp = np.tile(np.arange(256, dtype=np.uint8), (16, 1))
+    np.testing.assert_array_equal(as_rgb(ramp)[..., 0], ramp)
+    dark = as_rgb(ramp // 8)
+    assert 180 < dark.max() <= 255
+    assert (np.diff(dark[0, :, 0].astype(int)) >= 0).all()
+    assert not as_rgb(np.zeros((8, 8), np.uint8)).any()
+
+
+def test_depth_is_shaded_by_its_slope():
+    columns = np.mgrid[:80, :80][1]
+    depth = np.where(columns < 40, 2.0, 2.0 + 0.05 * (columns - 40)).astype(np.float32)
+    depth[:10] = np.nan
+    shaded = shaded_depth(depth)
+    assert not shaded[:7].any()
+    facing, turned = shaded[20:70, 10:30], shaded[20:70, 50:70]
+    assert facing.min() > 200
+    assert 0 < turned.max() < 150
+    np.testing.assert_array_equal(as_uint8(depth), shaded)
+    assert as_uint8(shaded) is shaded

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stereotrack_core.pose_model.crops import crop_from_body
-from stereotrack_core.pose_model.detector import POINT_NAMES, next_crop
-from stereotrack_core.pose_model.following import Whereabouts, detect_person, whereabouts
+from stereotrack_core.pose_model.detector import POINT_NAMES
+from stereotrack_core.pose_model.following import Whereabouts, detect_person
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.program import main
 from stereotrack_core.recording.folder import open_recording
@@ -81,13 +81,6 @@ def test_landmarks_are_where_the_joints_are(detector, picture, truth):
     assert left[1] < -0.3  # above the hips
 
 
-def test_the_same_picture_gives_the_same_numbers(detector, picture):
-    crop = detector.find_people(picture)[0].crop
-    first, again = (detector.landmarks(picture, crop) for _ in range(2))
-    np.testing.assert_array_equal(first.points, again.points)
-    assert first.score == again.score
-
-
 def test_a_tracked_body_tells_what_to_look_at(detector, recording, picture, camera, truth):
     by_name = dict(zip(LANDMARKS, recording.reference.points[0], strict=True))
     hips, shoulders = (
@@ -96,14 +89,6 @@ def test_a_tracked_body_tells_what_to_look_at(detector, recording, picture, came
     pose = detector.landmarks(picture, crop_from_body(camera, hips, shoulders))
     assert pose.score > 0.9
     assert np.median(misfit(pose, truth)) < 9
-
-
-def test_the_person_is_followed(detector, picture, truth):
-    pose = detector.landmarks(picture, detector.find_people(picture)[0].crop)
-    moved = np.roll(picture, 12, axis=1)
-    followed = detector.landmarks(moved, next_crop(pose))
-    assert followed.score > 0.9
-    np.testing.assert_allclose(joints(followed) - joints(pose), [[12, 0]] * 6, atol=7)
 
 
 def test_a_small_person_is_found_in_tiles(detector, picture, truth):
@@ -142,11 +127,6 @@ def test_dark_and_grey_pictures_do(detector, picture, truth, change):
     assert np.median(misfit(pose, truth)) < 10
 
 
-def test_nobody_is_found_in_a_picture_of_noise(detector):
-    noise = np.random.default_rng(0).integers(0, 256, (240, 320, 3)).astype(np.uint8)
-    assert detect_person(detector, noise, None, Whereabouts(np.array([160.0, 120.0]))) is None
-
-
 def test_the_mask_covers_the_person(detector, picture, truth):
     crop = detector.find_people(picture)[0].crop
     assert detector.landmarks(picture, crop).mask is None
@@ -156,11 +136,6 @@ def test_the_mask_covers_the_person(detector, picture, truth):
     assert (mask[rows, columns] > 0.5).all()
     assert mask[:40].max() < 0.1
     assert 0.02 < (mask > 0.5).mean() < 0.12
-
-
-def test_cameras_tell_where_to_expect_the_person(recording, camera):
-    where = whereabouts(recording, recording.views[0])
-    np.testing.assert_allclose(where.expected, [(camera.width - 1) / 2, (camera.height - 1) / 2])
 
 
 def test_the_command_writes_named_points(detector, recording, truth, tmp_path, monkeypatch):

@@ -2,12 +2,10 @@
 
 import importlib.util
 import subprocess
-import sys
-import zipfile
 
 import pytest
 
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.detector import load_detector, required_detector
 from stereotrack_core.pose_model.installation import (
     MODEL_FILES,
@@ -38,14 +36,6 @@ def test_files_come_out_of_a_wheel(folder, tmp_path):
     assert kept(folder) == CONTENTS
     assert set(state.files.values()) == {"installed"}
     assert state.folder == folder
-
-
-def test_the_licence_comes_along(folder, tmp_path):
-    given = wheel(tmp_path / "mediapipe.whl")
-    with zipfile.ZipFile(given, "a") as more:
-        more.writestr("mediapipe-0.10.21.dist-info/LICENSE", "Apache License")
-    install(given)
-    assert kept(folder) == {**CONTENTS, "LICENSE": b"Apache License"}
 
 
 def test_files_come_out_of_a_folder(folder, tmp_path):
@@ -145,16 +135,3 @@ def test_without_a_network_the_way_by_hand_is_told(folder, monkeypatch, capsys):
         install()
     assert main(["detector", "install", "--if-missing"]) == 0  # as `make demo` does
     assert "everything else works" in capsys.readouterr().err
-
-
-def test_the_download_can_be_stopped(folder, monkeypatch):
-    monkeypatch.setattr(subprocess, "Popen", lambda *a, **k: _Pip(*a, hangs=True, **k))
-    with pytest.raises(Cancelled):
-        install(cancelled=lambda: True)
-    assert kept(folder) == {}
-
-
-def test_a_program_without_pip_tells_how_to_get_the_file(monkeypatch):
-    monkeypatch.setattr(sys, "frozen", True, raising=False)
-    with pytest.raises(InputError, match=r"no pip.*pip download .*mediapipe==0\.10\.21"):
-        install()

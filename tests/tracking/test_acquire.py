@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from stereotrack_core.body.manifold import difference
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.tracking.initialise.first_pose import facing_right, first_pose_in
+from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.tracker import initialiser as looking
@@ -29,8 +33,7 @@ def initialiser(make_tracker):
     return tracker
 
 
-@pytest.mark.parametrize("heading", [0.0, 75.0, 200.0])
-@pytest.mark.parametrize("name", ["t", "reaching"])
+@pytest.mark.parametrize(("name", "heading"), [("t", 75.0), ("reaching", 200.0)])
 def test_a_body_is_found_in_any_heading_anywhere(initialiser, rng, name, heading):
     true = turned(POSES[name], heading, (0.4, -0.5, 0.0))
     for frame in range(3):
@@ -87,15 +90,43 @@ def test_who_comes_back_elsewhere_is_found_again(initialiser, rng):
     assert axis_off(found.pose, true) < 12.0
 
 
-def test_the_same_seed_finds_the_same(make_tracker, rng):
-    points = surface_points(
-        make_tracker("manifold").setup.body, POSES["reaching"], 2500, rng, 0.005
-    )
+def test_the_first_pose_is_that_of_the_first_cloud(initialiser, rng):
+    poses = [turned(POSES["reaching"], 30.0, (0.0, 0.03 * k, 0.0)) for k in range(4)]
+    clouds = [
+        cloud_of(surface_points(initialiser.setup.body, pose, 2000, rng, 0.005), k)
+        for k, pose in enumerate(poses)
+    ]
+    shares = []
+    found = first_pose_in(initialiser, clouds, lambda done, count: shares.append(done / count))
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert 0.5 < shares[-1] < 1.0
+    assert found is not None
+    assert np.abs(difference(found, poses[0], initialiser.setup.joints)[:3]).max() < 0.03
+    assert first_pose_in(initialiser, [cloud_of(np.empty((0, 3)))]) is None
 
-    def found():
-        body = make_tracker("manifold").setup.body
-        tracker = looking(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 3))
-        tracker.reinitialise()
-        return tracker.step(cloud_of(points)).x
 
-    np.testing.assert_array_equal(found(), found())
+def _clouds(initialiser, pose, rng, count=4):
+    return [
+        cloud_of(surface_points(initialiser.setup.body, pose, 2000, rng, 0.005), k)
+        for k in range(count)
+    ]
+
+
+@pytest.mark.parametrize(("name", "heading"), [("reaching", 180.0), ("t", 90.0)])
+def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
+    true = turned(POSES[name], heading)
+    found = first_pose_in(initialiser, _clouds(initialiser, true, rng))
+    assert found is not None
+    assert axis_off(found, true) < 12.0
+    if name == "reaching":
+        assert angle_between(found.torso[:, 0], true.torso[:, 0]) < np.radians(30.0)
+
+
+@pytest.mark.parametrize("heading", [130.0])
+def test_a_body_taken_from_the_wrong_side_is_turned(initialiser, rng, heading):
+    true = turned(POSES["reaching"], heading)
+    clouds = _clouds(initialiser, true, rng, 2)
+    for start in (true, turned_round(true)):
+        found = facing_right(initialiser, start, clouds)
+        assert angle_between(found.torso[:, 1], true.torso[:, 1]) < np.radians(30.0)

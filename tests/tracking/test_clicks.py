@@ -13,18 +13,16 @@ from stereotrack_core.body.manifold import columns_of, displaced
 from stereotrack_core.body.model import body_model, body_of_subject, landmarks
 from stereotrack_core.body.offsets import offsets_by_landmark
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import track_recording
-from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repair import repaired, with_repaired
+from stereotrack_core.tracking.repair import repaired
 from stereotrack_core.tracking.repeating import StoredSpec
 from stereotrack_core.tracking.residuals.clicks import (
     ClickObservation,
@@ -92,10 +90,6 @@ def test_derivatives_agree_with_differences():
         assert np.abs(off).max() < 0.1
 
 
-def test_without_clicks_there_is_nothing_to_measure():
-    assert ClickObservation(()).residuals(BODY, POSES["t"]) == ()
-
-
 @pytest.mark.parametrize("start", [turned(POSES["t"], 170.0, (0.8, 0.3, 0.0)), POSES["reaching"]])
 def test_clicks_show_where_a_lost_body_is(start):
     true = POSES["pointing"]
@@ -104,31 +98,6 @@ def test_clicks_show_where_a_lost_body_is(start):
     assert angle_errors(BODY, found, true).max() < 8.0
     assert contradicted(BODY, start, found)
     assert not contradicted(BODY, true, found)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_body_that_was_taken_to_be_upside_down_is_put_on_its_feet(seed):
-    stooping = dataclasses.replace(POSES["reaching"], rotations=POSES["reaching"].rotations.copy())
-    stooping.rotations[TORSO] = rotation_from_vector(np.array([-1.3, 0.0, 0.0]))
-    lost = dataclasses.replace(HANGING, rotations=HANGING.rotations.copy())
-    lost.rotations[TORSO] = rotation_from_vector(np.array([2.6, 0.3, 1.0 * seed]))
-    seen = [name for name in LANDMARKS if name not in ("left_hip", "left_elbow")]
-    two = dict(list(RIG.items())[:2])
-    clicks = clicks_on(BODY, stooping, names=seen, views=two, seed=seed)
-    one = {name for name in seen if name.startswith("left") or name == "head"}
-    clicks = tuple(c for k, c in enumerate(clicks) if c.kind not in one or k < len(seen))
-    found = pose_by_clicks(setup_of(BODY), lost, clicks)
-    assert np.linalg.norm(found.position - stooping.position) < 0.08
-    assert np.degrees(angle_between(found.torso[:, 2], stooping.torso[:, 2])) < 10.0
-
-
-def test_clicks_on_one_arm_leave_the_rest():
-    true, arm = POSES["pointing"], ("right_shoulder", "right_elbow", "right_hand")
-    lost = dataclasses.replace(true, rotations=true.rotations.copy())
-    lost.rotations[[3, 5]] = POSES["t"].rotations[[3, 5]]
-    found = pose_by_clicks(setup_of(BODY), lost, clicks_on(BODY, true, names=arm))
-    assert angle_errors(BODY, lost, true).max() > 30.0
-    assert angle_errors(BODY, found, true).max() < 10.0
 
 
 def test_one_wrong_click_does_not_lead_astray():
@@ -159,16 +128,6 @@ def test_a_clicked_frame_brings_a_lost_body_back(tracker, rng):
     assert angle_errors(body, estimate.pose, true).max() < 8.0
     again = tracker.step(dataclasses.replace(cloud, frame=1))
     assert again.prior is not None
-
-
-def test_clicks_that_agree_do_not_interrupt(tracker, rng):
-    true, body = POSES["pointing"], tracker.setup.body
-    tracker.start(true)
-    for frame in range(3):
-        cloud = cloud_of(surface_points(body, true, 600, rng, 0.005), frame)
-        clicks = clicks_on(body, true, frame) if frame == 2 else ()
-        estimate = tracker.step(dataclasses.replace(cloud, clicks=clicks))
-    assert estimate.prior is not None
 
 
 @dataclass
@@ -230,16 +189,6 @@ def test_a_whole_run_is_repaired_once_its_last_frame_is_there(tmp_path):
     assert away[0][3:7].min() > 0.15, "without the search the arms are lost"
     assert run.meta["repaired"] == [3, 4, 5, 6]
     assert away[1][3:].max() < 0.1
-
-
-def test_the_run_says_what_was_repaired():
-    @dataclasses.dataclass(frozen=True)
-    class Bare:
-        meta: dict
-
-    assert with_repaired(Bare({"a": 1}), [3, 4]).meta == {"a": 1, "repaired": [3, 4]}
-    run = Bare({})
-    assert with_repaired(run, []) is run
 
 
 def test_who_cannot_read_the_clicks_again_is_refused():

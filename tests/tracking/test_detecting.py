@@ -5,29 +5,22 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stereotrack_core.body.keypoint_places import keypoint_places
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose
-from stereotrack_core.recording.keypoint_names import COCO_17, exchanged
-from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.sighted_keypoints import sighted
 from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.detecting import SeenKeypoints
-from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import other_files, sameness, stored_spec
-from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.tracking.recordings import camera_towards_the_middle, write_depth_recording
-from tests.tracking.scenes import CAMERAS, POSES, pose_with_arms
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import pose_with_arms
 
 
 class Detector:
@@ -59,7 +52,7 @@ def recording(tmp_path_factory):
     settings = preset("fast").replaced(pixel_step=1, speckle_size=0)
     poses = [
         pose_with_arms([1, 0.1 * k, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0.1 * k], place=(0, 0, 0.95))
-        for k in range(6)
+        for k in range(5)
     ]
     folder = tmp_path_factory.mktemp("recording") / "cones"
     return write_depth_recording(folder, body_model(AVERAGE, settings.body), poses)
@@ -72,36 +65,10 @@ def spec(**changes):
     return RunSpec(settings, preset="fast", seed=3)
 
 
-def test_all_views_of_every_fourth_frame_are_looked_at_in_any_order(recording, detector):
-    views = tuple(view.name for view in recording.views)
-    with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
-        pipeline.learn(range(6))
-        clouds = {k: pipeline.cloud(k)[0] for k in range(6)}
-
-        def looking():
-            return SeenKeypoints(detector, recording, views, reader, Z_UP)
-
-        looks, again = looking(), looking()
-        forwards = {k: looks.of(clouds[k], 1) for k in range(1, 6)}
-        backwards = {k: again.of(clouds[k], 1) for k in reversed(range(1, 6))}
-        assert [k for k, seen in forwards.items() if seen is not None] == [1, 5]
-        for k in (1, 5):
-            assert set(forwards[k].cameras) == {view.image.camera for view in recording.views}
-            assert forwards[k].count == 4 * 33
-            np.testing.assert_array_equal(forwards[k].pixel, backwards[k].pixel)
-        assert detector.asked == 2 * 8
-        assert looks.of(clouds[1], 1).count == 4 * 33
-        assert detector.asked == 2 * 8
-        nothing = dataclasses.replace(clouds[1], points=np.zeros((0, 3)))
-        assert looking().of(nothing, 1) is None
-        detector.score = 0.1
-        assert looking().of(clouds[1], 1) is None
-
-
 @pytest.fixture(scope="module")
 def seen_cloud(recording):
     with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
-        pipeline.learn(range(6))
+        pipeline.learn(range(5))
         yield reader, pipeline.cloud(0)[0]
 
 
@@ -126,16 +93,6 @@ def test_keypoints_beside_the_person_are_not_used_and_stay_in_the_run(
     assert used.count == right.count - len(out)
 
 
-def test_a_picture_in_which_half_of_all_keypoints_are_anywhere_is_not_used(
-    recording, detector, seen_cloud
-):
-    detector.gross = list(range(0, 33, 2))
-    used, kept = seen_of(recording, detector, seen_cloud)
-    assert used is None
-    assert not kept.confidence.any()
-    assert len(kept) == 4 * 33
-
-
 def test_a_run_says_that_keypoints_were_not_used(recording, detector):
     detector.gross = list(range(0, 33, 2))
     run, without = track(recording, spec()), track(recording, spec(detector="off"))
@@ -143,27 +100,6 @@ def test_a_run_says_that_keypoints_were_not_used(recording, detector):
     assert "2 of the 2 images of camera" in said
     apart = np.linalg.norm(run.landmarks - without.landmarks, axis=2)
     assert np.nanmax(apart) < 0.02
-
-
-@pytest.mark.parametrize("name", POSES)
-def test_exchanged_sides_of_one_camera_neither_pull_nor_turn_the_body(name):
-    body, pose = body_model(AVERAGE), POSES[name]
-    camera = camera_towards_the_middle("N", CAMERAS[0])
-    places, frames = keypoint_places(body), body.frames(pose)
-    rows = []
-    for keypoint in COCO_17:
-        if keypoint in places:
-            place = places[keypoint]
-            world = frames.apply(np.array([place.part]), place.point[None])[0]
-            rows.append((0, "N", exchanged(keypoint), *camera.project(world), 0.9, "x", 0))
-    seen = KeypointObservation(sighted(keypoints_of(rows), {"N": camera}), 0.03)
-    [told] = seen.residuals(body, pose)
-    off = told.predicted(PartFrames(frames.rotations[None], frames.origins[None]))[0]
-    np.testing.assert_allclose(off, told.measured, atol=1e-6)
-    for turned in (pose, turned_round(pose)):
-        fit = seen.fitted(body, turned)
-        np.testing.assert_array_equal(fit.seen.pixel, fit.placed.seen.pixel)
-        assert fit.independence == pytest.approx(1 / 3)
 
 
 def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording, detector):
@@ -205,16 +141,3 @@ def test_frames_of_a_run_that_goes_on_are_not_looked_at_again(recording, detecto
     detector.asked = 0
     assert sameness(whole, track(recording, spec(), begun=begun)).equal
     assert detector.asked == 4
-
-
-def test_without_an_installed_detector_nothing_changes(recording, monkeypatch):
-    monkeypatch.setattr(detecting, "load_detector", lambda: None)
-    run, without = track(recording, spec()), track(recording, spec(detector="off"))
-    assert run.meta["detector"] == ""
-    np.testing.assert_array_equal(run.x, without.x)
-
-
-def test_the_thesis_looks_at_no_pictures(recording, detector):
-    thesis = preset("thesis").replaced(pixel_step=1, speckle_size=0)
-    track(recording, RunSpec(thesis, frames=range(2), init="tpose"))
-    assert detector.asked == 0

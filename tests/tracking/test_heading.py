@@ -1,34 +1,18 @@
 """Which way somebody faces: what frames say of it, and a run that has begun the wrong way round."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import SHANKS
-from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import track_recording
-from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.interop.first_pose import first_pose, with_heading
 from stereotrack_core.interop.run_journal import read_unfinished
 from stereotrack_core.tracking import pipeline
-from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
-from stereotrack_core.tracking.initialise import heading_watch
 from stereotrack_core.tracking.initialise.finder import PoseFinder
-from stereotrack_core.tracking.initialise.first_pose import facing
-from stereotrack_core.tracking.initialise.heading import (
-    arms_forward,
-    evidence,
-    toes_in_outlines,
-)
 from stereotrack_core.tracking.initialise.heading_watch import WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
-from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
@@ -43,59 +27,6 @@ BENT = pose_with_arms([0.4, 0.2, -1], [0.1, 1, 0.1], [-0.4, 0.1, -1], [-0.1, 1, 
 def finder():
     body = body_model(AVERAGE, preset("accurate").body)
     return PoseFinder(Setup(body, preset("accurate").tracking, CAMERAS, 10.0, 0))
-
-
-def _from_the_east(body, pose, toes):
-    """What a view in the east sees of legs, and of feet that reach to `toes` from the ankles."""
-    R = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])  # camera_from_world
-    camera = RigidTransform(R, -R @ np.array([3.0, 0.0, 1.0])).inverse()
-    geometry = DepthGeometry(400.0, 320.0, 240.0, 0.0, 0.0, 640, 480, camera)
-    v, u = np.mgrid[:480, :640]
-    outline = np.zeros((480, 640), dtype=bool)
-    frames = body.frames(pose)
-    for shank in SHANKS:
-        ankle = frames.origins[shank] + body.skeleton.lengths[shank] * frames.rotations[shank][:, 2]
-        x, y, z = geometry.world_from_depth.inverse().apply(ankle[None])[0]
-        across = (u - 320.0) / 400.0 * z - x  # to the north
-        down = (v - 240.0) / 400.0 * z - y
-        outline |= (np.abs(across) < 0.05) & (down > -0.4) & (down < 0.08)
-        low, high = sorted((-0.05 * np.sign(toes), toes))
-        outline |= (across > low) & (across < high) & (down > 0.0) & (down < 0.08)
-    nowhere = np.full(outline.shape, np.nan, dtype=np.float32)
-    return ViewDepth(geometry, None, nowhere, ~np.isnan(nowhere), None, outline)
-
-
-@pytest.mark.parametrize(("toes", "expected"), [(0.18, 1.0), (-0.18, -1.0), (0.04, 0.0)])
-def test_toes_show_where_the_front_is(finder, toes, expected):
-    body, pose = finder.setup.body, POSES["t"]
-    cloud = replace(cloud_of(np.zeros((0, 3))), depths={"E": _from_the_east(body, pose, toes)})
-    for each, sign in ((pose, 1.0), (turned_round(pose), -1.0)):
-        found = toes_in_outlines(body, body.frames(each), cloud, Z_UP)
-        assert found == pytest.approx(sign * expected)
-
-
-def test_who_looks_into_the_view_shows_no_toes(finder):
-    body, pose = finder.setup.body, turned(POSES["t"], -90.0)
-    view = _from_the_east(body, pose, 0.18)
-    cloud = replace(cloud_of(np.zeros((0, 3))), depths={"E": view})
-    assert toes_in_outlines(body, body.frames(pose), cloud, Z_UP) is None
-    assert toes_in_outlines(body, body.frames(pose), cloud_of(np.zeros((0, 3))), Z_UP) is None
-
-
-def test_elbows_bend_one_way_and_stretched_arms_say_nothing(finder):
-    assert arms_forward(finder, BENT) > 1.5
-    assert arms_forward(finder, turned_round(BENT)) < -1.5
-    for pose in (POSES["t"], turned_round(POSES["t"])):
-        assert arms_forward(finder, pose) == pytest.approx(0.0, abs=0.05)
-
-
-def test_what_speaks_for_one_heading_speaks_against_the_other(finder):
-    points = np.concatenate([BENT.position + np.random.default_rng(0).normal(0, 0.1, (200, 3))])
-    here, there = (evidence(finder, p, cloud_of(points)) for p in (BENT, turned_round(BENT)))
-    assert here.keys() == there.keys()
-    for name in here:
-        assert here[name] == pytest.approx(-there[name], abs=1e-9), name
-    assert here["cameras"] == pytest.approx(0.0, abs=0.05)  # they stand all around
 
 
 def _watched(finder, poses, fps=10.0, last=None):
@@ -123,48 +54,6 @@ def test_walking_tells_the_front(finder, way):
     assert _watched(finder, sideways).state == "undecided"
 
 
-def test_a_tracker_that_turns_the_body_round_says_that_it_began_the_wrong_way(finder):
-    wrong = turned_round(BENT)
-    watch = _watched(finder, [wrong] * 4 + [BENT] * 30)
-    assert watch.against is not None
-    frame, pose = watch.correct()
-    assert (frame, watch.state) == (0, "corrected")
-    np.testing.assert_allclose(pose.torso, BENT.torso)
-    assert watch.probability > 0.98
-
-
-def test_the_last_frame_settles_what_is_not_decided(finder):
-    step = np.array([0.0, -0.035, 0.0])
-    backwards = [turned(POSES["t"], 0.0, k * step) for k in range(20)]
-    going_on = _watched(finder, backwards)
-    assert going_on.active
-    assert going_on.against is None
-    assert 0.01 < going_on.probability < 0.3
-    over = _watched(finder, backwards, last=19)
-    assert (over.active, over.against) == (False, 19)
-    over.correct()
-    assert (over.state, over.faced_away) == ("undecided", False)
-    assert over.probability == pytest.approx(1.0 - going_on.probability)
-    assert _watched(finder, [POSES["t"]] * 20, last=19).against is None
-    assert _watched(finder, backwards[:12], last=11).against is None
-
-
-def test_a_watch_goes_on_from_its_memory(finder):
-    poses = [turned_round(BENT)] * 4 + [BENT] * 30
-    whole, first = HeadingWatch(10.0), HeadingWatch(10.0)
-    for watch in (whole, first):
-        watch.first = 0, poses[0]
-    for k, pose in enumerate(poses):
-        if k == 7:
-            again = HeadingWatch(10.0)
-            again.recall(first.memory())
-            first = again
-        for watch in (whole, first):
-            watch.take(finder, pose, cloud_of(np.zeros((0, 3)), k))
-    assert whole.to_dict() == first.to_dict()
-    assert first.first[0] == 0
-
-
 def test_it_is_said_where_a_heading_may_be_wrong():
     told = {p: heading_words({"state": "undecided", "probability": p}) for p in (0.3, 0.9, 0.97)}
     assert told[0.3].undecided
@@ -175,14 +64,6 @@ def test_it_is_said_where_a_heading_may_be_wrong():
     assert heading_words({"state": "undecided", "probability": 0.5, "frames": 10}) is None
     assert heading_words({"state": "decided", "probability": 0.999}) is None
     assert heading_words(None) is None
-
-
-def test_a_given_heading_chooses_between_both_ways():
-    south = turned(POSES["reaching"], 180.0)
-    assert facing(south, None, Z_UP) is south
-    assert facing(south, 170.0, Z_UP) is south
-    other = facing(south, 20.0, Z_UP)
-    assert other.torso[1, 1] == pytest.approx(1.0)
 
 
 def _begun_the_wrong_way(folder, monkeypatch, count=15):
@@ -213,40 +94,6 @@ def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch
     np.testing.assert_array_equal(kept.run().landmarks, run.landmarks)
     assert kept.checkpoint is not None
     assert heading_words(heading).brief == f"corrected at frame {heading['against']}"
-
-
-def test_a_run_whose_heading_nothing_has_decided_is_corrected_at_its_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(heading_watch, "DECIDED", 1.1)
-    recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch, heading_watch.ENOUGH)
-    last, seen = spec.frames[-1], []
-    job = track_recording(
-        recording, spec, count=len(spec.frames), on_step=lambda done, _: seen.append(done)
-    )
-    run = job.run
-    heading = run.meta["heading"]
-    assert (heading["state"], heading["against"]) == ("undecided", last)
-    assert heading["probability"] > 0.9
-    assert seen == [*range(1, last + 2)] * 2
-    assert (run.landmarks[:, 1, 0] < run.landmarks[:, 0, 0]).all()  # right is in the west
-    (made,) = track_together(replace(recording, reference=None), [spec])
-    np.testing.assert_array_equal(made.run().landmarks, run.landmarks)
-    stopped = track_recording(recording, spec, count=last).run
-    assert (stopped.landmarks[:2, 1, 0] > stopped.landmarks[:2, 0, 0]).all()
-
-
-def test_a_frame_that_comes_again_takes_the_place_of_those_after_it(tmp_path):
-    frames = [
-        TrackedFrame(k, lost_estimate(), np.full((9, 3), np.nan), cloudless(k), {})
-        for k in (0, 1, 2, 1, 2, 3)
-    ]
-    found = []
-    assert [in_place(found, frame) for frame in frames] == [False, False, False, True, False, False]
-    assert [frame.frame for frame in found] == [0, 1, 2, 3]
-    assert found[1:] == frames[3:]
-
-
-def lost_estimate():
-    return Estimate(False, "", POSES["t"], np.zeros(1), np.zeros((1, 1)))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.tracking.lengths_fit import (
-    WellSeenFrames,
     estimated_lengths,
     lengths_by_height,
     lengths_of_standing,
@@ -73,25 +72,6 @@ def test_the_height_moves_all_lengths_alike(crown, ratio):
         assert lengths[name] == pytest.approx(ratio * length, rel=0.01)
 
 
-@pytest.mark.parametrize("counts", [(500, 500), (500, 300), (400, 500, 400)])
-def test_among_several_people_the_height_is_that_of_one(counts):
-    places = np.linspace(-1.5, 1.5, len(counts))
-    people = [
-        np.column_stack([np.full(count, x), np.zeros(count), np.linspace(0.0, 1.715, count)])
-        for x, count in zip(places, counts, strict=True)
-    ]
-    strays = np.column_stack([np.zeros((20, 2)), np.linspace(0.0, 0.5, 20)])
-    for points in (people, [*people, strays]):
-        found = lengths_by_height([cloud_of(np.concatenate(points))])
-        assert found.height == pytest.approx(1.75, rel=0.01)
-
-
-def test_a_world_whose_floor_is_elsewhere_gives_average_lengths():
-    column = np.column_stack([np.zeros((500, 2)), np.linspace(4.0, 5.7, 500)])
-    assert lengths_by_height([cloud_of(column)]) == AVERAGE
-    assert lengths_by_height([]) == AVERAGE
-
-
 @pytest.mark.parametrize(
     ("low", "high", "stands"),
     [
@@ -108,10 +88,6 @@ def test_only_who_is_seen_to_stand_tells_how_tall_he_is(low, high, stands):
     if found is not None:
         assert found.height == pytest.approx(high / 0.98, abs=0.02)
     assert lengths_of_standing([]) is None
-
-
-def test_too_few_frames_tell_nothing():
-    assert WellSeenFrames().picked() == ()
 
 
 @pytest.mark.slow

@@ -1,22 +1,27 @@
-"""Limits as soft rows of the correction."""
+"""Limits of a body: as soft rows of the correction, and as the thesis jumps there."""
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state, state_of_pose
+from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.manifold import columns_of, difference, displaced
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.linearisation import posterior
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.residuals.limits import (
     ClearanceResidual,
     DirectionResidual,
     limit_residuals,
 )
-from stereotrack_core.tracking.state import GIRDLE_REST
+from stereotrack_core.tracking.thesis_collisions import collisions_avoided
 from tests.tracking.scenes import POSES, numerical_information, pose_with_arms
 
 BODY = body_model(AVERAGE)
@@ -46,52 +51,6 @@ def _corrected(pose, rounds=8):
     return pose
 
 
-@pytest.mark.parametrize("name", POSES)
-def test_free_poses_have_no_rows(name):
-    assert limit_residuals(BODY, POSES[name], PARAMETERS, THESIS_JOINTS) == ()
-
-
-def test_head_and_legs_rest(rng):
-    row, _ = _rows(POSES["t"], DirectionResidual, ALL_JOINTS)
-    assert row.part.tolist() == [1, 1, 6, 6, 8, 8, 7, 7, 9, 9]
-    frames = BODY.frames(POSES["t"])
-    one = type(frames)(frames.rotations[None], frames.origins[None])
-    np.testing.assert_allclose(row.predicted(one), 0.0, atol=1e-12)
-    moved = displaced(POSES["t"], 0.3 * rng.normal(size=(1, 28)), ALL_JOINTS)
-    assert abs(row.predicted(BODY.frames(moved))).max() > 0.05
-
-
-def _girdle_sigmas(alpha, beta):
-    """Standard deviations (4,) in degrees of the rows for clavicles turned so, left and right."""
-    x = state_of_pose(POSES["t"], ALL_JOINTS)
-    x[-4:] = np.radians([alpha, beta] * 2)
-    row = _rows(pose_of_state(x, ALL_JOINTS), DirectionResidual, ALL_JOINTS)[-1]
-    assert row.part.tolist() == [10, 10, 11, 11]
-    return np.degrees(np.sqrt(row.variance))
-
-
-def test_shoulders_are_held_the_less_the_farther_they_are_lifted_or_pushed_forward():
-    rest = np.degrees(GIRDLE_REST)
-    np.testing.assert_allclose(_girdle_sigmas(0.0, 0.0), rest)
-    lifted, forward = _girdle_sigmas(0.0, -20.0), _girdle_sigmas(-15.0, 0.0)
-    np.testing.assert_allclose(lifted[[0, 2]], np.hypot(rest, 20.0), rtol=0.03)
-    np.testing.assert_allclose(lifted[[1, 3]], rest)
-    np.testing.assert_allclose(forward[[1, 3]], np.hypot(rest, 15.0), rtol=0.03)
-    np.testing.assert_allclose(_girdle_sigmas(15.0, 0.0), forward)
-    np.testing.assert_allclose(_girdle_sigmas(0.0, 20.0), rest)  # nobody lowers them far
-
-
-def test_lifted_shoulders_are_drawn_towards_their_rest():
-    x = state_of_pose(POSES["t"], ALL_JOINTS)
-    x[-4:] = np.radians([0.0, -20.0] * 2)
-    pose = pose_of_state(x, ALL_JOINTS)
-    found = gathered(_rows(pose, DirectionResidual, ALL_JOINTS), BODY, pose, columns_of(ALL_JOINTS))
-    dx, _ = posterior(np.eye(28) / np.radians(5.0) ** 2, np.zeros(28), found)
-    after = state_of_pose(displaced(pose, dx, ALL_JOINTS), ALL_JOINTS)
-    assert np.all(np.degrees(after[[25, 27]]) > -19.5)
-    assert np.all(np.degrees(after[[25, 27]]) < 0.0)
-
-
 def test_a_folded_elbow_is_asked_to_open():
     (row,) = _rows(FOLDED, DirectionResidual)
     assert row.part.tolist() == [5]
@@ -116,7 +75,92 @@ def test_an_arm_in_the_torso_is_pushed_out():
         assert (left.measured - there).max() < 0.5 * deepest
 
 
-def test_no_clearance_asks_for_nothing():
-    parameters = TrackingParameters(clearance=0.0)
-    assert not _rows(IN_BELLY, ClearanceResidual, parameters=parameters)
-    assert not _rows(hanging_pose(np.zeros(3)), DirectionResidual)
+THESIS_BODY = body_model(AVERAGE, preset("thesis").body)
+SIDES = ("left", "right")
+
+
+def _freed(pose):
+    return collisions_avoided(THESIS_BODY, pose, 0.15, np.radians(30.0)).after
+
+
+def _in_torso(pose):
+    """Landmarks by name in the torso's frame."""
+    local = (landmarks(THESIS_BODY, pose) - pose.position) @ pose.torso
+    return dict(zip(LANDMARKS, local, strict=True))
+
+
+def _edge(azimuth, z):
+    """Distance of the torso's cross-section from its axis: an ellipse in polar form."""
+    a = 0.165 + (0.175 - 0.165) * (z + 0.05) / (AVERAGE.torso_length + 0.05)
+    b = preset("thesis").body.torso_flatness * a
+    return a * b / np.hypot(b * np.cos(azimuth), a * np.sin(azimuth))
+
+
+def _clearance(point):
+    """Distance from the torso, radially; infinite above the shoulders and below the hips."""
+    if not 0.0 <= point[2] <= AVERAGE.torso_length:
+        return np.inf
+    return np.hypot(*point[:2]) - _edge(np.arctan2(point[1], point[0]), point[2])
+
+
+def _bend(points, side):
+    upper = points[f"{side}_elbow"] - points[f"{side}_shoulder"]
+    fore = points[f"{side}_hand"] - points[f"{side}_elbow"]
+    return np.pi - angle_between(upper, fore)
+
+
+def _is_free(points):
+    ends = [points[f"{side}_{end}"] for side in SIDES for end in ("elbow", "hand")]
+    return min(map(_clearance, ends)) >= 0.15 and min(
+        _bend(points, side) for side in SIDES
+    ) >= np.radians(30.0)
+
+
+CLOSE = {
+    "hanging": hanging_pose(np.zeros(3)),
+    "hands on the belly": pose_with_arms(
+        [0.5, 0.1, -1], [-1, 0.6, 0], [-0.5, 0.1, -1], [1, 0.6, 0]
+    ),
+    "hands on the back": pose_with_arms(
+        [0.6, -0.5, -1], [-1, -0.3, 0], [-0.6, -0.5, -1], [1, -0.3, 0]
+    ),
+    "an arm in the torso": pose_with_arms(
+        [-0.4, 0.2, -1], [0.1, 0.3, -1], [-1, 0, 0], [-1, 0.1, 0]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_free_poses_stay_as_they_are(name):
+    assert _is_free(_in_torso(POSES[name]))
+    assert _freed(POSES[name]) is POSES[name]
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_pose_is_left_alone_where_it_is_free_and_ends_with_open_elbows(seed):
+    rng = np.random.default_rng(seed)
+    x = np.concatenate([rng.normal(size=6), rng.uniform(-np.pi, np.pi, 8)])
+    pose = pose_of_state(x, THESIS_JOINTS)
+    free = _freed(pose)
+    points = _in_torso(free)
+    assert min(_bend(points, side) for side in SIDES) > np.radians(30.0) - 1e-9
+    np.testing.assert_array_equal(free.torso, pose.torso)
+    np.testing.assert_array_equal(free.position, pose.position)
+    if _is_free(_in_torso(pose)):
+        np.testing.assert_array_equal(free.rotations, pose.rotations)
+
+
+@pytest.mark.parametrize("name", CLOSE)
+def test_elbows_and_hands_come_off_the_torso(name):
+    """The lengths of the arms decide how near to the least distance they can come."""
+    before, after = _in_torso(CLOSE[name]), _in_torso(_freed(CLOSE[name]))
+    moved = 0
+    for side in SIDES:
+        for end in ("elbow", "hand"):
+            was, found = _clearance(before[f"{side}_{end}"]), _clearance(after[f"{side}_{end}"])
+            if was < 0.15:
+                assert found > was + 0.01
+                moved += 1
+            assert found > 0.1
+    assert moved >= 1

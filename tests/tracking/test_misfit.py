@@ -12,7 +12,7 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless
 from stereotrack_core.tracking.initialise.trunk import turned_round
-from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import MOST_CONTRADICTED, MOST_UNEXPLAINED, misfits
 
 POSE = hanging_pose(np.zeros(3))
@@ -43,11 +43,6 @@ def test_far_more_than_sound_recordings_have_is_warned_of():
     assert "31 % of the cloud" in unexplained
     apart = [frame(SOUND[0], WRONG[1]), frame(SOUND[0]), frame(SOUND[0])]
     [contradicted] = misfits(apart, preset("fast"))
-    assert "the views are inconsistent" in contradicted
-
-
-def test_views_that_do_not_fit_are_told_where_nothing_was_tracked():
-    [contradicted] = misfits([frame(np.nan, WRONG[1], tracked=False)], preset("fast"))
     assert "the views are inconsistent" in contradicted
 
 
@@ -85,9 +80,3 @@ def test_pictures_that_arms_do_not_bear_are_warned_of(what, words):
     [poor] = misfits([replace(frame(0.2), cloud=cloudless(0, counts=counts))] * 3, preset("fast"))
     assert "of view N" in poor
     assert words in poor
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_a_body_without_legs_leaves_them_unexplained(name):
-    told = misfits([frame(*WRONG)], preset(name))
-    assert len(told) == (1 if name == "thesis" else 2)

@@ -6,18 +6,13 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.calibrate.align import aligned
-from stereotrack_core.depth.points import Volume
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Upright
-from stereotrack_core.tracking.initialise.people import share_at_sides
-from stereotrack_core.tracking.initialise.seeds import seeds_in, t_pose_in_cloud
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.residuals.standing import upright
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import upright_run
@@ -55,34 +50,6 @@ def test_the_same_person_is_tracked_in_its_own_world(recording):
         assert np.abs(found - usual).max() < 1e-3
     looked_for, _ = landmarks_in(recording, "y", "auto")
     assert np.abs(looked_for - usual).max() < 0.08
-
-
-@pytest.mark.parametrize("axis", ["y", "-y", "x"])
-def test_first_poses_stand_upright_where_the_points_are(axis):
-    world = Upright(axis)
-    points = np.random.default_rng(0).normal((0.4, 0.2, 1.2), (0.1, 0.1, 0.3), (500, 3))
-    usual = t_pose_in_cloud(BODY, points)
-    there = t_pose_in_cloud(BODY, points @ world.rotation, world)
-    assert np.allclose(there.torso, world.rotation.T @ usual.torso)
-    assert np.allclose(there.position, usual.position @ world.rotation)
-    seeds = zip(seeds_in(BODY, points), seeds_in(BODY, points @ world.rotation, world), strict=True)
-    for one, other in seeds:
-        assert np.allclose(other.turned(world.rotation).torso, one.torso)
-        assert np.allclose(other.turned(world.rotation).position, one.position)
-
-
-def test_sides_of_the_volume_and_upright_trunks_are_those_of_the_world():
-    world, low, high = Upright("y"), np.full(3, -1.0), np.full(3, 1.0)
-    at_side = np.array([[0.99, 0.0, 0.0], [0.0, 0.0, -0.99]])
-    above = np.array([[0.0, 0.99, 0.0], [0.0, -0.99, 0.0]])
-    volume = Volume(low, high)
-    assert share_at_sides(at_side, volume, world) == 1.0
-    assert share_at_sides(above, volume, world) == 0.0
-    standing = t_pose(np.zeros(3))
-    (usual,) = upright(standing, 4)
-    (found,) = upright(standing.turned(world.rotation.T), 4, world)
-    assert np.allclose(found.across @ world.rotation.T, usual.across)
-    assert upright(standing, 4, world) == ()
 
 
 def test_a_run_of_another_world_is_turned_upright_for_what_counts_on_that(recording):

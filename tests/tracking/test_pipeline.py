@@ -7,14 +7,11 @@ import pytest
 
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import run_of
-from stereotrack_core.tracking.initialise.first_pose import search_chain
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -99,16 +96,6 @@ def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run,
     assert np.isnan(smooth_run.unexplained_fraction[MISSING])
 
 
-def test_smoothed_poses_reproduce_their_landmarks(smooth_run, tmp_path):
-    write_run(tmp_path / "run.npz", smooth_run)
-    stored = read_run(tmp_path / "run.npz")
-    assert stored.meta["bridged"] == [MISSING]
-    body = body_of_run(stored)
-    for i in range(FRAMES):
-        again = landmarks(body, pose_of_run(stored, i))
-        np.testing.assert_allclose(again, smooth_run.landmarks[i], atol=1e-9)
-
-
 def test_a_smoothed_run_that_is_cancelled_keeps_what_it_has(recording):
     spec = RunSpec(_settings("fast"), init=_pose(0), smooth=True)
     run = track(recording, spec, cancelled=lambda: True)
@@ -122,14 +109,6 @@ def test_the_thesis_follows_it_too(recording):
     assert run.tracked.all()
     assert len(run.state_names) == run.x.shape[1] == 14
     assert np.mean(errors) < 0.06
-
-
-def test_the_thesis_begins_with_a_pose_that_is_looked_for_in_clouds_made_for_search(recording):
-    found = []
-    for init in ("auto", _pose(0)):
-        run = track(recording, RunSpec(_settings("thesis"), frames=range(2), init=init))
-        found.append(run.landmarks[0])
-    assert np.linalg.norm(found[0] - found[1], axis=-1).max() < 0.08
 
 
 def test_the_reference_is_never_seen(recording, fast_run):
@@ -169,15 +148,6 @@ def test_a_run_with_a_body_of_another_version_is_refused(fast_run, tmp_path):
     assert "--set" not in str(refused.value)
 
 
-@pytest.mark.parametrize("key", ["body", "seed", "views", "fps"])
-def test_a_run_that_leaves_a_value_out_is_refused(fast_run, tmp_path, key):
-    path = tmp_path / "run.npz"
-    write_run(path, dataclasses.replace(fast_run, meta={**fast_run.meta, key: None}))
-    with pytest.raises(InputError, match="the value is missing") as refused:
-        read_run(path)
-    assert refused.value.where == f"{path}, meta, {key}"
-
-
 def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_path):
     write_run(tmp_path / "run.npz", fast_run)
     stored = read_run(tmp_path / "run.npz")
@@ -201,12 +171,6 @@ def test_the_shape_that_was_tracked_with_comes_back(recording, tmp_path):
         np.testing.assert_array_equal(getattr(stored, field.name), getattr(used, field.name))
 
 
-def test_states_that_are_not_a_bodys_are_refused(fast_run):
-    strange = dataclasses.replace(fast_run, state_names=("a",) * len(fast_run.state_names))
-    with pytest.raises(InputError, match="state_names"):
-        pose_of_run(strange, 0)
-
-
 def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
     seen = []
     run = track(
@@ -219,24 +183,6 @@ def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
     np.testing.assert_array_equal(run.x, fast_run.x[:2])
 
 
-def test_frames_are_handed_on_with_their_clouds(recording):
-    with Pipeline(recording, RunSpec(_settings("fast"), init=_pose(0))) as pipeline:
-        frames = list(pipeline.frames(range(2)))
-        run = run_of(frames, pipeline.origin())
-    for k, frame in enumerate(frames):
-        assert frame.frame == frame.cloud.frame == k
-        assert len(frame.cloud.points) > 1000
-        assert frame.estimate.correspondences is not None
-        assert frame.pose is not None
-        np.testing.assert_allclose(
-            landmarks(pipeline.body, frame.pose), frame.landmarks, atol=1e-12
-        )
-        light = frame.without_cloud()
-        assert len(light.cloud.points) == 0
-        assert light.estimate.correspondences is None
-        np.testing.assert_array_equal(light.landmarks, run.landmarks[k])
-
-
 def test_tracking_goes_on_where_it_was_left(recording, fast_run):
     with Pipeline(recording, RunSpec(_settings("fast"), seed=3)) as pipeline:
         pipeline.prepare(range(FRAMES))
@@ -245,27 +191,11 @@ def test_tracking_goes_on_where_it_was_left(recording, fast_run):
     np.testing.assert_array_equal(run.x, fast_run.x[:4])
 
 
-def test_no_frames_give_an_empty_run(recording):
-    run = track(recording, RunSpec(_settings("fast"), frames=range(0)))
-    assert run.landmarks.shape == (0, len(LANDMARKS), 3)
-    assert run.x.shape == (0, len(run.state_names))
-    assert run.P.shape == (0, len(run.state_names), len(run.state_names))
-    assert run.limb_sigma_deg.shape == (0, 6)
-
-
 def test_a_first_pose_can_be_given(recording):
     run = track(recording, RunSpec(_settings("fast"), frames=range(3, 4), init=_pose(3)))
     errors = np.linalg.norm(run.landmarks[0] - recording.reference.points[3], axis=-1)
     assert errors.max() < 0.06
     assert run.meta["init"] == "pose"
-
-
-def test_a_shared_reader_stays_open(recording):
-    with FrameReader(recording, colour=False) as reader:
-        spec = RunSpec(_settings("fast"), init=_pose(0))
-        with Pipeline(recording, spec, reader=reader) as pipeline:
-            assert next(iter(pipeline.frames(range(1)))).tracked
-        assert reader.frame_set(0).views.keys() == set("NOSW")
 
 
 def test_two_views_are_enough_to_go_on(recording):
@@ -300,23 +230,3 @@ def test_mono_views_are_left_out(recording):
     assert usable_views(mixed, ["W", "O", "W"]) == ("O", "W")
     with pytest.raises(InputError, match="unknown view with depth: N"):
         usable_views(mixed, ["N"])
-
-
-def test_the_order_in_which_views_are_named_changes_nothing(recording):
-    found = [
-        track(recording, RunSpec(_settings("fast"), views=views, frames=range(3), init="tpose"))
-        for views in (["N", "W"], ["W", "N"])
-    ]
-    _same(*found)
-
-
-def test_the_thesis_looks_for_its_first_pose_with_depth_settings_that_were_chosen(recording):
-    chosen = preset("thesis", ["pixel_step=3", "volume_x=5", "outlier_neighbours=4"]).depth
-    with FrameReader(recording) as reader:
-        for depth, differs in ((chosen, True), (preset("thesis").depth, False)):
-            chain = search_chain(reader, depth, usable_views(recording, None))
-            found, usual = chain.parameters, DepthParameters()
-            chain.close()
-            assert (found.pixel_step, found.volume_x) == ((3, 5.0) if differs else (2, 3.6))
-            assert found.outlier_neighbours == (4 if differs else usual.outlier_neighbours)
-            assert found.subpixel == usual.subpixel != depth.subpixel

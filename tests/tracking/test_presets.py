@@ -1,10 +1,20 @@
-"""Presets and the rows of all settings."""
+"""Presets, the rows of all settings, and a person's own presets as files."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.presets import BASELINES, PRESETS, preset
+from stereotrack_core.tracking.presets import (
+    BASELINES,
+    PRESETS,
+    UserPreset,
+    named,
+    preset,
+    read_preset,
+    write_preset,
+)
 
 THESIS = {
     "matching": "model_to_data",
@@ -94,3 +104,76 @@ def test_a_name_changes_one_value_in_whatever_group_it_is():
     assert changed.body.torso_flatness == 0.7
     assert changed.tracking.iterations == 3
     assert changed.replaced(**Settings().values()) == Settings()
+
+
+@st.composite
+def settings(draw):
+    base = draw(st.sampled_from(PRESETS))
+    rows = draw(st.lists(st.sampled_from(Settings.rows()), max_size=5, unique_by=lambda r: r.name))
+    values = {}
+    for row in rows:
+        if row.type is bool:
+            values[row.name] = draw(st.booleans())
+        elif row.choices:
+            values[row.name] = draw(st.sampled_from(row.choices))
+        else:
+            numbers = st.integers if row.type is int else st.floats
+            low, high = row.minimum, row.maximum
+            if row.type is int:
+                low, high = int(low), None if high is None else int(high)
+            else:
+                high = 1e6 if high is None else high
+            values[row.name] = draw(numbers(-1e6 if low is None else low, high))
+    return base, preset(base).replaced(**values)
+
+
+@given(settings(), st.text(min_size=1).map(str.strip).filter(bool))
+def test_what_is_written_is_read_again(tmp_path_factory, made, name):
+    base, wanted = made
+    path = tmp_path_factory.mktemp("presets") / "own.toml"
+    own = named(name, wanted, base)
+    write_preset(path, own)
+    assert read_preset(path) == own
+    assert read_preset(path).settings == preset(str(path)) == wanted
+
+
+def test_only_what_differs_from_the_base_is_written(tmp_path):
+    own = named("quick arms", preset("fast").replaced(sigma_joint=20.0), "fast")
+    assert own == UserPreset("quick arms", "fast", {"sigma_joint": 20.0})
+    write_preset(tmp_path / "own.toml", own)
+    text = (tmp_path / "own.toml").read_text(encoding="utf-8")
+    assert text == 'name = "quick arms"\nbase = "fast"\n\n[values]\nsigma_joint = 20.0\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "said"),
+    [
+        ("[values]\nsigma_joints = 3.0\n", "sigma_joints", "sigma_joint"),
+        ("[values]\nsigma_joint = 900.0\n", "sigma_joint", "from 0.1 deg to 180 deg|0.1 to 180"),
+        ("[values]\nestimator = 'best'\n", "estimator", "one of iterated"),
+        ("[values]\niterations = 2.5\n", "iterations", "whole number"),
+        ("[values]\nfit_shape = 'perhaps'\n", "fit_shape", "yes or no"),
+        ("base = 'exact'\n", "base", "accurate, thesis, fast"),
+        ("name = 3\n", "name", "is not a name"),
+        ("values = 3\n", "values", "is not a table"),
+        ("sigma_joint = 3.0\n", "own.toml", "is not a key of a preset file"),
+        ("[values\n", "own.toml", "not valid TOML"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_place(tmp_path, text, where, said):
+    path = tmp_path / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=said) as refused:
+        preset(str(path))
+    assert where in refused.value.where
+    assert str(path) in refused.value.where
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        preset(str(tmp_path / "none.toml"))
+
+
+def test_a_file_without_a_name_has_the_file_s(tmp_path):
+    (tmp_path / "mine.toml").write_text("", encoding="utf-8")
+    assert read_preset(tmp_path / "mine.toml") == UserPreset("mine", "accurate", {})

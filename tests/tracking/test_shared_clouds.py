@@ -1,7 +1,5 @@
 """Clouds that several runs share."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
@@ -31,34 +29,6 @@ def recording(tmp_path_factory):
 def first(recording):
     with Pipeline(recording, RunSpec(SETTINGS, init="tpose")) as pipeline:
         yield pipeline
-
-
-def test_every_cloud_is_made_once_and_forgotten_when_all_have_it(first):
-    clouds = SharedClouds(first.chain, first.reader)
-    clouds.learn(range(FRAMES))
-    takers = [clouds.taker() for _ in range(3)]
-    taken = [taker.take(0)[0] for taker in takers[:2]]
-    assert len(clouds) == 1
-    taken.append(takers[2].take(0)[0])
-    assert taken[0] is taken[1] is taken[2]
-    assert len(clouds) == 0
-
-
-def test_one_taker_keeps_nothing(first):
-    clouds = SharedClouds(first.chain, first.reader)
-    taker = clouds.taker()
-    for frame in range(FRAMES):
-        assert taker.take(frame)[0].frame == frame
-        assert len(clouds) == 0
-
-
-def test_many_threads_may_take_at_once(first):
-    clouds = SharedClouds(first.chain, first.reader)
-    takers = [clouds.taker() for _ in range(8)]
-    with ThreadPoolExecutor(8) as pool:
-        taken = list(pool.map(lambda k: takers[k % 8].take(k // 8)[0], range(8 * FRAMES)))
-    assert len({id(cloud) for cloud in taken}) == FRAMES
-    assert len(clouds) == 0
 
 
 def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):

@@ -7,18 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import landmarks
-from stereotrack_core.body.pose import Pose
-from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.smoothing import AdditiveErrorState, smoothed
+from stereotrack_core.tracking.smoothing import smoothed
 from tests.tracking.scenes import POSES, angle_errors, cloud_of, pose_with_arms, surface_points
 
 BOTH = pytest.mark.parametrize("name", ["thesis", "manifold"])
 FRAMES = 14
-ARM = slice(10, 14)
-"""The right arm's numbers."""
 
 
 def _pose(k):
@@ -92,23 +87,6 @@ def test_smoothing_makes_nothing_less_certain(make_tracker, rng, name):
 
 
 @BOTH
-def test_what_comes_back_is_consistent_and_repeats(make_tracker, rng, name):
-    tracker = make_tracker(name)
-    frames = _followed(tracker, rng, missing={5}, frames=8)
-    back, again = _back(tracker, frames), _back(tracker, frames)
-    assert back.bridged == again.bridged == (5,)
-    for a, b, c in zip(frames, back.frames, again.frames, strict=True):
-        np.testing.assert_array_equal(b.x, c.x)
-        np.testing.assert_array_equal(b.P, c.P)
-        np.testing.assert_allclose(b.landmarks, landmarks(tracker.setup.body, b.pose), atol=1e-12)
-        np.testing.assert_array_equal(
-            a.estimate.unexplained_fraction, b.estimate.unexplained_fraction
-        )
-        np.testing.assert_array_equal(a.estimate.residual, b.estimate.residual)
-        assert b.seconds["smooth"] > 0
-
-
-@BOTH
 def test_a_short_gap_is_bridged_between_its_ends(make_tracker, rng, name):
     tracker, missing = make_tracker(name), {5, 6, 7}
     frames = _followed(tracker, rng, missing=missing, points=2500, noise=0.005)
@@ -149,64 +127,6 @@ def test_over_a_long_gap_the_smoother_starts_anew(make_tracker, rng, name):
         assert np.isnan(back.frames[k].landmarks).all()
 
 
-def test_gaps_at_the_ends_stay(make_tracker, rng):
-    tracker = make_tracker("thesis")
-    frames = _followed(tracker, rng, missing={0, 6}, frames=7)
-    back = _back(tracker, frames)
-    assert back.bridged == ()
-    assert [frame.tracked for frame in back.frames] == [False, *[True] * 5, False]
-
-
-def _two_frames(tracker, jump, carried):
-    """A frame, and the next in which the torso has moved and the right arm has turned."""
-    n = len(tracker.setup.Q)
-    P, nothing = 0.01 * np.eye(n), np.zeros(n)
-    turned = np.zeros(n)
-    turned[0], turned[ARM] = 0.05, jump
-    later = displaced(POSES["t"], turned, tracker.setup.joints)
-    prior = Prior(P + tracker.setup.Q, carried)
-    estimates = [
-        Estimate(True, "", POSES["t"], nothing, P),
-        Estimate(True, "", later, nothing, P, prior=prior),
-    ]
-    empty = cloud_of(np.empty((0, 3)))
-    return [
-        TrackedFrame(k, estimate, np.zeros((9, 3)), empty, {})
-        for k, estimate in enumerate(estimates)
-    ]
-
-
-@pytest.mark.parametrize(
-    ("jump", "searched", "arm_follows"),
-    [(0.1, False, True), (0.1, True, True), (1.0, True, False), (1.0, False, True)],
-)
-def test_nothing_comes_back_over_a_jump_of_an_arm(make_tracker, jump, searched, arm_follows):
-    tracker = make_tracker("manifold")
-    carried = np.ones(len(tracker.setup.Q), dtype=bool)
-    carried[6:14] = not searched
-    frames = _two_frames(tracker, jump, carried)
-    back = _back(tracker, frames).frames
-    step = difference(back[0].pose, POSES["t"], tracker.setup.joints)
-    assert 0 < step[0] < 0.05
-    assert (step[ARM] > 1e-3).all() == arm_follows
-    assert (np.diagonal(back[0].P)[ARM] < 0.0099).all() == arm_follows
-    if not arm_follows:
-        np.testing.assert_allclose(step[ARM], 0.0, atol=1e-12)
-
-
-def test_an_arm_that_was_searched_for_and_stayed_learns_from_before(make_tracker):
-    tracker = make_tracker("manifold")
-    searched = np.ones(len(tracker.setup.Q), dtype=bool)
-    searched[6:14] = False
-    frames = _two_frames(tracker, 0.1, searched)
-    back = _back(tracker, frames).frames
-    step = difference(back[1].pose, POSES["t"], tracker.setup.joints)
-    expected = 0.1 / (1 + 0.01 / (0.01 + np.diagonal(tracker.setup.Q)[ARM]))
-    np.testing.assert_allclose(step[ARM], expected, rtol=1e-6)
-    assert step[0] == pytest.approx(0.05)
-    assert (np.diagonal(back[1].P)[ARM] < 0.0099).all()
-
-
 def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
     lost = pose_with_arms([0.1, 0.1, -1], [0.1, 0.2, -1], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1])
     tracker = make_tracker("manifold", search_arms=True, sigma_measurement=0.02)
@@ -223,29 +143,3 @@ def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
     ]
     back = _back(tracker, frames).frames
     assert angle_errors(tracker.setup.body, back[0].pose, first.pose)[[3, 5]].max() < 1.0
-
-
-def test_the_prior_is_the_one_that_was_used(make_tracker, rng):
-    tracker = make_tracker("manifold")
-    tracker.start(POSES["t"])
-    first = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 2500, rng), 0))
-    still = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 2500, rng), 1))
-    np.testing.assert_allclose(still.prior.P, first.P + tracker.setup.Q, atol=1e-12)
-    moved = Pose(POSES["t"].position + np.array([0.0, 0.15, 0.0]), POSES["t"].rotations)
-    hurried = tracker.step(cloud_of(surface_points(tracker.setup.body, moved, 2500, rng), 2))
-    usual = np.diagonal(still.P + tracker.setup.Q)
-    assert (np.diagonal(hurried.prior.P)[:3] > 1.5 * usual[:3]).all()
-
-
-def test_angles_go_the_short_way_and_restated_arms_are_jumps(make_tracker):
-    state, tracker = AdditiveErrorState(), make_tracker("thesis")
-    at = tracker.lost("")
-    origin = dataclasses.replace(at, x=np.r_[np.zeros(5), 3.1, np.zeros(8)])
-    to = dataclasses.replace(at, x=np.r_[np.zeros(5), -3.1, 3.0, np.zeros(7)])
-    delta = state.difference(to, origin)
-    assert delta[5] == pytest.approx(2 * np.pi - 6.2)
-    np.testing.assert_array_equal(state.continuous(delta), [True] * 6 + [False] * 4 + [True] * 4)
-
-
-def test_no_frames_stay_no_frames(make_tracker):
-    assert _back(make_tracker("manifold"), []).frames == ()

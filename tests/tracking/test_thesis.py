@@ -5,7 +5,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stereotrack_core.body.angles import THESIS_JOINTS, euler_rotation, joint_rotation
-from stereotrack_core.body.sampling import SurfacePoints
 from stereotrack_core.body.skeleton import PARENTS
 from tests.oracle import unscented
 from tests.tracking.scenes import POSES, cloud_of, disturbed, surface_points
@@ -22,10 +21,6 @@ def _world(body, x, part, point):
     return euler_rotation(*x[3:6]) @ point + x[:3]
 
 
-def _brute_force_nearest(points, cloud):
-    return np.array([cloud[np.argmin(((cloud - point) ** 2).sum(axis=1))] for point in points])
-
-
 @pytest.fixture
 def prepared(make_tracker, rng):
     """A tracker before its first correction, and a cloud that does not fit yet."""
@@ -33,21 +28,6 @@ def prepared(make_tracker, rng):
     tracker.start(disturbed(POSES["pointing"], THESIS_JOINTS, rng))
     tracker.predict(0)
     return tracker, surface_points(tracker.setup.body, POSES["pointing"], 700, rng, 0.005)
-
-
-def test_pairs_are_nearest_points_and_their_directions(prepared):
-    tracker, points = prepared
-    sampled = tracker.sample()
-    pairs = tracker.closest(sampled, cKDTree(points))
-    own = zip(pairs.sampled.part, pairs.sampled.points, strict=True)
-    p_zhat = np.array([_world(tracker.setup.body, tracker.x, part, point) for part, point in own])
-    p_z = _brute_force_nearest(p_zhat, points)
-    joined = p_z - p_zhat
-    np.testing.assert_allclose(pairs.predicted, p_zhat, atol=1e-12)
-    np.testing.assert_allclose(pairs.measured, p_z, atol=1e-12)
-    e = joined / np.linalg.norm(joined, axis=1, keepdims=True)
-    np.testing.assert_allclose(pairs.e, e, atol=1e-9)
-    np.testing.assert_allclose(pairs.z, (e * p_z).sum(axis=1), atol=1e-12)
 
 
 def test_a_correction_is_that_of_the_text_with_directions_held_at_x_hat(prepared):
@@ -69,41 +49,6 @@ def test_a_correction_is_that_of_the_text_with_directions_held_at_x_hat(prepared
     assert innovation == pytest.approx(np.sqrt(np.mean(nu**2 / np.diag(P_nunu))), rel=1e-8)
 
 
-def test_the_predicted_measurement_moves_with_the_pose_on_fixed_lines(prepared):
-    tracker, points = prepared
-    pairs = tracker.closest(tracker.sample(), cKDTree(points))
-    moved = tracker.setup.body.frames(POSES["reaching"])
-    stacked = type(moved)(moved.rotations[None], moved.origins[None])
-    places = moved.apply(pairs.sampled.part, pairs.sampled.points)
-    np.testing.assert_allclose(pairs.z_hat(stacked)[0], (pairs.e * places).sum(axis=1), atol=1e-12)
-
-
-def test_a_model_point_that_lies_on_a_measured_one_has_no_direction(prepared):
-    tracker, _ = prepared
-    sampled = tracker.sample()
-    frames = tracker.setup.body.frames(tracker.lost("").pose)
-    places = frames.apply(sampled.part, sampled.points)
-    pairs = tracker.closest(sampled, cKDTree(np.concatenate([places[:5], places[5:] + 0.01])))
-    assert len(pairs.e) == len(sampled) - 5
-    np.testing.assert_allclose(np.linalg.norm(pairs.e, axis=1), 1.0)
-
-
-def test_every_iteration_draws_new_points(make_tracker, rng):
-    tracker = make_tracker("thesis", iterations=4)
-    tracker.start(POSES["t"])
-    drawn = []
-    draw = tracker.sample
-
-    def remembered(trace) -> SurfacePoints:
-        drawn.append(draw(trace))
-        return drawn[-1]
-
-    tracker.sample = remembered
-    tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 1000, rng)))
-    assert [len(points) for points in drawn] == 4 * [64]
-    assert len({points.points.tobytes() for points in drawn}) == 4
-
-
 def test_a_regular_pattern_needs_no_seed(make_tracker, rng):
     cloud = cloud_of(
         surface_points(make_tracker("thesis").setup.body, POSES["t"], 1500, rng, 0.005)
@@ -114,11 +59,3 @@ def test_a_regular_pattern_needs_no_seed(make_tracker, rng):
         tracker.start(POSES["t"])
         found.append(tracker.step(cloud))
     np.testing.assert_array_equal(found[0].x, found[1].x)
-
-
-def test_without_a_camera_that_sees_the_body_nothing_is_tracked(make_tracker, rng):
-    tracker = make_tracker("thesis", cameras=np.empty((0, 3)))
-    tracker.start(POSES["t"])
-    found = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 1000, rng)))
-    assert not found.tracked
-    assert "camera" in found.reason

@@ -1,4 +1,4 @@
-"""A watched step is the tracker's own step, and the tracker itself stays as it is."""
+"""A watched step is the tracker's own step, also where it begins from what a run has kept."""
 
 import copy
 
@@ -9,21 +9,22 @@ from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.experiments.baselines import estimators, particles
-from stereotrack_core.tracking.inspection import look_inside
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.inspection import (
+    FIRST,
+    NOBODY,
+    beginning_at,
+    look_inside,
+)
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tracker import tracker_for
-from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
+from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, disturbed, surface_points
 
 _QUICK = {"data_points": 500, "iterations": 3, "search_refined": 2}
-
 KINDS = {
     "thesis": ("thesis", {}),
     "regular": ("thesis", {"sampling": "regular", "model_points": 40}),
     "accurate": ("accurate", _QUICK | {"search_proposals": 40}),
-    "short reach": (
-        "accurate",
-        _QUICK | {"max_correspondence_distance": 0.06, "search_arms": False},
-    ),
     "fast": ("fast", {"search_proposals": 30, "data_points": 300}),
     "ekf": ("ekf", {"data_points": 300}),
     "annealed": ("annealed", {}),
@@ -75,7 +76,7 @@ def assert_same(a, b):
             np.testing.assert_array_equal(value, b[name])
 
 
-@pytest.mark.parametrize("kind", sorted(KINDS.keys() - {"short reach"}))
+@pytest.mark.parametrize("kind", sorted(KINDS))
 def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind):
     tracker, cloud = followed(kind)
     before = states(tracker)
@@ -115,28 +116,51 @@ def test_iterations_lead_from_the_prediction_to_the_result(kind):
     assert len(trace.state_names) == len(first.dx) == len(trace.after.P)
 
 
-@pytest.mark.parametrize("kind", ["thesis", "accurate", "fast", "ekf"])
-def test_the_innovation_of_a_frame_is_that_of_its_first_correction(kind):
+def new_tracker(kind, tracker):
+    name, changes = KINDS[kind]
+    settings = preset(name).replaced(**changes)
+    return tracker_for(tracker.setup.body, settings, CAMERAS, 10.0, 3)
+
+
+@pytest.mark.parametrize("kind", ["thesis", "fast"])
+def test_a_stored_frame_begins_where_the_tracker_was(kind):
     tracker, cloud = followed(kind)
-    trace = look_inside(tracker, cloud)
-    first = trace.corrections[0].normalised_residual
-    assert trace.estimate.innovation == pytest.approx(first, rel=0.01)
-    assert 0.0 < first < 1.0
+    before = Estimate(True, "", *state_of(tracker))
+    new = new_tracker(kind, tracker)
+    words = beginning_at(new, cloud, before)
+    trace = look_inside(new, cloud)
+    own = look_inside(tracker, cloud)
+    np.testing.assert_allclose(trace.predicted.P, own.predicted.P, rtol=1e-12)
+    assert "covariance stored for the previous frame" in words
+    if kind == "fast":  # nothing random but what goes by seed and frame
+        np.testing.assert_allclose(trace.after.pose.rotations, own.after.pose.rotations, atol=1e-9)
+        np.testing.assert_allclose(trace.after.P, own.after.P, rtol=1e-6)
+    else:
+        assert "random numbers" in words
+        assert angle_errors(tracker.setup.body, trace.after.pose, own.after.pose).max() < 15.0
 
 
-def test_a_frame_with_nothing_in_it_has_a_prediction_and_no_correction():
-    tracker, _ = followed("accurate")
-    trace = look_inside(tracker, cloud_of(np.zeros((3, 3)), 5))
-    assert not trace.estimate.tracked
-    assert "3 points" in trace.estimate.reason
-    assert not trace.corrections
-    assert trace.search is None
+def state_of(tracker):
+    return tracker.pose, np.zeros(len(tracker.P)), tracker.P
 
 
-def test_a_person_who_has_to_be_looked_for_is_said_to_be():
-    tracker, cloud = followed("fast", frames=1)
-    tracker.reinitialise()
-    trace = look_inside(tracker, cloud)
-    assert any("re-initialised" in note for note in trace.notes)
+def test_a_first_frame_begins_with_its_own_pose():
+    tracker, cloud = followed("fast")
+    here = Estimate(True, "", *state_of(tracker))
+    lost = Estimate(False, "nobody", *state_of(tracker))
+    new = new_tracker("fast", tracker)
+    words = beginning_at(new, cloud, lost, here)
+    assert words == FIRST
+    np.testing.assert_array_equal(new.pose.position, here.pose.position)
+
+
+@pytest.mark.parametrize("kind", ["thesis", "fast"])
+def test_without_a_run_somebody_is_looked_for(kind):
+    tracker, cloud = followed(kind)
+    new = new_tracker(kind, tracker)
+    words = beginning_at(new, cloud)
+    assert words == NOBODY
+    trace = look_inside(new, cloud)
     assert trace.estimate.tracked
-    np.testing.assert_array_equal(trace.predicted.P, trace.before.P)
+    off = trace.after.pose.position - state_of(tracker)[0].position
+    assert np.linalg.norm(off) < 0.15

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.state import Setup
 from tests.tracking.scenes import (
     POSES,
     angle_errors,
@@ -21,7 +24,7 @@ def _clouds(body, pose, rng, count, noise=0.005, points=2500):
     return [cloud_of(surface_points(body, pose, points, rng, noise), k) for k in range(count)]
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize(
     ("name", "largest_angle", "largest_shift"), [("thesis", 9.0, 0.03), ("manifold", 3.0, 0.006)]
@@ -41,14 +44,6 @@ def test_a_body_is_found_from_a_disturbed_start(
     assert errors.max() < largest_angle
     assert errors[2:].mean() < 0.5 * angle_errors(tracker.setup.body, start, true)[2:].mean()
     assert np.linalg.norm(found.pose.position - true.position) < largest_shift
-
-
-def test_the_search_for_arms_leaves_a_body_that_is_found(make_tracker, rng):
-    tracker = make_tracker("manifold", search_arms=True, search_proposals=60, search_refined=1)
-    tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
-    for cloud in _clouds(tracker.setup.body, POSES["reaching"], rng, 2):
-        found = tracker.step(cloud)
-    assert angle_errors(tracker.setup.body, found.pose, POSES["reaching"]).max() < 3.0
 
 
 def test_the_search_finds_an_arm_that_is_lost(make_tracker, rng):
@@ -84,18 +79,6 @@ def test_a_moving_body_is_followed(make_tracker, rng, name):
 
 
 @BOTH
-def test_a_body_that_has_moved_pulls_the_position_with_it(make_tracker, rng, name):
-    tracker, start = make_tracker(name), POSES["pointing"]
-    for shift in np.concatenate([0.03 * np.eye(3), -0.03 * np.eye(3)]):
-        moved = Pose(start.position + shift, start.rotations)
-        tracker.start(start)
-        found = tracker.step(cloud_of(surface_points(tracker.setup.body, moved, 2500, rng)))
-        step = found.pose.position - start.position
-        assert 0.015 < step @ shift / np.linalg.norm(shift) < 0.045
-        assert np.linalg.norm(step - shift) < 0.02
-
-
-@BOTH
 def test_the_covariance_stays_symmetric_and_positive(make_tracker, rng, name):
     tracker = make_tracker(name)
     tracker.start(POSES["t"])
@@ -106,16 +89,6 @@ def test_the_covariance_stays_symmetric_and_positive(make_tracker, rng, name):
         assert np.linalg.eigvalsh(found.P).min() > 0
         assert found.P.shape == 2 * (len(found.x),)
         assert np.isfinite(found.limb_sigma_deg).all()
-
-
-@BOTH
-def test_measuring_makes_certain_and_waiting_makes_uncertain(make_tracker, rng, name):
-    tracker = make_tracker(name)
-    tracker.start(POSES["t"])
-    found = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 2500, rng)))
-    assert np.trace(found.P[:6, :6]) < 0.2 * np.trace(tracker.setup.Q[:6, :6])
-    lost = tracker.step(cloud_of(np.empty((0, 3)), 1))
-    np.testing.assert_allclose(lost.P - found.P, tracker.setup.Q, atol=1e-12)
 
 
 @BOTH
@@ -157,19 +130,6 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(make_tracker, name):
 
 
 @BOTH
-def test_starting_anew_forgets_what_was_before(make_tracker, rng, name):
-    tracker = make_tracker(name, sampling="regular")
-    clouds = _clouds(tracker.setup.body, POSES["t"], rng, 2)
-    tracker.start(POSES["t"])
-    first = tracker.step(clouds[0])
-    tracker.step(clouds[1])
-    tracker.start(POSES["t"])
-    again = tracker.step(clouds[0])
-    np.testing.assert_array_equal(again.x, first.x)
-    np.testing.assert_array_equal(again.P, first.P)
-
-
-@BOTH
 def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name):
     tracker = make_tracker(name)
     points = surface_points(tracker.setup.body, POSES["t"], 2500, rng, 0.005)
@@ -184,3 +144,21 @@ def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name)
     pairs = good.correspondences
     assert pairs.data.shape == pairs.model.shape == (len(pairs.part), 3)
     assert ((pairs.weight > 0) & (pairs.weight <= 1)).all()
+
+
+def setup_with(parameters, fps):
+    """Of a whole body, whose shoulders come last in the state."""
+    return Setup(body_model(AVERAGE), parameters, np.zeros((1, 3)), fps, 0)
+
+
+@pytest.mark.parametrize("fps", [5.0, 120.0])
+def test_variances_grow_with_the_time_between_frame_sets(fps):
+    p = TrackingParameters()
+    np.testing.assert_allclose(setup_with(p, fps).Q, setup_with(p, 10.0).Q * 10.0 / fps)
+
+
+def test_trackers_use_their_frame_rate(make_tracker):
+    for name in ("thesis", "manifold"):
+        np.testing.assert_allclose(
+            make_tracker(name, fps=5).setup.Q, 2 * make_tracker(name, fps=10).setup.Q
+        )

@@ -92,30 +92,3 @@ def test_points_without_neighbours_are_told(recording):
     assert "neighbours within 1 mm" in words
     assert "outlier_distance" in words
     assert counts.inside > 0 == counts.kept
-
-
-def test_depth_images_that_hold_nothing_are_told(recording):
-    for k in range(FRAMES):
-        write_png(recording.folder / f"empty_{k}.png", np.zeros((HEIGHT, WIDTH), np.uint16))
-    depth = dataclasses.replace(recording.views[0].depth, frames="empty_%d.png")
-    words, counts = only_cause(with_views(recording, depth=depth))
-    assert "no pixel has a valid disparity" in words
-    assert counts.measured == 0
-
-
-def test_enough_points_that_are_no_body_are_told(recording):
-    told = untracked(recording, max_unexplained_fraction=0.0)
-    [cause] = told.causes()
-    assert "points, but the cloud does not match the body" in cause.sentence()
-    assert "info --deep" in cause.sentence()
-    assert told.counts["N"].kept > 0
-
-
-def test_counts_never_grow_from_step_to_step(recording):
-    with Pipeline(recording, RunSpec(SETTINGS, init="tpose")) as pipeline:
-        [first, *_] = list(pipeline.frames(range(1)))
-    for name, counts in first.cloud.counts.items():
-        left = (counts.measured, counts.person, counts.taken, counts.inside, counts.kept)
-        assert list(left) == sorted(left, reverse=True)
-        assert counts.kept == np.sum(first.cloud.view == VIEWS.index(name)) > 0
-        assert counts.middle is None

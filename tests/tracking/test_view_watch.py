@@ -83,17 +83,6 @@ def test_it_is_said_which_view_and_by_how_much(sound, knocked):
     assert views_left_out({"N": "View N provides no depth: its left image is dark."}) == ()
 
 
-def test_points_tell_where_no_silhouette_is_known(sound, knocked):
-    far = with_points(cloud_of_body(BODY, Pose(POSE.position + [0, 0.3, 0], POSE.rotations), "W"))
-    wrong = with_view(sound, far)
-    bare = {name: dataclasses.replace(d, outline=None) for name, d in wrong.depths.items()}
-    assert watched(dataclasses.replace(wrong, depths=bare)).left_out == "W"
-
-
-def test_a_first_pose_that_fits_nothing_leaves_out_no_view(sound, knocked):
-    assert watched(with_view(sound, knocked), frames=FRAMES[:5]).left_out == ""
-
-
 def test_of_two_views_neither_is_known_to_be_right():
     both = with_points(cloud_of_body(BODY, POSE, "NW"))
     wrong = with_view(both, with_points(cloud_of_body(BODY, KNOCKED, "W")))

@@ -1,24 +1,17 @@
 """Limbs that lie elsewhere than what was seen are called lost, and the others are not."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
-from stereotrack_core.body.angles import ALL_JOINTS
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.estimate import Prior
-from stereotrack_core.tracking.failure import features
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
     failure_probability,
     limb_features,
-    unexpected,
-    views_of_somebody,
 )
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
@@ -35,14 +28,6 @@ def signs_of(pose, true, seen=NOTHING):
     assert signs is not None
     assert np.isfinite(signs).all()
     return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs, "several")
-
-
-def test_coefficients_are_found_by_their_features_names(rng, monkeypatch):
-    signs = rng.normal(size=(6, len(FEATURES)))
-    before = failure_probability(signs, "one")
-    turned = {views: dict(reversed(own.items())) for views, own in features.SLOPES.items()}
-    monkeypatch.setattr(features, "SLOPES", turned)
-    np.testing.assert_array_equal(failure_probability(signs, "one"), before)
 
 
 @pytest.mark.parametrize("name", POSES)
@@ -75,29 +60,6 @@ def test_an_arm_beside_what_was_seen_is_lost(name, side):
     assert unexplained[side] > 2.0 * unexplained[1 - side]
 
 
-def test_torso_and_head_have_no_probability():
-    _, lost = signs_of(POSES["t"], POSES["t"])
-    assert np.isnan(lost[: len(LIMBS) - len(ARMS)]).all()
-
-
-def test_nothing_is_said_where_nobody_is_seen():
-    cloud = dataclasses.replace(cloud_of_body(BODY, POSES["t"]), depths={})
-    assert limb_features(cloud, BODY, POSES["t"], np.ones(6), NOTHING) is None
-    assert np.isnan(failure_probability(None, "one")).all()
-
-
-def test_jumps_are_stated_in_standard_deviations():
-    n = 6 + 2 * len(ALL_JOINTS)
-    P, movement = np.eye(n) * 0.2**2, np.zeros(n)
-    first = 6 + 2 * ALL_JOINTS.index(FOREARMS[0])
-    movement[first : first + 2] += [0.6, -0.6]
-    prior = Prior(P, np.ones(n, dtype=bool))
-    found = unexpected(movement, prior, ALL_JOINTS)
-    assert found[FOREARMS[0]] == pytest.approx(3.0)
-    assert np.delete(found, FOREARMS[0]) == pytest.approx(np.zeros(5), abs=1e-12)
-    assert (unexpected(movement, None, ALL_JOINTS) == 0.0).all()
-
-
 @pytest.mark.parametrize("views", ["one", "two", "several"])
 def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
     pose, doubtful = POSES["t"], with_arm(POSES["t"], LEFT, DOWN, DOWN)
@@ -109,12 +71,3 @@ def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
             signs = limb_features(cloud, BODY, here, np.ones(6), seen)
             said[name] = failure_probability(signs, views)[limbs]
         assert (said["agree"] < said["contradict"]).all()
-
-
-@pytest.mark.parametrize(
-    ("count", "named"), [(1, "one"), (2, "two"), (3, "several"), (4, "several")]
-)
-def test_coefficients_are_those_of_the_number_of_views(count, named):
-    cloud = cloud_of_body(BODY, POSES["t"])
-    depths = dict(list(cloud.depths.items())[:count])
-    assert views_of_somebody(dataclasses.replace(cloud, depths=depths)) == named

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,9 +9,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_journal import RunJournal, Wish, read_unfinished
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.recording.sighted_keypoints import KeypointsInViews
-from stereotrack_core.tracking.frame import cloudless
-from stereotrack_core.tracking.inspection import traced_step
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
@@ -83,18 +78,6 @@ def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):
         frames = list(pipeline.frames(range(6)))
     assert [frame.tracked for frame in frames] == [True, True, False, False, True, True]
     assert frames[2].reason == "there are only 0 keypoints"
-
-
-def test_a_step_can_be_inspected(mono):
-    keypoints = simulated_keypoints(truth(), mono.cameras)
-    with Pipeline(mono, RunSpec(preset("accurate"), keypoints=keypoints)) as pipeline:
-        [*_, last] = pipeline.frames(range(2))
-        seen = cloudless(2), KeypointsInViews(keypoints, mono.cameras).at(2)
-        trace = traced_step(pipeline.tracker, replace(seen[0], keypoints=seen[1]))
-    assert last.tracked
-    kinds = {rows.kind: rows for rows in trace.corrections[0].rows}
-    assert kinds["detection"].unit == "px"
-    assert len(kinds["detection"].part) == len(kinds["detection"].residual)
 
 
 def test_what_cannot_be_tracked_is_said(mono):

@@ -5,14 +5,12 @@ import pytest
 
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.sources import StereoFrame
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.tuning.clouds import CloudKey
 from tests.tracking.tuning.test_stages import other_value
 
 USUAL = DepthParameters()
 STRETCH = range(3)
-QUICK = ("least_focal", "low_pass")
+QUICK = ("low_pass",)
 
 
 def made_anew(recording, reader, depth, frame):
@@ -31,20 +29,6 @@ def same(a, b):
         other = b.depths[name]
         for field in ("disparity", "range_z", "foreground", "silhouette", "outline"):
             np.testing.assert_array_equal(getattr(view, field), getattr(other, field))
-
-
-@pytest.fixture
-def count_matches(monkeypatch):
-    """Number of regions that were matched so far."""
-    seen = []
-    match = StereoFrame.disparity
-
-    def counted(frame, region):
-        seen.append(region)
-        return match(frame, region)
-
-    monkeypatch.setattr(StereoFrame, "disparity", counted)
-    return lambda: len(seen)
 
 
 def parameters():
@@ -70,28 +54,6 @@ def test_after_any_change_kept_clouds_are_those_that_are_made_anew(
         made_anew(rendered, store.reader, after, 1),
     )
     same(store.clouds(key, STRETCH).take(1)[0], made_anew(rendered, store.reader, before, 1))
-
-
-@pytest.mark.parametrize(
-    ("change", "matches"),
-    [
-        ({"background_threshold": 1.5}, False),
-        ({"background_percentile": 7.0}, False),
-        ({"outlier_distance": 50.0}, False),
-        ({"match_uniqueness": 8}, True),
-    ],
-)
-def test_only_a_parameter_of_matching_matches_again(
-    rendered, store_of, count_matches, change, matches
-):
-    store, depth = store_of(rendered), USUAL.replaced(background_empty_scene=False)
-    store.clouds(CloudKey(depth, STRETCH), STRETCH).take(1)
-    before, changed = count_matches(), CloudKey(depth.replaced(**change), STRETCH)
-    assert (
-        "matching and points of 1 frame" in store.holdings().work(changed, range(1, 2))
-    ) == matches
-    store.clouds(changed, STRETCH).take(1)
-    assert (count_matches() > before) == matches
 
 
 def test_the_same_clouds_are_not_made_twice(cones, store_of):
@@ -130,18 +92,3 @@ def test_memory_is_bounded_and_clouds_stay_right(cones, store_of):
                 cloud.points, made_anew(cones, store.reader, key.depth, k).points
             )
     assert 0 < len(store.memory) < 6
-
-
-def test_work_that_is_not_wanted_stops_between_views(rendered, store_of, count_matches):
-    store, key = store_of(rendered), CloudKey(USUAL, STRETCH)
-    with pytest.raises(Cancelled):
-        store.clouds(key, STRETCH, lambda: True)
-    assert count_matches() == 0
-    answers = iter([False, True])
-    kept = store.clouds(key, STRETCH)
-    wanted = store.clouds(key, STRETCH, lambda: next(answers, True))
-    before = count_matches()
-    with pytest.raises(Cancelled):
-        wanted.take(1)
-    assert count_matches() == before, "stopped after reading began, before anything was matched"
-    same(kept.take(1)[0], made_anew(rendered, store.reader, USUAL, 1))

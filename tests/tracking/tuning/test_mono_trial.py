@@ -95,13 +95,6 @@ def test_runs_go_forward_together(mono):
     assert np.abs(runs[1].landmarks - runs[0].landmarks).max() > 1e-4
 
 
-def test_parameters_that_act_without_depth_are_parameters():
-    names = set(preset("accurate").values())
-    acting = {name for name in names if acts_without_depth(name)}
-    assert "keypoint_sigma" in acting
-    assert "disparity_count" not in acting
-
-
 def other_values(row, value):
     """A smaller and a larger value, or every other choice."""
     if row.type is bool:

@@ -7,7 +7,6 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.stages import (
     Stage,
-    changed_names,
     changes_in_words,
     stage_key,
     stage_of,
@@ -39,12 +38,6 @@ def test_every_parameter_acts_on_some_stage_and_none_of_tracking_on_clouds():
         assert (first <= Stage.FUSION) == of_depth
     assert stage_of("sigma_joint") is Stage.TRACKING
     assert stage_of("arm_radius_factor") is Stage.SHAPE
-
-
-def test_names_of_what_differs_come_in_the_order_of_declaration():
-    old, new = preset("accurate"), preset("accurate").replaced(sigma_joint=20.0, pixel_step=3)
-    assert changed_names(old, new) == ("pixel_step", "sigma_joint")
-    assert changed_names(old, old) == ()
 
 
 @pytest.mark.parametrize(

@@ -54,19 +54,6 @@ def start_at(run, frame):
     return Start(before.pose, before.P, shape)
 
 
-@pytest.mark.parametrize("name", ["accurate", "thesis"])
-def test_a_trial_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of, name):
-    settings = quick(name)
-    made = trial(settings, range(1, 4), None, 5, None, pose(1), name)
-    with Pipeline(cones, RunSpec(settings, seed=5, init=pose(1), preset=name)) as pipeline:
-        expected = list(pipeline.frames(range(1, 4)))
-        origin = pipeline.origin()
-    with made.begun(store_of(cones)) as pipeline:
-        equal(pipeline.frames(made.stretch), expected)
-        assert pipeline.origin().shape == origin.shape
-        assert (pipeline.origin().spec.preset, pipeline.origin().spec.seed) == (name, 5)
-
-
 def test_with_the_run_s_own_settings_a_trial_gives_the_run_again(cones, store_of, run):
     settings, frames, shape = run
     assert shape != settings.body, "the shape was fitted, so that keeping it matters"
@@ -84,36 +71,6 @@ def test_a_trial_with_other_settings_is_a_pipeline_with_the_same_start(cones, st
         expected = list(pipeline.frames(range(2, 5)))
     without_P = dataclasses.replace(start, P=None)
     equal(tracked(trial(settings, range(2, 5), without_P), store_of(cones)), expected)
-
-
-def test_the_covariance_before_the_stretch_matters(cones, store_of, run):
-    start = start_at(run, 2)
-    store = store_of(cones)
-    first, other = (
-        next(tracked(trial(run[0], range(2, 3), s), store))
-        for s in (start, dataclasses.replace(start, P=100.0 * start.P))
-    )
-    assert not np.allclose(first.P, other.P)
-
-
-def test_a_shape_that_does_not_stand_is_fitted_to_the_run_s_frames(cones, store_of, run):
-    settings, _, shape = run
-    unknown = dataclasses.replace(start_at(run, 5), shape=None)
-    made = trial(settings, range(5, 8), unknown)
-    with made.begun(store_of(cones)) as pipeline:
-        equal(pipeline.frames(made.stretch), run[1][5:])
-    assert pipeline.origin().shape == shape
-    assert pipeline.origin().meta()["init"] == "the pose of another run"
-    assert pipeline.origin().spec.init is unknown.pose
-
-
-def test_a_shape_is_fitted_once_for_the_same_clouds(cones, store_of, run, monkeypatch):
-    fitted, fit = [], Pipeline.fit_shape
-    monkeypatch.setattr(Pipeline, "fit_shape", lambda self, k: fitted.append(k) or fit(self, k))
-    store, start = store_of(cones), dataclasses.replace(start_at(run, 5), shape=None)
-    for changes in ({}, {"sigma_joint": 20.0}, {"outlier_distance": 50.0}):
-        list(tracked(trial(run[0].replaced(**changes), range(5, 6), start), store))
-    assert fitted == [WHOLE, WHOLE]
 
 
 def test_work_is_told_before_it_is_done(cones, store_of, run):
@@ -156,19 +113,6 @@ def test_a_trial_ends_before_its_next_step_and_the_next_one_is_whole(cones, stor
     again = list(tracked(made, store))
     equal(again[:1], [whole])
     assert len(again) == 3
-
-
-def test_a_trial_ends_while_the_shape_is_fitted(cones, store_of, run, monkeypatch):
-    fit, wanted = Pipeline.fit_shape, [True]
-
-    def unwanted(pipeline, known):
-        wanted.clear()
-        return fit(pipeline, known)
-
-    monkeypatch.setattr(Pipeline, "fit_shape", unwanted)
-    start = dataclasses.replace(start_at(run, 5), shape=None)
-    with pytest.raises(Cancelled):
-        next(tracked(trial(run[0], range(5, 6), start), store_of(cones), lambda: not wanted))
 
 
 @pytest.mark.parametrize("kept", [True, False])

@@ -1,5 +1,7 @@
 """From colour pictures to a cloud with colours, and to a run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,12 +11,22 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.tracker import PersonTracker
 from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
-from tests.tracking.scenes import POSES
+from tests.tracking.scenes import (
+    CAMERAS,
+    POSES,
+    angle_errors,
+    cloud_of,
+    surface_points,
+)
 
 BODY = body_model(AVERAGE)
 TINTS = {"N": (1.0, 1.0, 1.0), "O": (1.15, 0.9, 1.0), "S": (0.9, 1.0, 1.1), "W": (1.0, 1.1, 0.9)}
@@ -52,21 +64,6 @@ def test_points_get_the_colours_of_the_first_view(coloured):
         np.testing.assert_allclose(np.median(own, axis=0), (150, 90, 60), rtol=0.03)
 
 
-def test_grey_is_the_same_with_and_without_the_choice(coloured):
-    with_colours, without = _cloud(coloured, colour=True), _cloud(coloured, colour=False)
-    assert without.colours is None
-    assert all(depth.picture is None for depth in without.depths.values())
-    np.testing.assert_array_equal(with_colours.points, without.points)
-
-
-def test_a_part_of_a_cloud_keeps_what_belongs_together(coloured):
-    cloud = _cloud(coloured, colour=True)
-    chosen = cloud.points[:, 2] > 1.0
-    part = cloud.part(chosen)
-    for name in ("points", "view", "pixels", "colours"):
-        np.testing.assert_array_equal(getattr(part, name), getattr(cloud, name)[chosen])
-
-
 def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
     settings = preset("accurate").replaced(**TINY, fit_shape=False, search_arms=False)
     run = track(coloured, RunSpec(settings, frames=range(FRAMES), init="tpose"))
@@ -83,3 +80,36 @@ def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
             assert frames[0].cloud.colours is None
             found[weight] = np.array([frame.x for frame in frames])
     np.testing.assert_array_equal(found[0.0], found[0.06])
+
+
+def _clouds(rng, count=3):
+    clouds = [cloud_of(surface_points(BODY, POSES["t"], 2500, rng, 0.006), k) for k in range(count)]
+    return [replace(c, colours=rng.uniform(30.0, 200.0, c.points.shape)) for c in clouds]
+
+
+def _tracked(clouds, *, coloured=True, **changes):
+    setup = Setup(BODY, preset("fast").replaced(**changes).tracking, CAMERAS, 10.0, 0)
+    correspondences = DataToModel(setup, coloured=coloured)
+    tracker = PersonTracker(PoseFilter(setup, IteratedEstimator(setup), correspondences))
+    tracker.start(POSES["t"])
+    return [tracker.step(cloud) for cloud in clouds], tracker
+
+
+def test_without_weight_or_colours_nothing_differs_bit_for_bit(rng):
+    clouds = _clouds(rng)
+    plain, _ = _tracked(clouds, coloured=False)
+    unweighted, _ = _tracked(clouds)
+    grey = [replace(cloud, colours=None) for cloud in clouds]
+    without, _ = _tracked(grey, colour_weight=0.06)
+    for a, b, c in zip(plain, unweighted, without, strict=True):
+        for other in (b, c):
+            np.testing.assert_array_equal(a.x, other.x)
+            np.testing.assert_array_equal(a.P, other.P)
+
+
+def test_colours_are_learned_and_senseless_ones_do_no_harm(rng):
+    found, tracker = _tracked(_clouds(rng), colour_weight=0.06)
+    assert all(estimate.tracked for estimate in found)
+    assert tracker.memory()["colour_count"].sum() > 500
+    assert angle_errors(BODY, found[-1].pose, POSES["t"])[[0, 2, 3, 4, 5]].max() < 6.0
+    assert found[-1].correspondences.data.shape[1] == 3

@@ -1,19 +1,23 @@
-"""One detection at a time."""
+"""Detections as measurements, one at a time."""
 
 import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.manifold import columns_of, displaced
 from stereotrack_core.body.model import landmarks
+from stereotrack_core.body.skeleton import LEFT_FOREARM, RIGHT_FOREARM
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.residuals.detections import corrected_by
+from stereotrack_core.tracking.residuals.detections import DetectionObservation, corrected_by
 from stereotrack_core.tracking.state import Belief, Setup
 from tests.tracking.keypoints.cases import BENT_CAMERA, BODY, PLAIN_CAMERA, seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
@@ -70,13 +74,6 @@ def test_the_order_makes_no_difference(rng):
         np.testing.assert_allclose(P, found[0][1], atol=0.05 * np.abs(found[0][1]).max())
 
 
-@pytest.mark.parametrize("gate", [0.2, 3.0])
-def test_an_improbable_detection_changes_nothing(gate):
-    tight = Belief(POSES["t"], 1e-3 * P0)
-    detection = seen("head", POSES["t"], sigma=0.01, off=0.3)
-    assert corrected_by(detection, setup_of(gate), tight) is tight
-
-
 def _tracker(*, listens=True, **changes):
     setup = Setup(
         BODY, preset("fast").replaced(search_arms=False, **changes).tracking, CAMERAS, 10.0, 0
@@ -86,20 +83,8 @@ def _tracker(*, listens=True, **changes):
     return tracker
 
 
-def _steps(tracker, clouds):
-    return [tracker.step(cloud) for cloud in clouds]
-
-
 def _with(cloud, *detections):
     return Cloud(**{**vars(cloud), "detections": detections})
-
-
-def test_without_detections_nothing_differs_bit_for_bit(rng):
-    clouds = [cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), k) for k in range(3)]
-    listening = _steps(_tracker(), clouds)
-    for a, b in zip(_steps(_tracker(listens=False), clouds), listening, strict=True):
-        np.testing.assert_array_equal(a.x, b.x)
-        np.testing.assert_array_equal(a.P, b.P)
 
 
 def test_detections_between_frames_bring_a_fast_arm_along(rng):
@@ -113,20 +98,50 @@ def test_detections_between_frames_bring_a_fast_arm_along(rng):
         seen("right_hand", fast, time=0.9, sigma=0.02),
     )
     off = {}
-    for name, given in (("deaf", cloud), ("listening", heard)):
+    for name, heard_of in (("deaf", cloud), ("listening", heard)):
         tracker = _tracker(detection_gate=1.5)
         tracker.start(POSES["t"], P=tracker.state.P * 0.2)
-        estimate = tracker.step(given)
+        estimate = tracker.step(heard_of)
         off[name] = np.linalg.norm(_hand(estimate.pose, "right_hand") - _hand(fast, "right_hand"))
     assert off["listening"] < 0.06
     assert off["listening"] < off["deaf"]
 
 
-def test_process_noise_is_that_of_one_frame_however_many_detections_come(rng):
-    tracker = _tracker()
-    before = tracker.state.P
-    nowhere = np.array([9.0, 9.0, 9.0])
-    far = [seen("head", POSES["t"], time=t, off=nowhere) for t in (0.2, 0.5, 0.7)]
-    cloud = cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), 1)
-    predicted = tracker.predicted(_with(cloud, *far)).P
-    np.testing.assert_allclose(predicted, before + tracker.setup.Q, rtol=1e-12)
+STEP = 1e-6
+
+
+@given(st.integers(0, 10_000), st.sampled_from([None, PLAIN_CAMERA, BENT_CAMERA]))
+def test_derivatives_agree_with_differences(seed, camera):
+    rng = np.random.default_rng(seed)
+    pose = disturbed(POSES["pointing"], ALL_JOINTS, rng)
+    columns = columns_of(ALL_JOINTS)
+    for name in ("head", "left_hand", "right_hand"):
+        detection = seen(name, POSES["pointing"], camera=camera, sigma=0.1 if camera is None else 9)
+        (row,) = DetectionObservation((detection,), 2.0).residuals(BODY, pose)
+        steps = STEP * np.concatenate([np.eye(columns.n), -np.eye(columns.n)])
+        moved = row.predicted(BODY.frames(displaced(pose, steps, ALL_JOINTS)))
+        numerical = (moved[: columns.n] - moved[columns.n :]).T / (2 * STEP)
+        np.testing.assert_allclose(
+            row.jacobian(BODY.frames(pose), columns), numerical, rtol=1e-5, atol=1e-5
+        )
+
+
+def test_hands_without_a_side_go_where_they_fit_and_are_two_hands():
+    pose = POSES["t"]
+    left = seen("left_hand", pose, kind="hand", off=0.05)
+    right = seen("right_hand", pose, kind="hand", off=-0.05)
+    rows = DetectionObservation((right, left), 0.3).residuals(BODY, pose)
+    assert [row.part for row in rows] == [RIGHT_FOREARM, LEFT_FOREARM]
+    again = seen("left_hand", pose, kind="hand", off=0.02)
+    rows = DetectionObservation((left, again), 0.3).residuals(BODY, pose)
+    assert [row.part for row in rows] == [LEFT_FOREARM]
+    np.testing.assert_array_equal(rows[0].measured, again.position)
+
+
+def test_detections_come_in_the_order_of_their_times():
+    pose = POSES["t"]
+    all_of_them = Detections(seen("head", pose, time=t) for t in (3.0, 0.5, 1.0, 1.5, 2.0))
+    assert len(all_of_them) == 5
+    assert [d.time for d in all_of_them.until(1)] == [0.5, 1.0]
+    assert [d.time for d in all_of_them.until(2)] == [1.5, 2.0]
+    assert Detections().until(0) == ()

@@ -1,0 +1,163 @@
+"""What speaks for and against a pair of arms: keypoints, anatomy, and arms that cross."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import ALL_JOINTS
+from stereotrack_core.body.manifold import columns_of, difference, displaced
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.filtering.linearisation import posterior
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.geometry.triangulation import segment_distance
+from stereotrack_core.tracking.arm_search.arms import (
+    LEFT,
+    RIGHT,
+    Arms,
+    arm_of_pose,
+    arm_shape,
+    arms_around,
+)
+from stereotrack_core.tracking.arm_search.keypoints import arm_keypoints
+from stereotrack_core.tracking.arm_search.score import anatomy_cost, crossing_cost
+from stereotrack_core.tracking.arm_search.search import ArmSearch
+from stereotrack_core.tracking.correction import gathered
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, arms_apart
+from tests.tracking.keypoints.cases import BODY
+from tests.tracking.keypoints.test_reprojection import seen
+from tests.tracking.scenes import POSES, pose_with_arms
+
+SIGMA = 0.04
+
+
+def shapes(pose):
+    return ArmSearch(BODY, TrackingParameters()).placed_shapes(BODY.frames(pose))
+
+
+def of_view(keypoints, name):
+    """What one view alone shows."""
+    v = [camera == name for camera in keypoints.cameras]
+    return replace(
+        keypoints,
+        pixel=np.where(np.array(v)[:, None], keypoints.pixel, np.nan),
+        confidence=np.where(v, keypoints.confidence, 0.0),
+    )
+
+
+@pytest.mark.parametrize("name", POSES)
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+def test_the_true_arm_costs_least(name, side, rng):
+    pose = POSES[name]
+    shown = arm_keypoints(seen(pose), SIGMA, BODY, pose)[side]
+    true = arm_of_pose(BODY.frames(pose), side)
+    others = arms_around(true, 50, 0.8, 0.8, rng)
+    least = shown.cost(shapes(pose)[side], true)[0]
+    assert least < 0.1
+    assert least < shown.cost(shapes(pose)[side], others).min()
+
+
+@pytest.mark.parametrize("view", ["", "N", "O"])
+def test_the_true_arm_is_proposed_by_all_views_and_by_one(view):
+    pose, elsewhere = POSES["pointing"], hanging_pose(POSES["pointing"].position)
+    trunk = replace(elsewhere, rotations=elsewhere.rotations.copy())
+    trunk.rotations[0] = pose.rotations[0]
+    keypoints = of_view(seen(pose), view) if view else seen(pose)
+    for side, shown in enumerate(arm_keypoints(keypoints, SIGMA, BODY, trunk)):
+        proposed = shown.proposals(shapes(pose)[side])
+        true = arm_of_pose(BODY.frames(pose), side)
+        off = np.maximum(
+            angle_between(proposed.upper, true.upper), angle_between(proposed.fore, true.fore)
+        )
+        assert np.degrees(off.min()) < 12.0
+
+
+def test_a_view_that_guesses_does_not_outweigh_the_others(rng):
+    pose = POSES["pointing"]
+    guessed = {("S", f"{s}_{j}"): rng.normal(0, 80, 2) for s in ("left", "right")
+               for j in ("elbow", "wrist")}  # fmt: skip
+    for side, shown in enumerate(arm_keypoints(seen(pose, guessed), SIGMA, BODY, pose)):
+        true = arm_of_pose(BODY.frames(pose), side)
+        others = arms_around(true, 50, 0.8, 0.8, rng)
+        shape = shapes(pose)[side]
+        assert shown.cost(shape, true)[0] <= 2.0
+        assert shown.cost(shape, true)[0] < shown.cost(shape, others).min()
+
+
+def cost(side, upper, fore):
+    """Cost of one arm, given as a right arm's directions in the torso's frame."""
+    outwards = np.array([-1.0 if side == LEFT else 1.0, 1.0, 1.0])
+    units = [np.array(v, float) * outwards / np.linalg.norm(v) for v in (upper, fore)]
+    arms = Arms(units[0][None], units[1][None])
+    return float(anatomy_cost(BODY, arm_shape(BODY, side), arms)[0])
+
+
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+@pytest.mark.parametrize(
+    ("upper", "fore"),
+    [((1, 0, 0), (1, 0, 0)), ((0.2, 0, -1), (0, 1, 0)), ((0, 1, 0), (-0.3, 1, 0))],
+    ids=["sideways", "elbow bent forward", "reaching"],
+)
+def test_usual_arms_cost_nothing(side, upper, fore):
+    assert cost(side, upper, fore) == 0.0
+
+
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+@pytest.mark.parametrize(
+    ("upper", "fore"),
+    [
+        ((1, 0, 0), (-1, 0.1, 0)),
+        ((0, -1, 0), (0, -1, 0)),
+        ((1, 0, 0), (0, -1, 0)),
+        ((0.1, 0.1, -1), (-1, -0.2, 0)),
+    ],
+    ids=["folded", "behind", "bent backward", "through the trunk"],
+)
+def test_arms_that_nobody_can_hold_cost(side, upper, fore):
+    assert cost(side, upper, fore) > 1.0
+
+
+LEAST = 0.045
+CROSSED = pose_with_arms([0.1, 0.5, -1], [-1, 0.32, 0.3], [-0.1, 0.5, -1], [1, 0.30, 0.3])
+"""Forearms that meet in front of the belly."""
+
+
+def rows(pose, least=LEAST):
+    return arms_apart(BODY, BODY.frames(pose), least)
+
+
+def distances(pose):
+    """Of the axes of all pairs of parts, metres."""
+    frames = BODY.frames(pose)
+    ends = frames.origins + BODY.skeleton.lengths[:, None] * frames.rotations[:, :, 2]
+    return np.array(
+        [segment_distance(frames.origins[a], ends[a], frames.origins[b], ends[b]) for a, b in PAIRS]
+    )
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_arms_that_are_apart_are_left_alone(name):
+    assert rows(POSES[name]) == []
+
+
+def test_a_few_corrections_part_the_arms():
+    n = 6 + 2 * len(ALL_JOINTS)
+    P0, pose = np.diag(np.r_[np.full(6, 1e-6), np.full(n - 6, 0.5)]), CROSSED
+    for _ in range(6):
+        found = gathered(tuple(rows(pose)), BODY, pose, columns_of(ALL_JOINTS))
+        dx, _ = posterior(np.linalg.inv(P0), difference(CROSSED, pose, ALL_JOINTS), found)
+        pose = displaced(pose, np.clip(dx, -0.5, 0.5), ALL_JOINTS)
+    assert (distances(pose) > 0.9 * LEAST * ROOM).all()
+
+
+def test_pairs_that_go_through_each_other_cost_more():
+    shapes = [arm_shape(BODY, side) for side in (LEFT, RIGHT)]
+    costs = {}
+    for name, pose in {"crossed": CROSSED, **POSES}.items():
+        arms = [arm_of_pose(BODY.frames(pose), side) for side in (LEFT, RIGHT)]
+        left, right = (shape.nodes(arm) for shape, arm in zip(shapes, arms, strict=True))
+        costs[name] = crossing_cost(left, right, LEAST)[0, 0]
+        assert crossing_cost(left, right, 0.0)[0, 0] == 0.0
+    assert costs.pop("crossed") > 2.0
+    assert not any(costs.values())
