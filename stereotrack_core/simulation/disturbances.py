@@ -1,9 +1,9 @@
-"""Disturbances of simulated recordings: light, lenses, clocks, cameras that move."""
+"""Disturbances of simulated recordings: light, passers-by, cameras that move."""
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import cv2
@@ -14,7 +14,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.simulation.rig import Sensor
 
 
 @dataclass(frozen=True)
@@ -25,29 +24,17 @@ class Kind:
     least: float
     most: float
     description: str
-    whole: bool = False
-    """Only whole numbers are possible."""
 
 
 KINDS: dict[str, Kind] = {
     "gain": Kind(1.1, 0.05, 5.0, "factor of the light against the picture of the empty scene"),
     "exposure": Kind(0.15, 0.0, 0.9, "swing of each camera's exposure within ten seconds"),
-    "gamma": Kind(0.8, 0.2, 5.0, "exponent of the brightness"),
-    "noise": Kind(8.0, 0.0, 50.0, "grey levels of noise added in the video"),
     "flicker": Kind(0.08, 0.0, 0.9, "greatest random change of brightness from frame to frame"),
-    "bands": Kind(0.08, 0.0, 0.9, "swing of mains light seen as bands by a rolling shutter"),
     "shadow": Kind(0.3, 0.0, 1.0, "share of the light that people keep from floor and walls"),
     "shade": Kind(0.25, 0.0, 1.0, "darkness of a shade with a soft edge that wanders"),
     "passer": Kind(3.6, 1.5, 4.0, "metres from the middle of the room where another walks past"),
     "shake": Kind(1.0, 0.0, 20.0, "pixels by which each stereo pair vibrates"),
     "bump": Kind(1.0, 0.0, 20.0, "degrees by which the first view is turned from half time on"),
-    "rows": Kind(0.7, -20.0, 20.0, "pixels by which the left images are too low"),
-    "blur": Kind(1.5, 0.0, 10.0, "pixels of blur added in the video"),
-    "compress": Kind(35, 0, 51, "crf of the H.264 videos", whole=True),
-    "late": Kind(1, 1, 10, "frames by which the last view is late", whole=True),
-    "doubled": Kind(0.05, 0.0, 1.0, "share of the frames in which a view repeats the one before"),
-    "dirt": Kind(0.7, 0.0, 1.0, "darkness of a spot on each lens, in the empty scene as well"),
-    "glare": Kind(3.0, 1.0, 20.0, "factor of the light in a spot of each picture"),
 }
 """All kinds by name, in the order in which messages list them."""
 
@@ -65,15 +52,13 @@ def check_strengths(strengths: Mapping[str, float]) -> None:
         if name not in KINDS:
             raise _refusal(f"there is no disturbance {name!r}")
         kind = KINDS[name]
-        fits = kind.least <= strength <= kind.most  # false for NaN
-        if not fits or (kind.whole and strength != round(strength)):
+        if not kind.least <= strength <= kind.most:  # NaN is refused too
             raise _refusal(f"the strength {strength:g} of {name!r} is not possible")
 
 
 def _refusal(what: str) -> InputError:
     possible = ", ".join(
-        f"{name} ({kind.least:g} to {kind.most:g}{', whole' if kind.whole else ''})"
-        for name, kind in KINDS.items()
+        f"{name} ({kind.least:g} to {kind.most:g})" for name, kind in KINDS.items()
     )
     return InputError(what, where="--disturb", remedy=f"There are, with strengths: {possible}.")
 
@@ -99,11 +84,6 @@ def parsed_disturbances(text: str) -> dict[str, float]:
 
 
 _SWING_SECONDS = 10.0
-_MAINS_HERTZ, _READOUT_SECONDS = 100.0, 1 / 30
-"""Lamps pulse at twice the mains frequency; seconds from the first row of a picture to the last."""
-
-_CLOCK_ERROR = 0.003
-"""Relative error of the frame rate, by which the bands crawl."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,15 +95,6 @@ class Disturber:
     seed: int
     fps: float
     frames: int
-
-    def instant(self, camera: str, cameras: Iterable[str], frame: int) -> int:
-        """Frame whose scene the camera shows; an earlier one if its view is late or repeats it."""
-        view, behind = _view(camera), 0
-        if view == _view(list(cameras)[-1]):
-            behind = int(self.strengths.get("late", 0))
-        if self.rng("doubled", view, frame).uniform() < self.strengths.get("doubled", 0.0):
-            behind += 1
-        return max(0, frame - behind)
 
     def turned(self, cameras: Mapping[str, Camera]) -> dict[str, Camera]:
         """Cameras of the view that is bumped, as they stand afterwards; the pair stays rigid."""
@@ -141,69 +112,23 @@ class Disturber:
             for name, camera in pair.items()
         }
 
-    def sensor(self, sensor: Sensor) -> Sensor:
-        """The sensor as it takes the video; that of the empty scene's picture is undisturbed."""
-        blur = float(np.hypot(sensor.blur, self.strengths.get("blur", 0.0)))
-        noise = float(np.hypot(sensor.noise, self.strengths.get("noise", 0.0)))
-        return replace(sensor, blur=blur, noise=noise)
-
     def on_sensor(self, camera: str, light: Float32Array, frame: int) -> Float32Array:
-        """The light (H, W, c) that the sensor is to record; frame -1 is the empty scene."""
-        light = self._shifted(camera, light, frame)
-        if "dirt" in self.strengths:
-            light = light * (1 - self.strengths["dirt"] * self._spot("dirt", camera, light))
-        if frame < 0:
-            return light
-        light = light * self._brightness(camera, frame, light.shape[0])
-        if "glare" in self.strengths:
-            light = light * (1 + (self.strengths["glare"] - 1) * self._spot("glare", camera, light))
-        if "gamma" in self.strengths:
-            bent = 255 * (np.maximum(light, 0) / 255) ** self.strengths["gamma"]
-            light = bent.astype(np.float32)
-        return light
-
-    def _brightness(self, camera: str, frame: int, rows: int) -> Float32Array:
-        """Factors (rows, 1, 1) of the brightness of a frame."""
-        given, seconds = self.strengths, frame / self.fps
+        """The light (H, W, c) that the sensor is to record in a frame of the video."""
+        given, seconds, view = self.strengths, frame / self.fps, _view(camera)
         factor = given.get("gain", 1.0)
         if "exposure" in given:
             phase = self.rng("exposure", camera).uniform(0, 2 * np.pi)
             factor *= 1 + given["exposure"] * np.sin(2 * np.pi * seconds / _SWING_SECONDS + phase)
         if "flicker" in given:
-            factor *= 1 + given["flicker"] * self.rng("flicker", _view(camera), frame).uniform(
-                -1, 1
-            )
-        factors = np.full((rows, 1, 1), factor)
-        if "bands" in given:
-            phase = self.rng("bands", _view(camera)).uniform(0, 1)
-            row = np.arange(rows).reshape(-1, 1, 1) / rows * _READOUT_SECONDS
-            cycles = _MAINS_HERTZ * (seconds * (1 + _CLOCK_ERROR) + row) + phase
-            factors *= 1 + given["bands"] * np.sin(2 * np.pi * cycles)
-        return factors.astype(np.float32)
-
-    def _spot(self, kind: str, camera: str, light: Float32Array) -> Float32Array:
-        """A round spot (H, W, 1) with a soft edge, 1 in its middle, somewhere in the picture."""
-        height, width = light.shape[:2]
-        x, y = self.rng(kind, camera).uniform(0.3, 0.7, 2) * (width, height)
-        rows, columns = np.mgrid[:height, :width].astype(np.float32)
-        apart = np.hypot(columns - x, rows - y) / (0.12 * width)
-        return np.asarray(np.exp(-(apart**4)), np.float32)[:, :, None]
-
-    def _shifted(self, camera: str, light: Float32Array, frame: int) -> Float32Array:
-        shift = np.zeros(2)
-        if "shake" in self.strengths and frame >= 0:
-            shift += self.strengths["shake"] * self.rng("shake", _view(camera), frame).normal(
-                size=2
-            )
-        if camera.endswith("left"):
-            shift[1] += self.strengths.get("rows", 0.0)
-        if not shift.any():
-            return light
-        moved = cv2.warpAffine(
-            light, np.column_stack([np.eye(2), shift]), light.shape[1::-1],
-            flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE,
-        )  # fmt: skip
-        return np.asarray(moved, np.float32).reshape(light.shape)
+            factor *= 1 + given["flicker"] * self.rng("flicker", view, frame).uniform(-1, 1)
+        if "shake" in given:
+            shift = given["shake"] * self.rng("shake", view, frame).normal(size=2)
+            moved = cv2.warpAffine(
+                light, np.column_stack([np.eye(2), shift]), light.shape[1::-1],
+                flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE,
+            )  # fmt: skip
+            light = np.asarray(moved, np.float32).reshape(light.shape)
+        return light * np.float32(factor)
 
     def rng(self, *key: object) -> np.random.Generator:
         """Random numbers for a purpose, the same in every program."""

@@ -226,13 +226,12 @@ def simulate(
     load_before_threads()
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(made, workers)
-        crf = int(made.disturbances.get("compress", 0 if o.lossless else _CRF))
         form: dict[str, Any] = {
             "fps": o.fps,
             "width": o.width,
             "height": o.height,
             "colour": o.colour,
-            "crf": crf,
+            "crf": 0 if o.lossless else _CRF,
         }
         with ExitStack() as opened:
             videos = {
@@ -272,11 +271,9 @@ def _make_frame(
 ) -> FloatArray:
     """Draw and store all pictures of a frame; return its landmarks (9, 3)."""
     people, points = scene.people(frame)
-    instants = {name: scene.disturber.instant(name, videos, frame) for name in videos}
-    shown = {at: people if at == frame else scene.people(at)[0] for at in {*instants.values()}}
 
     def draw(camera: str) -> None:
-        videos[camera].write(scene.picture(camera, shown[instants[camera]], frame))
+        videos[camera].write(scene.picture(camera, people, frame))
         if camera in sensors:
             sensors[camera].write(people, frame)
 

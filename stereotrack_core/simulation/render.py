@@ -80,7 +80,7 @@ class CameraRenderer:
 
     def background(self) -> ImageArray:
         """The empty scene."""
-        return self._exposed(self._empty, -1)
+        return self._sensor.exposed(self._empty, -1)
 
     def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
         """The scene with people in it."""
@@ -98,13 +98,8 @@ class CameraRenderer:
             rows, columns = box
             light = light.copy()
             light[rows, columns] = self._drawn(people, projected, box, room, shadows)
-        return self._exposed(light, frame)
-
-    def _exposed(self, light: Float32Array, frame: int) -> ImageArray:
-        """Picture of light (H, W, c); frame -1 is the empty scene."""
         light = self._disturber.on_sensor(self._camera.name, light, frame)
-        sensor = self._sensor if frame < 0 else self._disturber.sensor(self._sensor)
-        return sensor.exposed(light, frame)
+        return self._sensor.exposed(light, frame)
 
     def seen(self, people: Sequence[Posed]) -> Seen:
         """Truth of every pixel, for measuring what a matcher makes of the pictures."""

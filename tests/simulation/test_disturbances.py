@@ -6,8 +6,6 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.program import main
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.disturbances import KINDS, parsed_disturbances
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
@@ -41,14 +39,9 @@ def moved(before, after):
     return np.array(cv2.phaseCorrelate(before, after)[0])
 
 
-def test_gain_and_gamma_change_the_brightness(plain):
+def test_gain_exposure_and_flicker_change_the_brightness(plain):
     expected = picture(plain, "N_right")
     np.testing.assert_allclose(picture(disturbed("gain=0.7"), "N_right"), 0.7 * expected, atol=1.0)
-    bent = picture(disturbed("gamma=0.6"), "N_right")
-    np.testing.assert_allclose(bent, 255 * (expected / 255) ** 0.6, atol=6.0)
-
-
-def test_exposure_flicker_and_bands_change_in_time_and_over_rows():
     made = disturbed("exposure=0.3", frames=200)
     left, right = (np.array([grey(made, name, k)[0, 0] for k in range(200)]) for name in PAIR)
     np.testing.assert_allclose([left.min(), left.max()], [0.7, 1.3], atol=0.01)
@@ -58,20 +51,6 @@ def test_exposure_flicker_and_bands_change_in_time_and_over_rows():
     left, right = (np.array([grey(made, name, k)[0, 0] for k in range(60)]) for name in PAIR)
     np.testing.assert_array_equal(left, right)
     assert 0.12 < np.abs(left - 1).max() <= 0.1501
-    assert np.abs(np.diff(left)).mean() > 0.05
-    made = disturbed("bands=0.2")
-    rows, later = grey(made, "N_left", 0)[:, 0], grey(made, "N_left", 8)[:, 0]
-    np.testing.assert_allclose([rows.min(), rows.max()], [0.8, 1.2], atol=0.01)
-    assert 5 <= np.count_nonzero(np.diff(np.sign(rows - 1))) <= 8
-    assert np.abs(rows - later).max() > 0.1
-
-
-def test_noise_and_blur_are_added_to_those_of_the_sensor(plain):
-    expected = picture(plain, "N_left")
-    assert 11 < (picture(disturbed("noise=12"), "N_left") - expected).std() < 13
-    blurred = picture(disturbed("blur=2"), "N_left")
-    gradients = [np.abs(np.diff(p, axis=1)).mean() for p in (blurred, expected)]
-    assert gradients[0] < 0.7 * gradients[1]
 
 
 def floor_factors(made, plain, frame=3):
@@ -107,15 +86,6 @@ def test_shadow_and_shade_lie_on_the_floor_alike_in_all_cameras(plain, kind):
     assert 0.004 < (dark < 0.8).mean() < 0.95
 
 
-def test_the_shadow_goes_with_the_person_and_the_shade_wanders(plain):
-    for kind, away in (("shadow", []), ("shade", plain.people(0)[0])):
-        made = disturbed(f"{kind}=0.4", frames=60)
-        empty = made.picture("N_right", [], 0).astype(float)
-        assert np.abs(empty - picture(made, "N_right")).max() > 20
-        changed = np.abs(made.picture("N_right", away, 59).astype(float) - empty) > 15
-        assert changed[100:].any() == (kind == "shade")
-
-
 def test_a_passer_walks_behind_the_person_who_stays_in_front():
     made = disturbed("passer", frames=60)
     crowd = [made.people(frame)[0] for frame in range(0, 60, 6)]
@@ -140,37 +110,6 @@ def test_a_pair_shakes_together_and_otherwise_in_each_frame(plain):
     assert np.ptp(shifts, axis=0).max() > 0.3
 
 
-def test_rows_of_the_left_pictures_are_off_with_those_of_the_empty_scene(plain):
-    made = disturbed("rows=0.7")
-    for name, expected in zip(PAIR, (0.7, 0.0), strict=True):
-        shift = moved(picture(plain, name), picture(made, name))
-        np.testing.assert_allclose(shift, [0, expected], atol=0.1)
-    empty = [s.renderers["N_left"].background().astype(float) for s in (plain, made)]
-    np.testing.assert_allclose(moved(*empty), [0, 0.7], atol=0.1)
-
-
-def test_dirt_and_glare_change_a_spot_and_only_dirt_was_there_before(plain):
-    for kind, brighter in (("dirt", False), ("glare=4", True)):
-        made = disturbed(kind)
-        ratio = (picture(made, "N_left") + 1) / (picture(plain, "N_left") + 1)
-        changed = ratio > 1.1 if brighter else ratio < 0.9
-        assert 0.02 < changed.mean() < 0.3
-        assert np.median(ratio) == pytest.approx(1.0, abs=0.05)
-        empty = [s.renderers["N_left"].background().astype(float) for s in (plain, made)]
-        assert (np.abs(empty[1] - empty[0]).max() > 20) == (not brighter)
-
-
-def test_views_repeat_frames_each_for_itself():
-    made = disturbed("doubled=0.5", frames=200)
-    back = {
-        c: [k - made.disturber.instant(c, made.cameras, k) for k in range(1, 200)]
-        for c in (*PAIR, "O_left")
-    }
-    assert set(back["N_left"]) == {0, 1}
-    assert 0.4 < np.mean(back["N_left"]) < 0.6
-    assert back["N_left"] == back["N_right"] != back["O_left"]
-
-
 def test_a_bump_turns_the_first_view_from_half_time_on(plain):
     made = disturbed("bump=2")
     for name in (*PAIR, "O_left", "O_right"):
@@ -188,26 +127,8 @@ def made_recording(folder, text, seed=0, frames=4, views="NO", **options):
     return folder
 
 
-def test_the_last_view_is_late_and_strong_compression_makes_small_files(tmp_path):
-    quiet = {"noise": 0.0, "lossless": True, "pace": 3.0, "t_pose_first": False}
-    folders = [made_recording(tmp_path / str(k), t, **quiet) for k, t in enumerate(("", "late"))]
-    with (
-        FrameReader(open_recording(folders[0])) as given,
-        FrameReader(open_recording(folders[1])) as late,
-    ):
-        for frame in range(1, 4):
-            before, now = given.frame_set(frame - 1).views, given.frame_set(frame).views
-            shown = late.frame_set(frame).views
-            np.testing.assert_array_equal(shown["O"].image, before["O"].image)
-            np.testing.assert_array_equal(shown["N"].image, now["N"].image)
-            assert (now["O"].image != before["O"].image).any()
-    small = made_recording(tmp_path / "small", "compress=40")
-    large = made_recording(tmp_path / "large", "compress=20")
-    assert 3 * (small / "O_left.mp4").stat().st_size < (large / "O_left.mp4").stat().st_size
-
-
 def test_pictures_depend_on_the_seed_alone_and_empty_scenes_stay(tmp_path):
-    every = ",".join(name for name in KINDS if name not in {"rows", "dirt", "passer"})
+    every = ",".join(name for name in KINDS if name != "passer")
     few = {"frames": 2, "views": "N"}
     one, again, other = (
         made_recording(tmp_path / name, every, seed, **few)
@@ -229,7 +150,7 @@ def test_strengths_are_read_or_those_of_the_kind():
 
 @pytest.mark.parametrize(
     "wrong",
-    ["fog", "gain=0", "noise=-1", "shadow=1.5", "late=1.5", "blur=nan", "gamma=x", "shake,shake=2"],
+    ["fog", "gain=0", "noise=-1", "shadow=1.5", "flicker=nan", "gain=x", "shake,shake=2"],
 )
 def test_unknown_kinds_and_impossible_strengths_are_refused(tmp_path, capsys, wrong):
     assert main(["simulate", str(tmp_path / "r"), "--disturb", wrong]) == 2
