@@ -140,7 +140,6 @@ COMMANDS: tuple[Command, ...] = (
         subcommands=(Command("create", "a project of a recording folder", "project_create"),),
     ),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
-    Command("completion", "print a script by which a shell completes commands and options"),
     Command("help", "list all commands, or show the help of one command", "commands"),
 )
 
@@ -160,15 +159,6 @@ def command_list() -> str:
 def parser_of(command: Command) -> ArgumentParser:
     """The parser of a command; ``run`` of what it has read does the command."""
     return _filled(_Parser, command, prog=f"{PROGRAM} {command.name}")
-
-
-def program_parser() -> ArgumentParser:
-    """The parser of all commands at once, for what asks which there are."""
-    own = _Parser(PROGRAM)
-    chooser = own.add_subparsers(metavar="COMMAND")
-    for command in COMMANDS:
-        _filled(chooser.add_parser, command, name=command.name, help=command.summary)
-    return own
 
 
 def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

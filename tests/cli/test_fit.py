@@ -11,13 +11,10 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.interop.labels import read_clicks, write_clicks
+from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference, write_reference
-from stereotrack_core.interop.run_file import read_run, read_trajectory
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.trc import read_trc
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.description import Recording, Stream, View, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
@@ -63,63 +60,6 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     errors = errors_against(found, open_recording(recording).reference)
     assert np.degrees(errors.forearm).mean() < worst
     assert np.degrees(errors.upper_arm).mean() < worst
-
-
-def test_what_no_click_supports_is_left_out(run, recording, clicks, tmp_path):
-    """One clicked frame of ten says nothing about arms half a second later."""
-    few = tmp_path / "few.csv"
-    lines = clicks.read_text().splitlines()
-    few.write_text("\n".join([lines[0], *(one for one in lines[1:] if one.startswith("0,"))]))
-    ended = fit(run, recording, few, tmp_path / "few.npz", "--no-depth", "--json")
-    assert "Left out: " in ended.err
-    assert "of 90 landmark positions" in ended.err
-    assert "standard deviation above 100 mm" in ended.err
-    stored = read_reference(tmp_path / "few.npz")
-    known = np.isfinite(stored.points).all(axis=2)
-    assert known[0].all()
-    assert not known[5:].any()
-
-    project = tmp_path / "p.stereotrack"
-    Project.create(project, recording).close()
-    every = tmp_path / "every.npz"
-    fit(run, recording, few, every, "--no-depth", "--max-sigma", "inf")
-    assert np.isfinite(read_reference(every).points).all(axis=2).sum() > known.sum()
-    assert run("import", "labels", every, "--into", project).status == 0
-    sources = ((tmp_path / "few.npz", ()), (every, ()), (project, ("--reference",)))
-    for number, (source, more) in enumerate(sources):
-        for kind in ("csv", "trc", "c3d", "npz", "nc"):
-            out = tmp_path / f"{number}.{kind}"
-            ended = run("export", source, "--format", kind, "-o", out, *more)
-            assert ended.status == 0, ended.err
-            assert "Left out: " in ended.err
-            assert ("TRC, OpenSim cannot store: standard deviations" in ended.err) is (
-                kind == "trc"
-            )
-            if kind != "nc":
-                found = read_trajectory(out)
-                np.testing.assert_array_equal(np.isfinite(found.points).all(axis=2), known)
-    rows = [line.split(",") for line in (tmp_path / "1.csv").read_text().splitlines()]
-    assert rows[0][2:] == ["x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "source"]
-    cells = {(row[0], row[1]): row[2:] for row in rows[1:]}
-    assert len(cells) == 90
-    assert all(map(float, cells["0", "left_hand"][:6]))
-    assert cells["0", "left_hand"][6] == "fit"
-    assert cells["5", "left_hand"][:3] == ["", "", ""]
-    assert max(map(float, cells["5", "left_hand"][3:6])) > 0.1
-    residual = ezc3d_residuals(tmp_path / "1.c3d")
-    assert (residual[:, 5:] == -1.0).all()
-    assert (residual[:, 0] > 0.0).all()
-
-    ended = run("export", every, "--format", "trc", "-o", tmp_path / "x.trc", "--max-sigma", "0")
-    assert ended.status == 2
-    assert "--max-sigma" in ended.err
-    back = tmp_path / "q.stereotrack"
-    Project.create(back, recording).close()
-    run("export", every, "--format", "csv", "-o", tmp_path / "all.csv", "--max-sigma", "inf")
-    assert run("import", "labels", tmp_path / "all.csv", "--into", back).status == 0
-    with Project.open(back, read_only=True) as opened:
-        stored = load_reference(opened.references, "all")
-        np.testing.assert_array_equal(np.isfinite(stored.trajectory().points).all(axis=2), known)
 
 
 def ezc3d_residuals(path):
@@ -194,11 +134,6 @@ def test_a_bad_camera_is_named_instead_of_its_clicks(run, shifted_view, tmp_path
     assert "are 40 px off" in finding["what"]
 
 
-def test_sound_cameras_are_not_named(run, recording, clicks, tmp_path):
-    ended = fit(run, recording, clicks, tmp_path / "a.csv", "--no-depth", "--json")
-    assert ended.json["disagreement"] is None
-
-
 def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
     ended = fit(run, recording, clicks, tmp_path / "a.npz", "--no-depth", "--frames", "2:8")
     assert ended.status == 0
@@ -220,22 +155,6 @@ def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
         run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc").status == 0
     )
     assert read_trc(tmp_path / "a.trc")[1] == 10.0
-
-
-def test_gaps_and_views(run, recording, clicks, tmp_path):
-    options = ("--no-depth", "--gap", "4:6", "--views", "NS", "--json")
-    ended = fit(run, recording, clicks, tmp_path / "a.csv", *options)
-    assert ended.json["frames"] == {"clicked": 4, "interpolated": 4, "gap": 2}
-    found = read_landmarks(tmp_path / "a.csv")
-    assert np.isnan(found.points[4:6]).all()
-
-
-def test_the_subject_can_be_measured(run, recording, clicks, tmp_path):
-    options = ("--no-depth", "--subject", "measured", "--json")
-    assert fit(run, recording, clicks, tmp_path / "a.csv", *options).status == 0
-    for wrong in (("--subject", tmp_path / "none.toml"),):
-        ended = fit(run, recording, clicks, tmp_path / "a.csv", "--no-depth", *wrong)
-        assert ended.status == 2
 
 
 def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path):
@@ -302,14 +221,3 @@ def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
     )
     assert refused.status != 0
     assert "does not use clicks" in refused.err
-
-
-def test_clicks_of_a_project_are_taken_like_those_of_a_file(run, recording, clicks, tmp_path):
-    opened, project = open_recording(recording), tmp_path / "my.stereotrack"
-    with Project.create(project, recording, who="A") as made:
-        made.apply(PlaceClicks(read_clicks(clicks, opened).checked()))
-    for source, name in ((clicks, "a.csv"), (project, "b.csv")):
-        options = ("--clicks", source, "-o", tmp_path / name, "--no-depth")
-        assert run("fit", recording, *options).status == 0
-    one, other = (read_landmarks(tmp_path / name).points for name in ("a.csv", "b.csv"))
-    np.testing.assert_allclose(one, other, atol=1e-9)

@@ -78,16 +78,3 @@ def test_predictions_are_proposed_where_nobody_has_clicked(run, project, file):
     assert x > 10.3
     assert 23.0 < y < 26.0
     assert found["left_hand"].sigma > found["left_elbow"].sigma
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--predictions", "--format", "csv"), "no keypoints of any detector"),
-        (("--predictions", "--format", "dlc"), "cannot be exported as dlc"),
-    ],
-)
-def test_what_is_not_there_is_said(run, project, tmp_path, arguments, words):
-    ended = run("export", project, *arguments, "-o", tmp_path / "out.csv")
-    assert ended.status == 2
-    assert words in ended.err

@@ -84,11 +84,6 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(made, text, what):
     assert "walks.study.toml" in refused.value.where
 
 
-def test_another_name_is_refused_with_one_that_would_do(tmp_path):
-    with pytest.raises(InputError, match=r"Use the name walks\.study\.toml"):
-        read_study(tmp_path / "walks.csv")
-
-
 @pytest.mark.parametrize(
     ("select", "expected"),
     [
@@ -101,20 +96,6 @@ def test_another_name_is_refused_with_one_that_would_do(tmp_path):
 def test_rows_are_selected_by_their_columns(made, select, expected):
     found = [row.recording.removeprefix("data/") for row in selected(made, select)]
     assert found == expected
-
-
-@pytest.mark.parametrize("select", ["sped=slow", "speed", "speed=none"])
-def test_a_selection_that_means_nothing_is_refused(made, select):
-    with pytest.raises(InputError) as refused:
-        selected(made, [select])
-    assert refused.value.remedy
-
-
-def test_runs_of_different_recordings_go_to_different_folders(made):
-    names = ("a/b", "a_b", "../a/b", "../../a/b", "/data/a/b")
-    rows = [StudyRecording(name) for name in names]
-    assert len({made.runs_of(row) for row in rows}) == len(rows)
-    assert all(made.runs_of(row).is_relative_to(made.runs) for row in rows)
 
 
 def test_a_factor_is_set_for_several_recordings(made):

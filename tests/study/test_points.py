@@ -1,8 +1,5 @@
 """Points of grids, lists and searches."""
 
-import math
-import sys
-
 import pytest
 
 from stereotrack_core.errors import InputError
@@ -54,14 +51,6 @@ def test_a_grid_is_every_combination():
     assert points[1].special("views") == "S"
     assert points[1].special("preset") is None
     assert grid_points([]) == (Point(),)
-
-
-def test_slips_in_grids_are_refused():
-    with pytest.raises(InputError, match="given twice"):
-        grid_points([Axis("iterations", (1,)), Axis("iterations", (2,))])
-    many = tuple(range(400))
-    with pytest.raises(InputError, match="160000 points"):
-        grid_points([Axis("iterations", many), Axis("seed", many)])
 
 
 def test_a_list_has_a_point_in_each_row():
@@ -132,14 +121,3 @@ def test_the_same_search_tries_the_same_points_and_gets_better(batch):
         assert 0.05 <= values["max_correspondence_distance"] <= 1.0
         assert values["sampling"] in ("random", "regular")
     assert sum(cost for _, cost in found[12:]) < sum(cost for _, cost in found[:12])
-
-
-def test_points_that_failed_stop_nothing_and_a_missing_library_is_named(monkeypatch):
-    search = Search(RANGES[:1])
-    for value in (math.nan, 2.0, math.inf, 1.0):
-        search.ask(1)
-        search.tell([value])
-    assert len(search.ask(2)) == 2
-    monkeypatch.setitem(sys.modules, "optuna", None)
-    with pytest.raises(InputError, match=r"stereotrack\[search\]"):
-        Search(RANGES)

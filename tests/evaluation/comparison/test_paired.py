@@ -13,8 +13,6 @@ from scipy import signal, stats
 from stereotrack_core.evaluation.comparison.paired import (
     Paired,
     Series,
-    correlation_time,
-    interval,
     paired,
     signed_rank,
 )
@@ -28,13 +26,6 @@ def alike(share: float, n: int, rng) -> np.ndarray:
     """Errors whose neighbours are alike: absolute values of a first-order process."""
     noise = rng.normal(size=n + 200)
     return np.abs(signal.lfilter([np.sqrt(1 - share**2)], [1, -share], noise)[200:])
-
-
-def test_means_are_those_of_all_known_values():
-    values = np.array([[1.0, 3.0], [np.nan, 8.0], [np.nan, np.nan], [0.0, 0.0]])
-    made = series(values)
-    assert made.mean(np.ones(4, dtype=bool)) == pytest.approx(np.nanmean(values))
-    assert math.isnan(made.mean(np.array([False, False, True, False])))
 
 
 def test_a_difference_is_that_of_the_means_over_what_both_know():
@@ -51,16 +42,6 @@ def test_a_difference_is_that_of_the_means_over_what_both_know():
     assert found.p < 0.02
     assert found.better_percent > 80.0
     assert found.block_frames == 24
-
-
-def test_the_other_way_round_is_the_same_with_another_sign():
-    rng = np.random.default_rng(1)
-    a, b = rng.random(300), rng.random(300) + 0.1
-    there, back = paired(series(a), series(b)), paired(series(b), series(a))
-    assert back.difference == pytest.approx(-there.difference)
-    assert (back.low, back.high) == pytest.approx((-there.high, -there.low), abs=0.01)
-    assert (back.better_percent, back.worse_percent) == (there.worse_percent, there.better_percent)
-    assert back.p == there.p
 
 
 @given(st.lists(st.floats(-50, 50), min_size=1, max_size=60), st.floats(0, 5))
@@ -95,29 +76,6 @@ def test_few_frames_and_long_excursions_say_that_they_are_too_few():
     assert not found.enough
     assert found.independent_frames < 6
     assert not found.differs
-
-
-@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
-def test_correlation_time_is_found(share):
-    rng = np.random.default_rng(3)
-    noise = rng.normal(size=20_000)
-    made = signal.lfilter([1.0], [1.0, -share], noise)
-    assert correlation_time(made) == pytest.approx((1 + share) / (1 - share), rel=0.15)
-
-
-def test_an_interval_of_independent_values_is_about_that_of_students_t():
-    values = np.random.default_rng(4).normal(size=800)
-    low, high = interval(values, np.ones(800), 100)
-    wide = 2.0 * stats.t.ppf(0.975, 7) * values.std(ddof=1) / math.sqrt(800)
-    assert high - low == pytest.approx(wide, rel=0.4)
-    assert low < values.mean() < high
-
-
-def test_weights_are_counts_of_values():
-    values, weight = np.array([1.0, 5.0] * 40), np.array([1.0, 3.0] * 40)
-    low, high = interval(values, weight, 10)
-    assert low == pytest.approx(4.0)
-    assert high == pytest.approx(4.0)
 
 
 @given(st.lists(st.integers(-9, 9), min_size=2, max_size=8, unique_by=abs))

@@ -9,10 +9,7 @@ from stereotrack_core.evaluation.circumstances import seen_shares
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
     best_view,
-    evenly,
     picture_strip,
-    text_width,
-    write,
 )
 from stereotrack_core.evaluation.failure_segments.export import (
     before_peak_after,
@@ -29,15 +26,6 @@ from tests.evaluation.failure_segments.runs import recorded
 def seen(tmp_path_factory):
     """Recording, run that loses its left forearm in frames 4 to 9, and truth."""
     return recorded(tmp_path_factory.mktemp("pictures"))
-
-
-def test_a_strip_has_a_column_for_each_frame(seen):
-    recording, run, _ = seen
-    two = picture_strip(Shown(recording, run), [2, 6], "N", height=120)
-    four = picture_strip(Shown(recording, run), [2, 4, 6, 8], "N", height=120)
-    assert two.dtype == np.uint8
-    assert two.shape[0] == four.shape[0]
-    assert 1.8 < (four.shape[1] - 20) / (two.shape[1] - 20) < 2.2
 
 
 def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
@@ -90,20 +78,6 @@ def test_a_video_has_all_frames_around_the_failure(seen, tmp_path):
     with pytest.raises(Cancelled):
         film_of(tmp_path / "two.mp4", search, recording, [failure], cancelled=lambda: True)
     assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
-
-
-def test_frames_are_spread_evenly_and_named_once():
-    assert evenly(10, 20, 3) == [10, 15, 20]
-    assert evenly(4, 5, 5) == [4, 5]
-    assert evenly(7, 7, 5) == [7]
-
-
-def test_letters_stay_in_the_picture():
-    paper = np.full((20, 30, 3), 255, dtype=np.uint8)
-    write(paper, "far too long for this", (-5.0, 15.0), 14.0)
-    write(paper, "outside", (200.0, 15.0), 14.0)
-    assert paper.min() < 120
-    assert text_width("ii", 14.0) < text_width("WW", 14.0)
 
 
 def test_looks_tell_what_the_views_measure(seen):
