@@ -81,14 +81,11 @@ def test_the_same_command_computes_nothing_and_more_computes_the_rest(run, recor
     assert "best fps first" in table.out
 
 
-def test_a_list_names_its_points_and_failures_their_words(run, recording, tmp_path, here):
-    points = tmp_path / "points.csv"
-    points.write_text("iterations,views\n2,N\n,S\n")
-    table = tmp_path / "list.csv"
-    command = ("sweep", recording, *QUICK, "--list", points, "-o", table, "--workers", 1)
+def test_results_that_failed_are_tried_again(run, recording, tmp_path, here):
+    table = tmp_path / "two.csv"
+    grid = ("--grid", "iterations=2,3", "--views", "N")
+    command = ("sweep", recording, *QUICK, *grid, "-o", table, "--workers", 1)
     assert run(*command).status == 0
-    assert [(row["iterations"], row["views"]) for row in rows_of(table)] == [("2", "N"), ("", "S")]
-    # a result that failed in an earlier command is tried again
     journal = journal_of(table)
     lines = journal.read_text().splitlines()
     spoilt = {**json.loads(lines[0]), "status": "failed", "error": "no room", "measures": {}}

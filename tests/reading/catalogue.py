@@ -47,10 +47,8 @@ from stereotrack_core.recording.folder import describe, open_recording
 from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
-from stereotrack_core.study.points import listed_points
 from stereotrack_core.study.store import stored_results
 from stereotrack_core.study.table import curves_of, read_table
-from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
@@ -357,18 +355,12 @@ def _of_sweeps(folder: Path) -> dict[str, Reader]:
                 curves_of(found, x, measure)
         return found.settled
 
-    def points(path: Path) -> object:
-        return listed_points(*read_csv_table(path), str(path))
-
     return {
         "sweep journal": Reader(
             "s.jobs.jsonl", journal, mutated_json_lines,
             lambda path: stored_results(path.with_name("s.csv")),
         ),
         "sweep table": Reader("s.csv", rows.encode(), mutated_table, table),
-        "sweep points": Reader(
-            "p.csv", b"iterations,legs,views\n3,yes,NS\n4,no,N\n,,S\n", mutated_table, points
-        ),
     }  # fmt: skip
 
 

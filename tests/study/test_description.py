@@ -12,7 +12,6 @@ from stereotrack_core.study.description import (
     with_factor,
     write_study,
 )
-from stereotrack_core.study.points import Point
 
 ROWS = tuple(
     StudyRecording(f"data/{subject}/{speed}", factors={"subject": subject, "speed": speed})
@@ -38,7 +37,6 @@ def made(tmp_path):
             frames="0:20",
             init="tpose",
         ),
-        StudySettings(points=(Point((("iterations", 3),)), Point((("preset", "fast"),)))),
     ],
 )
 def test_what_is_written_is_read_again(made, settings):
@@ -73,7 +71,6 @@ def test_a_table_of_an_earlier_version_is_read(tmp_path):
         ('[[recording]]\nsubject = "anna"', "has no folder"),
         ('[[recording]]\nrecording = "r"\nvalue = 1', "a column of the results"),
         ('[[recording]]\nrecording = "r"\n[[recording]]\nrecording = "./r"', "listed twice"),
-        ("[grid]\niterations = [2]\n[[point]]\niterations = 3", "a grid or a list"),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_a_sentence(made, text, what):

@@ -7,9 +7,7 @@ from stereotrack_core.study.points import (
     Axis,
     Point,
     grid_points,
-    listed_points,
     parsed_axis,
-    varied_names,
 )
 from stereotrack_core.study.search import Search, parsed_range
 
@@ -51,21 +49,6 @@ def test_a_grid_is_every_combination():
     assert points[1].special("views") == "S"
     assert points[1].special("preset") is None
     assert grid_points([]) == (Point(),)
-
-
-def test_a_list_has_a_point_in_each_row():
-    points = listed_points(("iterations", "preset"), [("3", "fast"), ("", "thesis")], "a.csv")
-    assert [point.by_name for point in points] == [
-        {"iterations": 3, "preset": "fast"},
-        {"preset": "thesis"},
-    ]
-    assert varied_names([*points, Point((("seed", 4),))]) == ("iterations", "preset")
-    with pytest.raises(InputError, match=r"a\.csv, line 3.*iterations"):
-        listed_points(("iterations",), [("3",), ("many",)], "a.csv")
-    with pytest.raises(InputError, match="contains no points"):
-        listed_points(("iterations",), [], "a.csv")
-    with pytest.raises(InputError, match="unknown parameter 'note'"):
-        listed_points(("note",), [("3",)], "a.csv")
 
 
 RANGES = tuple(

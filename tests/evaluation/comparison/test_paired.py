@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import signal, stats
+from scipy import signal
 
 from stereotrack_core.evaluation.comparison.paired import (
     Paired,
     Series,
     paired,
-    signed_rank,
 )
 
 
@@ -39,8 +38,6 @@ def test_a_difference_is_that_of_the_means_over_what_both_know():
     assert found.difference == pytest.approx(b[both].mean() - a[both].mean())
     assert found.low < found.difference < found.high < 0.0
     assert found.differs
-    assert found.p < 0.02
-    assert found.better_percent > 80.0
     assert found.block_frames == 24
 
 
@@ -52,7 +49,6 @@ def test_no_input_makes_nonsense(values, shift):
     assert found.difference == pytest.approx(shift, abs=1e-9)
     assert found.independent_frames <= found.frames
     assert math.isnan(found.low) == math.isnan(found.high)
-    assert math.isnan(found.p) or (found.enough and 0.0 < found.p <= 1.0)
     if found.enough:
         assert found.low - 1e-9 <= shift <= found.high + 1e-9
 
@@ -60,7 +56,7 @@ def test_no_input_makes_nonsense(values, shift):
 def test_equals_are_equal_and_nothing_is_nothing():
     ones = series(np.ones(100))
     found = paired(ones, ones)
-    assert (found.difference, found.low, found.high, found.p) == (0.0, 0.0, 0.0, 1.0)
+    assert (found.difference, found.low, found.high, found.equal) == (0.0, 0.0, 0.0, True)
     assert not found.differs
     nothing = paired(series(np.full(5, np.nan)), series(np.ones(5)))
     assert nothing.frames == 0
@@ -76,16 +72,6 @@ def test_few_frames_and_long_excursions_say_that_they_are_too_few():
     assert not found.enough
     assert found.independent_frames < 6
     assert not found.differs
-
-
-@given(st.lists(st.integers(-9, 9), min_size=2, max_size=8, unique_by=abs))
-def test_the_signed_rank_test_is_wilcoxons(values):
-    differences = np.array(values, dtype=np.float64)
-    if (differences == 0).any():
-        assert 0.0 < signed_rank(differences) <= 1.0
-    else:
-        expected = stats.wilcoxon(differences, method="exact").pvalue
-        assert signed_rank(differences) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.8, 0.95])
