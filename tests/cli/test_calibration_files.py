@@ -80,26 +80,6 @@ def test_what_data_cannot_tell_is_asked_with_the_table(run, tmp_path):
     assert_same(read_calibration(tmp_path / "c.toml").values(), rig())
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        (("--names", "X,Y,Z"), "none"),
-        (("--size", "640"), "is not an image size"),
-        (("--clicks", "c.csv"), "clicks need the recording"),
-        (("-o", "x.yml"), "must end in .toml"),
-    ],
-)
-def test_options(run, tmp_path, changes, says):
-    write_foreign(tmp_path / "theirs.toml", rig(), "pose2sim")
-    path = tmp_path / "c.toml"
-    ended = run("calibrate", "import", tmp_path / "theirs.toml", "-o", path, *changes)
-    if says == "none":
-        assert list(read_calibration(path)) == ["X", "Y", "Z"]
-    else:
-        assert ended.status == 2
-        assert says in ended.err
-
-
 def test_the_world_of_a_camera_is_one_finding(run, recording, tmp_path):
     cameras = rig()
     own = [

@@ -160,23 +160,6 @@ def test_evaluate_prints_the_measures(run, recording, tracked):
     assert forearms["median"] <= forearms["p95"]
 
 
-def test_evaluate_against_itself_and_a_part(run, recording, tmp_path):
-    reference = recording / "reference.csv"
-    perfect = run("evaluate", reference, "--reference", reference, "--json").json
-    assert perfect["measures"]["upper_arms"]["p95"] < 1e-6
-    assert perfect["lost_percent"] == 0
-    lines = reference.read_text().splitlines(keepends=True)
-    half = tmp_path / "half.csv"
-    half.write_text("".join(line for line in lines if not line[:1].isdigit() or int(line[0]) < 5))
-    ended = run("evaluate", half, "--reference", reference, "--json")
-    assert ended.json["not_tracked"] == 5
-    assert ended.json["lost_percent"] == 50
-    assert "lacks 5 of the 10" in ended.err
-    ended = run("evaluate", half, "--reference", reference, "--json", "--frames", ":5")
-    assert ended.json["lost_percent"] == 0
-    assert ended.err == ""
-
-
 def test_evaluate_without_truth(run, recording, tmp_path):
     reference = recording / "reference.csv"
     for arguments, words in (

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference, save_reference
 
 pytestmark = pytest.mark.xdist_group("cli")
 
@@ -142,25 +139,6 @@ def test_another_project_is_taken_in_with_author_flag_and_deletions(run, project
         flagged = opened.clicks.get(ClickKey(5, "S_right", "head"))
         assert (flagged.flag, flagged.who) == ("uncertain", "A")
         assert opened.clicks.get(CLICKS[0].key).deleted
-
-
-def test_references_keep_their_uncertainty(run, project, tmp_path):
-    points = np.random.default_rng(0).normal(size=(4, 9, 3))
-    stated = Reference(np.arange(4), points, limb_sigma_deg=np.full((4, 6), 2.0))
-    with Project.open(project) as opened:
-        opened.apply(save_reference("one", stated))
-        opened.apply(save_reference("two", Reference(np.arange(4), points)))
-    path = tmp_path / "r.npz"
-    ended = run("export", project, "--format", "npz", "-o", path)
-    assert ended.status == 2
-    assert "one, two" in ended.err
-    assert run("export", project, "--format", "npz", "--reference", "one", "-o", path).status == 0
-    assert np.array_equal(read_reference(path).limb_sigma_deg, stated.limb_sigma_deg)
-    path = path.rename(tmp_path / "again.npz")
-    run("import", "labels", path, "--into", project)
-    with Project.open(project, read_only=True) as opened:
-        kept = load_reference(opened.references, "again")
-    assert np.array_equal(kept.limb_sigma_deg, stated.limb_sigma_deg)
 
 
 def test_the_suffix_names_the_format(run, project, tracked, tmp_path):

@@ -94,26 +94,6 @@ def test_trajectories_of_every_kind_keep_their_rate(run, moving, tmp_path, kind)
     assert read_trajectory(path).fps == (10.0 if kind == "npz" else 20.0)
 
 
-def test_landmarks_of_one_rate_are_measured_against_those_of_another(run, tmp_path, fast):
-    slow = tmp_path / "slow.trc"
-    write_trc(slow, waving(range(10), 10.0), 10.0)
-    for one, other, frames in ((slow, fast, ":10"), (fast, slow, ":91")):
-        ended = run("evaluate", one, "--reference", other, "--json", "--frames", frames)
-        facts = ended.json
-        assert facts["measures"]["forearms"]["mean"] < 1.0
-        assert "resampled by time" in ended.err
-        assert (facts["frames"], facts["not_tracked"]) == (int(frames[1:]), 0)
-    compared = run("evaluate", slow, "--against", fast, "--json")
-    against = compared.json["against"]
-    apart = against["apart"]
-    assert (against["frames"], apart["not_tracked"]) == (10, 0)
-    assert apart["measures"]["forearms"]["mean"] < 1e-3
-    assert "the recording 10. It was resampled by time." in compared.err
-    write_landmarks(tmp_path / "bare.csv", waving(range(10), 10.0))
-    ended = run("evaluate", tmp_path / "bare.csv", "--reference", fast, "--json")
-    assert "states no rate, so frames are compared by their numbers" in ended.err
-
-
 def test_an_import_becomes_a_reference_at_the_recordings_frames(run, recording, fast, tmp_path):
     project = tmp_path / "p.stereotrack"
     Project.create(project, recording).close()

@@ -92,15 +92,6 @@ def test_one_of_two_people_is_tracked_by_name(run, mono, tmp_path):
     assert "Give the keypoints with --keypoints" in alone.err
 
 
-def test_what_cannot_be_followed_is_said(run, mono, tmp_path):
-    folder, file = mono
-    out = ("-o", tmp_path / "run.npz")
-    assert "stereotrack track --keypoints" in run("track", folder, *out).err
-    thesis = run("track", folder, *out, "--keypoints", file, "--preset", "thesis")
-    assert thesis.status == 2
-    assert "this preset does not use keypoints" in thesis.err
-
-
 def test_a_sweep_follows_keypoints(run, mono, tmp_path):
     folder, file = mono
     table, given = tmp_path / "sweep.csv", ("--keypoints", file)

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.measures import MEASURES
 from stereotrack_core.evaluation.summary import summarise
@@ -88,10 +87,3 @@ def test_without_a_reference_the_own_signs_are_told(plan, copied):
     assert "forearms" not in result.measures
     assert 0.0 <= result.measures["unexplained_fraction"] < 60.0
     assert np.isfinite(result.measures["limb_sigma"])
-
-
-def test_stopping_ends_a_batch(plan):
-    asked = []
-    with pytest.raises(Cancelled):
-        list(do_batch(plan(Point()), cancelled=lambda: asked.append(1) or len(asked) > 1))
-    assert len(asked) == 2

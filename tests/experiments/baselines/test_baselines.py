@@ -6,10 +6,8 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.presets import BASELINES, preset
-from stereotrack_core.tracking.residuals.limits import DirectionResidual
 from stereotrack_core.tracking.tracker import tracker_for
 from tests.tracking.scenes import (
     CAMERAS,
@@ -154,30 +152,3 @@ def test_the_covariance_stays_symmetric_and_positive(name):
         assert np.linalg.eigvalsh(found.P).min() > 0
         assert np.isfinite(found.limb_sigma_deg).all()
         assert found.correspondences is not None
-
-
-class Pointing:
-    """A sensor that says which way the left forearm points, in the upper arm's frame."""
-
-    def __call__(self, cloud):
-        return self
-
-    def residuals(self, body, pose):
-        across, said = np.eye(3)[:2], np.array([np.sin(0.35), 0.0])
-        part, parent = np.full(2, LEFT_FOREARM), np.full(2, LEFT_UPPER_ARM)
-        return (DirectionResidual(part, parent, across, said, np.full(2, 0.02**2)),)
-
-
-@EACH
-def test_other_sensors_are_listened_to(name):
-    rng = np.random.default_rng(6)
-    tracker = make(name)
-    tracker.leader.sensors = (Pointing(),)
-    tracker.start(POSES["t"])
-    whole = surface_points(tracker.setup.body, POSES["t"], 3000, rng, 0.005)
-    surface = given(tracker, whole)[0].surface(POSES["t"], wide=False)
-    rest = surface.data[surface.part != LEFT_FOREARM]
-    for k in range(5):
-        found = tracker.step(cloud_of(rest, k))
-    said = np.arcsin(found.pose.rotations[LEFT_FOREARM, 0, 2])
-    assert np.degrees(said) == pytest.approx(20.0, abs=8.0 if name == "annealed" else 3.0)
