@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.formats import write_foreign
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.description import Recording, Stream, View
@@ -78,28 +77,6 @@ def test_what_data_cannot_tell_is_asked_with_the_table(run, tmp_path):
     assert not (tmp_path / "c.toml").exists()
     assert run(*arguments, "--units", "cm").status == 0
     assert_same(read_calibration(tmp_path / "c.toml").values(), rig())
-
-
-def test_the_world_of_a_camera_is_one_finding(run, recording, tmp_path):
-    cameras = rig()
-    own = [
-        replace(one, camera_from_world=one.camera_from_world @ cameras[0].world_from_camera)
-        for one in cameras
-    ]
-    write_calibration(recording / "calibration.toml", {one.name: one for one in own})
-    findings = run("info", recording, "--json").json["findings"]
-    assert [one["severity"] for one in findings] == ["note"], "it is tracked as it is"
-    assert "the world is the frame of camera A" in findings[0]["what"]
-    assert "stereotrack calibrate align" in findings[0]["remedy"]
-    ended = run("calibrate", "import", recording / "calibration.toml", "-o", tmp_path / "c.toml")
-    assert ended.status == 0
-    assert "Note: the world is the frame of camera A" in ended.err
-    aside = RigidTransform(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.zeros(3))
-    turned = replace(own[2], camera_from_world=aside @ own[2].camera_from_world)
-    write_calibration(recording / "calibration.toml", {one.name: one for one in (*own[:2], turned)})
-    findings = run("info", recording, "--json").json["findings"]
-    assert len(findings) == 2
-    assert "view C does not look towards" in findings[0]["what"]
 
 
 @pytest.mark.parametrize(

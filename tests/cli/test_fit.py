@@ -1,8 +1,5 @@
 """``stereotrack fit``: from a file of clicks to a reference, and one sentence on what is wrong."""
 
-import re
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -13,11 +10,9 @@ from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.trc import read_trc
-from stereotrack_core.recording.description import Recording, Stream, View, read_subject
+from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
-from stereotrack_core.recording.writing import write_png, write_recording_description
-from tests.annotation.scenes import bodies, cameras, clicks_of
 
 pytestmark = pytest.mark.xdist_group("cli")
 
@@ -58,52 +53,6 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     errors = errors_against(found, open_recording(recording).reference)
     assert np.degrees(errors.forearm).mean() < worst
     assert np.degrees(errors.upper_arm).mean() < worst
-
-
-@pytest.fixture(scope="module")
-def shifted_view(tmp_path_factory):
-    """Four views of which one shows everything 40 px aside, and clicks in them."""
-    folder, rig = tmp_path_factory.mktemp("shifted") / "four", cameras()
-    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in rig)
-    for name in rig:
-        (folder / name).mkdir(parents=True)
-        for k in range(4):
-            write_png(folder / name / f"{k}.png", np.full((480, 640), 90, np.uint8))
-    opened = Recording(folder, "four", 10.0, views, rig)
-    write_recording_description(opened)
-    made = [
-        replace(one, position=(one.position[0] + 24.0, one.position[1] + 32.0))
-        if one.camera == "S"
-        else one
-        for one in clicks_of(bodies(4), rig, sigma=1.0)
-    ]
-    write_clicks(folder.parent / "clicks.csv", made, opened)
-    return folder, folder.parent / "clicks.csv"
-
-
-def test_a_bad_camera_is_named_instead_of_its_clicks(run, shifted_view, tmp_path):
-    folder, path = shifted_view
-    ended = fit(run, folder, path, tmp_path / "a.csv", "--json")
-    found = ended.json["disagreement"]
-    assert (found["camera"], found["others"]) == ("S", ["N", "O", "W"])
-    assert found["off_px"] == pytest.approx(40.0, abs=3.0)
-    assert found["late_frames"] is None
-    residuals = {name: one["residual_px"] for name, one in ended.json["cameras"].items()}
-    assert residuals.pop("S") == pytest.approx(40.0, abs=3.0)
-    assert set(residuals) == {"N", "O", "W"}
-    assert max(residuals.values()) < 4.0
-    assert len(found["clicks_far_off"]) > 10
-    assert ended.json["probable_outliers"] == []
-    ended = fit(run, folder, path, tmp_path / "a.csv")
-    assert "S disagrees with the other three by 40 px" in ended.err
-    assert "Check its calibration and synchronisation" in ended.err
-    assert re.search(r"residual of clicks in S, median +(39|4\d)\.\d px", ended.out)
-    assert "probable outlier" not in ended.err
-    (folder / "clicks.csv").write_bytes(path.read_bytes())
-    findings = run("info", folder, "--deep", "--json").json["findings"]
-    (finding,) = [one for one in findings if "disagrees" in one["what"]]
-    assert finding["where"] == "calibration.toml, view S"
-    assert "are 40 px off" in finding["what"]
 
 
 def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):

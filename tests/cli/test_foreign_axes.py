@@ -29,12 +29,8 @@ def theirs(truth, tmp_path):
     "words",
     [
         ("evaluate", "{run}", "--reference", "{theirs}", "--json"),
-        ("evaluate", "{theirs}", "--reference", "{run}"),
         ("evaluate", "{run}", "--against", "{theirs}"),
-        ("evaluate", "{run}", "--failures", "--reference", "{theirs}"),
-        ("evaluate", "{theirs}", "--angles"),
         ("export", "{theirs}", "-o", "{out}.csv"),
-        ("export", "{theirs}", "--format", "angles", "-o", "{out}.csv"),
         ("track", "{recording}", "--init", "{theirs}", "--frames", "0:1", "-o", "{out}.npz"),
     ],
     ids=lambda words: " ".join(words[:3]),

@@ -125,22 +125,6 @@ def test_trajectories_become_references_and_come_back(run, recording, project, t
     assert run("export", project, "--format", "bvh", "-o", tmp_path / "out.bvh").status == 0
 
 
-def test_another_project_is_taken_in_with_author_flag_and_deletions(run, project, empty, tmp_path):
-    with Project.open(project, who="A") as opened:
-        opened.apply(PlaceClicks((Click(5, "S_right", "head", (4.0, 5.0), flag="uncertain"),)))
-        opened.apply(DeleteClicks((CLICKS[0].key,)))
-    with Project.open(empty) as opened:
-        opened.apply(PlaceClicks((CLICKS[0],)))
-    ended = run("import", "labels", project, "--into", empty)
-    assert ended.status == 2
-    assert "1 of its clicks contradicts the project" in ended.err
-    assert run("import", "labels", project, "--into", empty, "--conflicts", "theirs").status == 0
-    with Project.open(empty, read_only=True) as opened:
-        flagged = opened.clicks.get(ClickKey(5, "S_right", "head"))
-        assert (flagged.flag, flagged.who) == ("uncertain", "A")
-        assert opened.clicks.get(CLICKS[0].key).deleted
-
-
 def test_the_suffix_names_the_format(run, project, tracked, tmp_path):
     assert run("export", tracked, "-o", tmp_path / "a.glb").status == 0
     assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"

@@ -48,26 +48,6 @@ def test_a_file_and_a_project_give_the_same_run(run, mono, tmp_path):
     assert "the run used keypoints of simulated" in run(*again).err
 
 
-def test_keypoints_that_disagree_with_the_body_are_named(run, mono, tmp_path):
-    folder, file = mono
-    lines = file.read_text().splitlines()
-    moved = []
-    for line in lines:
-        cells = line.split(",")
-        if cells[1:3] == ["N", "left_elbow"]:
-            cells[3] = str(float(cells[3]) + 40.0)
-        moved.append(",".join(cells))
-    file.write_text("\n".join(moved) + "\n")
-    out = tmp_path / "run.npz"
-    ended = run("track", folder, "-o", out, "--keypoints", file, "--json")
-    assert ended.status == 0, ended.err
-    [warning] = ended.json["warnings"]
-    assert "left_elbow in N (100 %, median 4" in warning
-    assert warning.count(" px)") == 1
-    assert "keypoints disagree with the body" in ended.err
-    assert read_npz(out).meta["warnings"] == [warning]
-
-
 def test_one_of_two_people_is_tracked_by_name(run, mono, tmp_path):
     folder, file = mono
     header, *lines = file.read_text().splitlines()

@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.errors import errors_against
@@ -75,15 +74,3 @@ def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
     (gone,) = do_batch([dataclasses.replace(jobs[0], folder=str(copied.folder / "none"))])
     assert gone.final
     assert "none" in gone.error
-
-
-def test_without_a_reference_the_own_signs_are_told(plan, copied):
-    (copied.folder / "reference.csv").unlink()
-    text = (copied.folder / "recording.toml").read_text()
-    kept = [line for line in text.splitlines() if not line.startswith("reference")]
-    (copied.folder / "recording.toml").write_text("\n".join(kept))
-    (result,) = do_batch(plan(Point(), recording=copied.open()))
-    assert result.done
-    assert "forearms" not in result.measures
-    assert 0.0 <= result.measures["unexplained_fraction"] < 60.0
-    assert np.isfinite(result.measures["limb_sigma"])

@@ -128,25 +128,6 @@ def test_a_recording_that_cannot_be_tracked_does_not_stop_the_others(study, tmp_
         plan_study(dataclasses.replace(study, settings=settings(preset="accurat")), study.rows)
 
 
-def test_different_settings_are_kept_side_by_side(study):
-    def names(**more):
-        asked = dataclasses.replace(study, settings=settings({}, **{"init": "auto", **more}))
-        return {job.keep.rpartition("/")[2] for job in plan_study(asked, study.rows[-1:]).jobs}
-
-    assert names() == {"fast-seed0.npz"}
-    assert names(seeds="0,1") == {"fast-seed0.npz", "fast-seed1.npz"}
-    others = [
-        *({"views": "NS"}, {"frames": "0:3"}, {"changes": ("iterations=3",)}, {"smooth": True}),
-        {"grid": ("iterations=4,5",)},
-    ]
-    made = [
-        dataclasses.replace(study, settings=dataclasses.replace(settings({}), **one))
-        for one in others
-    ]
-    found = [{job.keep for job in plan_study(one, study.rows[-1:]).jobs} for one in made]
-    assert len(set.union(*found)) == len(others) + 1
-
-
 @pytest.fixture
 def jobs(plan):
     return plan(*grid_points([parsed_axis("iterations=2,3,4,5")]), seeds=(0, 1, 2))

@@ -41,20 +41,6 @@ def test_what_the_run_takes_for_lost_is_found_without_truth():
     assert 0.5 < failure.peak <= 1.0
 
 
-def test_a_quiet_run_has_no_failure():
-    run, truth = made()
-    assert failures(run, truth) == ()
-    assert failures(replace(run, limb_lost=np.full_like(run.limb_lost, np.nan))) == ()
-    empty, _ = made(frames=1)
-    assert failures(replace(empty, **{n: getattr(empty, n)[:0] for n in _ARRAYS})) == ()
-
-
-_ARRAYS = (
-    "frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual", "innovation",
-    "limb_sigma_deg", "limb_lost", "seconds",
-)  # fmt: skip
-
-
 def test_what_is_not_tracked_is_an_failure_of_all_limbs():
     run, truth = made()
     found = failures(untracked(run, 30, 39), truth)
