@@ -23,7 +23,6 @@ _FLAG = {"action": "store_true", "default": SUPPRESS}  # else a subcommand's wou
 EVERYWHERE = (
     option("--debug", "show the traceback of an unexpected error", **_FLAG),
     option("-q --quiet", "no messages and no progress; only results, and errors", **_FLAG),
-    option("-v --verbose", "also tell which files are read and written, and the time", **_FLAG),
 )
 """Options of all commands; they may also stand before the command."""
 
@@ -149,10 +148,7 @@ def command_list() -> str:
     width = max(len(command.name) for command in COMMANDS)
     lines = [f"  {PROGRAM} {command.name:<{width}}  {command.summary}" for command in COMMANDS]
     bare = f"  {PROGRAM} {'':<{width}}  open the workbench with a welcome page"
-    end = (
-        f"`{PROGRAM} COMMAND --help` shows the help of a command. All commands take --quiet and "
-        "--verbose."
-    )
+    end = f"`{PROGRAM} COMMAND --help` shows the help of a command. All commands take --quiet."
     return "\n".join([f"{PROGRAM} {__version__}", "", bare, *lines, "", end])
 
 

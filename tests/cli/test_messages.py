@@ -1,4 +1,4 @@
-"""``--quiet`` and ``--verbose``."""
+"""``--quiet``."""
 
 import pytest
 
@@ -15,15 +15,3 @@ def test_quiet_says_only_results_and_errors(run, tracked, tmp_path):
     wrong = run("-q", "export", tracked, "-o", tmp_path / "a.xyz")
     assert wrong.err.startswith("stereotrack: ")
     assert run("export", tracked, "-o", path).err == said.err
-
-
-def test_verbose_tells_files_and_time(run, tracked, tmp_path):
-    path = tmp_path / "a.glb"
-    told = run("export", tracked, "-o", path, "--verbose").err
-    assert told.count(f"read: {tracked}\n") == 1
-    assert f"written: {path}\n" in told
-    assert "numpy" in told
-    assert told.splitlines()[-1].startswith("export: ")
-    assert "read: " not in run("export", tracked, "-o", path).err
-    both = run("-v", "export", tracked, "-o", path, "-q")
-    assert (both.status, "quiet and verbose" in both.err) == (2, True)
