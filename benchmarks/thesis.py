@@ -19,11 +19,12 @@ still. How many points the thesis had it does not say.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 
 from stereotrack_core.evaluation.summary import ERROR_MEASURES
-from stereotrack_core.simulation.motions import Part, filled
+from stereotrack_core.simulation.motions import Part
 from stereotrack_core.simulation.rig import SceneOptions
 
 ROWS = ERROR_MEASURES[:5]
@@ -155,7 +156,7 @@ def _full() -> tuple[ThesisRecording, ...]:
 def _recording(
     name: str, frames: int, fixed: tuple[Part, ...], clothes: str, *, passer: bool = False
 ) -> ThesisRecording:
-    slow = filled(fixed, _FILLERS, frames - _FAST_FRAMES, _BLEND)
+    slow = _filled(fixed, _FILLERS, frames - _FAST_FRAMES, _BLEND)
     slow = tuple(replace(part, name=part.name.replace(_HELD, "cross-arms")) for part in slow)
     options = SceneOptions(clothes=clothes, second_person=passer)
     return ThesisRecording(name, frames, (*slow, *_fast(frames - _FAST_FRAMES)), options)
@@ -191,3 +192,42 @@ def _short() -> tuple[ThesisRecording, ...]:
             at += 8
         made.append(ThesisRecording(name, at, tuple(parts), options))
     return tuple(made)
+
+
+def _filled(
+    fixed: Sequence[Part], fillers: Sequence[tuple[str, int]], until: int, blend: int
+) -> tuple[Part, ...]:
+    """Put fillers into the gaps between fixed parts, which are in their order, up to frame `until`.
+
+    Fillers (motion, frames) come in turn and take about so many frames: those of one gap are
+    stretched alike until they fill it. Before every part are `blend` frames to go over to it.
+    """
+    turn = cycle(fillers)
+    parts: list[Part] = []
+    at = 0
+    for part in (*fixed, None):
+        end = until if part is None else part.first
+        parts += _gap_filled(at, end - (0 if part is None else blend), turn, blend)
+        if part is not None:
+            parts.append(part)
+            at = part.end
+    return tuple(parts)
+
+
+def _gap_filled(at: int, end: int, turn: Iterator[tuple[str, int]], blend: int) -> Iterator[Part]:
+    chosen: list[tuple[str, int]] = []
+    needed = 0
+    while end - at - needed > 0:
+        motion, frames = next(turn)
+        if chosen and needed + blend + frames / 2 > end - at:
+            break
+        if not chosen and blend + frames / 2 > end - at:
+            return
+        chosen.append((motion, frames))
+        needed += blend + frames
+    moving = sum(frames for _, frames in chosen)
+    scale = (end - at - blend * len(chosen)) / moving if moving else 1.0
+    for motion, frames in chosen:
+        length = max(2, int(frames * scale))
+        yield Part(motion, motion, at + blend, length)
+        at += blend + length

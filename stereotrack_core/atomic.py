@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import glob
-import logging
 import os
 import shutil
 import uuid
@@ -20,8 +19,6 @@ from typing import TypeAlias
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.locks import writing
-
-_LOG = logging.getLogger(__name__)
 
 Check: TypeAlias = Callable[[Path], bool]
 """Reads a file back: whether it is what was to be written. OSError, ValueError and InputError say
@@ -88,7 +85,6 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
         if not whole:
             raise OSError("not all data reached the drive")
         temporary.replace(path)
-        _LOG.debug("written: %s", path)
     except OSError as error:
         raise _unwritten("file", path, error) from error
     finally:

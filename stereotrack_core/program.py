@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-import time
 import traceback
 from argparse import Namespace
 from collections.abc import Sequence
 
 from stereotrack_core.cli.commands import PROGRAM, command_list, command_named, parser_of, split
-from stereotrack_core.cli.output import FAILED, OK, WRONG_INPUT, complain, detail, put, speaking
+from stereotrack_core.cli.output import FAILED, OK, WRONG_INPUT, complain, put, speaking
 from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.version import __version__
@@ -66,21 +65,10 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
 
 
 def _run(command: str, arguments: Sequence[str], window: Window | None) -> int:
-    """One command, with as many messages as its options ask for."""
+    """One command, with its messages unless its options ask for silence."""
     args = parser_of(command_named(command)).parse_args(arguments, Namespace(window=window))
-    quiet, verbose = getattr(args, "quiet", False), getattr(args, "verbose", False)
-    if quiet and verbose:
-        raise InputError(
-            "the command cannot be quiet and verbose", where="--verbose", remedy="Omit one."
-        )
-    with speaking(quiet=quiet, verbose=verbose):
-        if verbose:
-            from stereotrack_core.versions import versions  # loads what few commands wait for
-
-            detail(", ".join(f"{name} {number}" for name, number in versions().items()))
-        begun = time.monotonic()
+    with speaking(quiet=getattr(args, "quiet", False)):
         status: int = args.run(args)
-        detail(f"{command}: {time.monotonic() - begun:.1f} s")
     return status
 
 

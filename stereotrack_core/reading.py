@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import json
-import logging
 import lzma
 import os
 import stat
@@ -24,8 +23,6 @@ from typing import Any, BinaryIO
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import checked_tree
-
-_LOG = logging.getLogger(__name__)
 
 MB = 1024 * 1024
 
@@ -86,7 +83,6 @@ def check_file(path: Path, where: str = "") -> None:
     """
     with decoding(where or path, "the file cannot be read", _AGAIN):
         _check_kind(where or path, os.stat(path))
-    _LOG.debug("read: %s", path)
 
 
 def read_bytes(path: Path, at_most: int) -> bytes:

@@ -23,7 +23,6 @@ _FLAG = {"action": "store_true", "default": SUPPRESS}  # else a subcommand's wou
 EVERYWHERE = (
     option("--debug", "show the traceback of an unexpected error", **_FLAG),
     option("-q --quiet", "no messages and no progress; only results, and errors", **_FLAG),
-    option("-v --verbose", "also tell which files are read and written, and the time", **_FLAG),
 )
 """Options of all commands; they may also stand before the command."""
 
@@ -140,7 +139,6 @@ COMMANDS: tuple[Command, ...] = (
         subcommands=(Command("create", "a project of a recording folder", "project_create"),),
     ),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
-    Command("completion", "print a script by which a shell completes commands and options"),
     Command("help", "list all commands, or show the help of one command", "commands"),
 )
 
@@ -150,25 +148,13 @@ def command_list() -> str:
     width = max(len(command.name) for command in COMMANDS)
     lines = [f"  {PROGRAM} {command.name:<{width}}  {command.summary}" for command in COMMANDS]
     bare = f"  {PROGRAM} {'':<{width}}  open the workbench with a welcome page"
-    end = (
-        f"`{PROGRAM} COMMAND --help` shows the help of a command. All commands take --quiet and "
-        "--verbose."
-    )
+    end = f"`{PROGRAM} COMMAND --help` shows the help of a command. All commands take --quiet."
     return "\n".join([f"{PROGRAM} {__version__}", "", bare, *lines, "", end])
 
 
 def parser_of(command: Command) -> ArgumentParser:
     """The parser of a command; ``run`` of what it has read does the command."""
     return _filled(_Parser, command, prog=f"{PROGRAM} {command.name}")
-
-
-def program_parser() -> ArgumentParser:
-    """The parser of all commands at once, for what asks which there are."""
-    own = _Parser(PROGRAM)
-    chooser = own.add_subparsers(metavar="COMMAND")
-    for command in COMMANDS:
-        _filled(chooser.add_parser, command, name=command.name, help=command.summary)
-    return own
 
 
 def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

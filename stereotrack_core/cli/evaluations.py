@@ -272,17 +272,11 @@ def _comparison_table(comparison: Comparison, title: str) -> Table:
             number(paired.second_mean, 2),
             f"{paired.difference:+z.2f}" if math.isfinite(paired.difference) else "-",
             f"{paired.low:+z.2f} to {paired.high:+z.2f}" if paired.enough else "-",
-            f"{paired.better_percent:.0f} %" if math.isfinite(paired.better_percent) else "-",
-            number(paired.p, 3),
-            str(paired.block_frames),
             verdict(paired, "A", "B"),
         )
         for paired in comparison.pairs[0].measures
     ]
-    columns = (
-        *("measure", ">A", ">B", ">B - A", ">95 % interval"),
-        *(">B better in", ">p", ">block", "conclusion"),
-    )
+    columns = ("measure", ">A", ">B", ">B - A", ">95 % interval", "conclusion")
     return Table(heading, columns, rows)
 
 

@@ -6,7 +6,7 @@ import contextlib
 import json
 import logging
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import StringIO
 from typing import Any, TextIO
@@ -48,8 +48,6 @@ _MESSAGES = logging.getLogger("stereotrack")
 _MESSAGES.addHandler(_StandardError())
 _MESSAGES.setLevel(logging.INFO)
 _MESSAGES.propagate = False
-_CORE = logging.getLogger("stereotrack_core")
-"""What the core tells of its work; nothing unless ``--verbose`` asks for it."""
 
 
 def say(text: str) -> None:
@@ -62,46 +60,20 @@ def complain(text: str) -> None:
     _MESSAGES.error("%s", text)
 
 
-def detail(text: str) -> None:
-    """Write to standard error what only ``--verbose`` asks for."""
-    _MESSAGES.debug("%s", text)
-
-
 def is_quiet() -> bool:
     """Whether messages and progress are not wanted."""
     return not _MESSAGES.isEnabledFor(logging.INFO)
 
 
-def _once() -> Callable[[logging.LogRecord], bool]:
-    """A filter that lets every message through once: a file is looked at several times."""
-    told: set[str] = set()
-
-    def is_new(record: logging.LogRecord) -> bool:
-        count = len(told)
-        told.add(record.getMessage())
-        return len(told) > count
-
-    return is_new
-
-
 @contextmanager
-def speaking(*, quiet: bool, verbose: bool) -> Iterator[None]:
-    """Say less or more while the block runs: errors alone, or also what the core is doing."""
-    if not (quiet or verbose):
-        yield
-        return
-    before, of_core = _MESSAGES.level, _StandardError()
-    _MESSAGES.setLevel(logging.ERROR if quiet else logging.DEBUG)
-    if verbose:
-        of_core.addFilter(_once())
-        _CORE.setLevel(logging.DEBUG)
-        _CORE.addHandler(of_core)
+def speaking(*, quiet: bool) -> Iterator[None]:
+    """Say nothing but errors while the block runs, if that is asked for."""
+    before = _MESSAGES.level
+    _MESSAGES.setLevel(logging.ERROR if quiet else before)
     try:
         yield
     finally:
         _MESSAGES.setLevel(before)
-        _CORE.setLevel(logging.NOTSET)
-        _CORE.removeHandler(of_core)
 
 
 def _write(stream: TextIO, text: str) -> None:

@@ -38,11 +38,10 @@ from stereotrack_core.tables import Table
 _TRIALS = 30
 
 DESCRIPTION = (
-    "Track recordings with every combination of values (--grid), with the points of a list "
-    "(--list) or in search of the best values (--search), each with all seeds, and write one "
-    "row per run to a table. Results already in the table are not computed again, so the same "
-    "command resumes a stopped sweep. References are only used to measure errors, never by "
-    "the tracker."
+    "Track recordings with every combination of values (--grid) or in search of the best values "
+    "(--search), each with all seeds, and write one row per run to a table. Results already in "
+    "the table are not computed again, so the same command resumes a stopped sweep. References "
+    "are only used to measure errors, never by the tracker."
 )
 
 OPTIONS = (
@@ -111,10 +110,10 @@ def _study_of(args: Namespace) -> Study:
     check_suffix(args.table, ".csv")
     check_least(1, trials=args.trials)
     settings = settings_of(args)
-    if args.search and (settings.grid or settings.points):
+    if args.search and settings.grid:
         raise InputError(
-            "a sweep uses a grid, a list or a search",
-            where="--grid, --list, --search",
+            "a sweep uses a grid or a search",
+            where="--grid, --search",
             remedy="Use only one of them.",
         )
     if args.keypoints and len(args.keypoints) != len(args.recordings):

@@ -35,7 +35,6 @@ KINDS: dict[str, Kind] = {
     "gamma": Kind(0.8, 0.2, 5.0, "exponent of the brightness"),
     "noise": Kind(8.0, 0.0, 50.0, "grey levels of noise added in the video"),
     "flicker": Kind(0.08, 0.0, 0.9, "greatest random change of brightness from frame to frame"),
-    "bands": Kind(0.08, 0.0, 0.9, "swing of mains light seen as bands by a rolling shutter"),
     "shadow": Kind(0.3, 0.0, 1.0, "share of the light that people keep from floor and walls"),
     "shade": Kind(0.25, 0.0, 1.0, "darkness of a shade with a soft edge that wanders"),
     "passer": Kind(3.6, 1.5, 4.0, "metres from the middle of the room where another walks past"),
@@ -45,9 +44,6 @@ KINDS: dict[str, Kind] = {
     "blur": Kind(1.5, 0.0, 10.0, "pixels of blur added in the video"),
     "compress": Kind(35, 0, 51, "crf of the H.264 videos", whole=True),
     "late": Kind(1, 1, 10, "frames by which the last view is late", whole=True),
-    "doubled": Kind(0.05, 0.0, 1.0, "share of the frames in which a view repeats the one before"),
-    "dirt": Kind(0.7, 0.0, 1.0, "darkness of a spot on each lens, in the empty scene as well"),
-    "glare": Kind(3.0, 1.0, 20.0, "factor of the light in a spot of each picture"),
 }
 """All kinds by name, in the order in which messages list them."""
 
@@ -99,11 +95,6 @@ def parsed_disturbances(text: str) -> dict[str, float]:
 
 
 _SWING_SECONDS = 10.0
-_MAINS_HERTZ, _READOUT_SECONDS = 100.0, 1 / 30
-"""Lamps pulse at twice the mains frequency; seconds from the first row of a picture to the last."""
-
-_CLOCK_ERROR = 0.003
-"""Relative error of the frame rate, by which the bands crawl."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +108,9 @@ class Disturber:
     frames: int
 
     def instant(self, camera: str, cameras: Iterable[str], frame: int) -> int:
-        """Frame whose scene the camera shows; an earlier one if its view is late or repeats it."""
-        view, behind = _view(camera), 0
-        if view == _view(list(cameras)[-1]):
-            behind = int(self.strengths.get("late", 0))
-        if self.rng("doubled", view, frame).uniform() < self.strengths.get("doubled", 0.0):
-            behind += 1
-        return max(0, frame - behind)
+        """Frame whose scene the camera shows; an earlier one if its view is late."""
+        last = _view(camera) == _view(list(cameras)[-1])
+        return max(0, frame - int(self.strengths.get("late", 0)) * last)
 
     def turned(self, cameras: Mapping[str, Camera]) -> dict[str, Camera]:
         """Cameras of the view that is bumped, as they stand afterwards; the pair stays rigid."""
@@ -150,20 +137,16 @@ class Disturber:
     def on_sensor(self, camera: str, light: Float32Array, frame: int) -> Float32Array:
         """The light (H, W, c) that the sensor is to record; frame -1 is the empty scene."""
         light = self._shifted(camera, light, frame)
-        if "dirt" in self.strengths:
-            light = light * (1 - self.strengths["dirt"] * self._spot("dirt", camera, light))
         if frame < 0:
             return light
-        light = light * self._brightness(camera, frame, light.shape[0])
-        if "glare" in self.strengths:
-            light = light * (1 + (self.strengths["glare"] - 1) * self._spot("glare", camera, light))
+        light = light * self._brightness(camera, frame)
         if "gamma" in self.strengths:
             bent = 255 * (np.maximum(light, 0) / 255) ** self.strengths["gamma"]
             light = bent.astype(np.float32)
         return light
 
-    def _brightness(self, camera: str, frame: int, rows: int) -> Float32Array:
-        """Factors (rows, 1, 1) of the brightness of a frame."""
+    def _brightness(self, camera: str, frame: int) -> np.float32:
+        """Factor of the brightness of a frame."""
         given, seconds = self.strengths, frame / self.fps
         factor = given.get("gain", 1.0)
         if "exposure" in given:
@@ -173,21 +156,7 @@ class Disturber:
             factor *= 1 + given["flicker"] * self.rng("flicker", _view(camera), frame).uniform(
                 -1, 1
             )
-        factors = np.full((rows, 1, 1), factor)
-        if "bands" in given:
-            phase = self.rng("bands", _view(camera)).uniform(0, 1)
-            row = np.arange(rows).reshape(-1, 1, 1) / rows * _READOUT_SECONDS
-            cycles = _MAINS_HERTZ * (seconds * (1 + _CLOCK_ERROR) + row) + phase
-            factors *= 1 + given["bands"] * np.sin(2 * np.pi * cycles)
-        return factors.astype(np.float32)
-
-    def _spot(self, kind: str, camera: str, light: Float32Array) -> Float32Array:
-        """A round spot (H, W, 1) with a soft edge, 1 in its middle, somewhere in the picture."""
-        height, width = light.shape[:2]
-        x, y = self.rng(kind, camera).uniform(0.3, 0.7, 2) * (width, height)
-        rows, columns = np.mgrid[:height, :width].astype(np.float32)
-        apart = np.hypot(columns - x, rows - y) / (0.12 * width)
-        return np.asarray(np.exp(-(apart**4)), np.float32)[:, :, None]
+        return np.float32(factor)
 
     def _shifted(self, camera: str, light: Float32Array, frame: int) -> Float32Array:
         shift = np.zeros(2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
@@ -284,45 +284,6 @@ def scheduled(person: Person, parts: Sequence[Part], frames: int) -> Chain:
     states += [states[-1]] * (frames - len(states))
     segments = [Segment(p.name, p.first, min(p.end, frames)) for p in parts if p.first < frames]
     return Chain(tuple(states[:frames]), tuple(segments))
-
-
-def filled(
-    fixed: Sequence[Part], fillers: Sequence[tuple[str, int]], until: int, blend: int
-) -> tuple[Part, ...]:
-    """Put fillers into the gaps between fixed parts, which are in their order, up to frame `until`.
-
-    Fillers (motion, frames) come in turn and take about so many frames: those of one gap are
-    stretched alike until they fill it. Before every part are `blend` frames to go over to it.
-    """
-    turn = cycle(fillers)
-    parts: list[Part] = []
-    at = 0
-    for part in (*fixed, None):
-        end = until if part is None else part.first
-        parts += _gap_filled(at, end - (0 if part is None else blend), turn, blend)
-        if part is not None:
-            parts.append(part)
-            at = part.end
-    return tuple(parts)
-
-
-def _gap_filled(at: int, end: int, turn: Iterator[tuple[str, int]], blend: int) -> Iterator[Part]:
-    chosen: list[tuple[str, int]] = []
-    needed = 0
-    while end - at - needed > 0:
-        motion, frames = next(turn)
-        if chosen and needed + blend + frames / 2 > end - at:
-            break
-        if not chosen and blend + frames / 2 > end - at:
-            return
-        chosen.append((motion, frames))
-        needed += blend + frames
-    moving = sum(frames for _, frames in chosen)
-    scale = (end - at - blend * len(chosen)) / moving if moving else 1.0
-    for motion, frames in chosen:
-        length = max(2, int(frames * scale))
-        yield Part(motion, motion, at + blend, length)
-        at += blend + length
 
 
 def _check(parts: Sequence[Part]) -> None:

@@ -22,7 +22,6 @@ from stereotrack_core.study.points import (
     Point,
     checked_name,
     grid_points,
-    listed_points,
     parameter_rows,
     parsed_axis,
 )
@@ -46,7 +45,6 @@ _KIND: Kind = {
     "seeds": [int],
     "settings": {str: (bool, int, float, str)},
     "grid": {str: [(bool, int, float, str)]},
-    "point": [{str: (bool, int, float, str)}],
     "recording": [{str: (str, bool, int, float)}],
 }
 _REMEDY = "See docs/studies.md for what a study file contains."
@@ -80,8 +78,6 @@ class StudySettings:
     """``NAME=VALUE`` for parameters that differ from the preset."""
     grid: tuple[str, ...] = ()
     """``NAME=a,b,c``: all combinations are tried."""
-    points: tuple[Point, ...] = ()
-    """Points that are listed one by one, in place of a grid."""
     seeds: str = "0"
     frames: str | None = None
     views: str | None = None
@@ -93,17 +89,11 @@ class StudySettings:
     """Name or number of the person in keypoints of several."""
 
     def all_points(self) -> tuple[Point, ...]:
-        """Points of the list or the grid. Raises InputError if a value is not accepted."""
-        return self.points or grid_points([parsed_axis(text) for text in self.grid])
+        """Points of the grid. Raises InputError if a value is not accepted."""
+        return grid_points([parsed_axis(text) for text in self.grid])
 
     def check(self) -> None:
         """Refuse what makes no sense for any recording. Raises InputError."""
-        if self.points and self.grid:
-            raise InputError(
-                "a study has a grid or a list of points",
-                where="--grid, --list",
-                remedy="Use only one of them.",
-            )
         preset(self.preset, self.changes)
         seeds_of(self.seeds)
         self.all_points()
@@ -123,22 +113,15 @@ class StudySettings:
         if self.grid:
             axes = [parsed_axis(text) for text in self.grid]
             content["grid"] = {axis.name: list(axis.values) for axis in axes}
-        if self.points:
-            content["point"] = [point.by_name for point in self.points]
         return content
 
     @classmethod
     def of(cls, content: Mapping[str, Any], where: str) -> StudySettings:
         """Read :meth:`to_dict`. Raises InputError for a value that is not accepted."""
-        listed = [
-            listed_points(tuple(one), [[_text(value) for value in one.values()]], where)[0]
-            for one in content.get("point", ())
-        ]
         grid = content.get("grid", {})
         found = cls(
             changes=tuple(f"{k}={_text(v)}" for k, v in content.get("settings", {}).items()),
             grid=tuple(f"{k}={','.join(map(_text, v))}" for k, v in grid.items()),
-            points=tuple(listed),
             seeds=",".join(map(str, content.get("seeds", (0,)))),
             **{name: content[name] for name in (*_TEXTS, "smooth") if name in content},
         )
@@ -281,7 +264,6 @@ def write_study(study: Study) -> None:
     """Write a study file; a write that fails leaves the old one. Raises InputError."""
     content = study.settings.to_dict()
     tables = [(f"[{name}]", content.pop(name)) for name in ("settings", "grid") if name in content]
-    tables += [("[[point]]", point) for point in content.pop("point", ())]
     for row in study.rows:
         own = {name: getattr(row, name) for name in OWN_COLUMNS if getattr(row, name)}
         tables.append(("[[recording]]", {**own, **row.factors}))

@@ -139,34 +139,6 @@ def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
     return tuple(Point(tuple(zip(names, values, strict=True))) for values in combinations)
 
 
-def listed_points(
-    columns: Sequence[str], rows: Iterable[Sequence[str]], where: str
-) -> tuple[Point, ...]:
-    """Points of a table whose columns are names; an empty cell leaves the value as it is.
-
-    Raises InputError for an unknown name, a value outside its range, or no row at all.
-    """
-    names = [checked_name(name, where) for name in columns]
-    points = []
-    for number, row in enumerate(rows, start=2):
-        try:
-            values = [
-                (name, checked_value(name, cell))
-                for name, cell in zip(names, row, strict=True)
-                if cell.strip()
-            ]
-        except InputError as error:
-            raise InputError(
-                error.what, where=f"{where}, line {number}, {error.where}", remedy=error.remedy
-            ) from None
-        points.append(Point(tuple(values)))
-    if not points:
-        raise InputError(
-            "the list contains no points", where=where, remedy="Write one row per point."
-        )
-    return tuple(dict.fromkeys(points))
-
-
 def varied_names(points: Iterable[Point]) -> tuple[str, ...]:
     """Names that any point gives a value to, in the order of their appearance; without seeds."""
     names = dict.fromkeys(name for point in points for name, _ in point.values)

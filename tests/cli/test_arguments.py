@@ -7,7 +7,7 @@ import pytest
 from stereotrack_core.cli.arguments import check_output
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.selection import asked_frames, frames_within, views_of
+from stereotrack_core.recording.selection import asked_frames, views_of
 
 
 def recording_with(*names, folder=Path("nowhere")):
@@ -29,17 +29,6 @@ def test_frames_that_make_no_sense(text):
         asked_frames(text)
     assert caught.value.where == "--frames"
     assert caught.value.remedy
-
-
-def test_frames_within_a_recording():
-    assert frames_within(None, 7) == range(7)
-    assert frames_within("2:", 7) == range(2, 7)
-    assert frames_within(":7", 7) == range(7)
-    for text in ("2:8", "7:", "7:8"):
-        with pytest.raises(InputError, match="0:7"):
-            frames_within(text, 7)
-    with pytest.raises(InputError, match="no frames"):
-        frames_within(None, 0)
 
 
 @pytest.mark.parametrize(
@@ -74,14 +63,3 @@ def test_output_places(tmp_path):
         check_output(tmp_path / "absent" / "run.npz")
     with pytest.raises(InputError, match="this is a folder"):
         check_output(tmp_path)
-
-
-def test_a_folder_that_takes_no_file_is_refused_at_once(tmp_path, monkeypatch):
-    def refuse(**_):
-        raise PermissionError(13, "Permission denied")
-
-    assert check_output(tmp_path / "a.csv") == tmp_path / "a.csv"
-    assert not list(tmp_path.iterdir())
-    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    with pytest.raises(InputError, match=r"cannot write .*Permission denied"):
-        check_output(tmp_path / "a.csv")

@@ -55,12 +55,6 @@ def test_a_file_of_detections_takes_part(track, plain, recording, tmp_path):
     np.testing.assert_array_equal(track(other), pulled)
 
 
-def test_detections_of_nothing_change_nothing(track, plain, recording, tmp_path):
-    file = tmp_path / "far.csv"
-    file.write_text(HEADER + "1,,hand,9,9,9,0.01,1\n")
-    np.testing.assert_array_equal(track(recording, "--detections", file), plain)
-
-
 @pytest.mark.parametrize("text", ["frame,kind\n", HEADER + "0,,nose,1,2,3,0.1,1\n", None])
 def test_a_wrong_file_is_told_before_any_work(run, recording, tmp_path, text):
     file = tmp_path / "wrong.csv"

@@ -1,28 +1,18 @@
 """``stereotrack fit``: from a file of clicks to a reference, and one sentence on what is wrong."""
 
-import re
-from dataclasses import replace
-
-import ezc3d
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.interop.reference_npz import read_reference, write_reference
-from stereotrack_core.interop.run_file import read_run, read_trajectory
+from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.trc import read_trc
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
-from stereotrack_core.recording.description import Recording, Stream, View, read_subject
+from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
-from stereotrack_core.recording.writing import write_png, write_recording_description
-from tests.annotation.scenes import bodies, cameras, clicks_of
 
 pytestmark = pytest.mark.xdist_group("cli")
 
@@ -65,140 +55,6 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     assert np.degrees(errors.upper_arm).mean() < worst
 
 
-def test_what_no_click_supports_is_left_out(run, recording, clicks, tmp_path):
-    """One clicked frame of ten says nothing about arms half a second later."""
-    few = tmp_path / "few.csv"
-    lines = clicks.read_text().splitlines()
-    few.write_text("\n".join([lines[0], *(one for one in lines[1:] if one.startswith("0,"))]))
-    ended = fit(run, recording, few, tmp_path / "few.npz", "--no-depth", "--json")
-    assert "Left out: " in ended.err
-    assert "of 90 landmark positions" in ended.err
-    assert "standard deviation above 100 mm" in ended.err
-    stored = read_reference(tmp_path / "few.npz")
-    known = np.isfinite(stored.points).all(axis=2)
-    assert known[0].all()
-    assert not known[5:].any()
-
-    project = tmp_path / "p.stereotrack"
-    Project.create(project, recording).close()
-    every = tmp_path / "every.npz"
-    fit(run, recording, few, every, "--no-depth", "--max-sigma", "inf")
-    assert np.isfinite(read_reference(every).points).all(axis=2).sum() > known.sum()
-    assert run("import", "labels", every, "--into", project).status == 0
-    sources = ((tmp_path / "few.npz", ()), (every, ()), (project, ("--reference",)))
-    for number, (source, more) in enumerate(sources):
-        for kind in ("csv", "trc", "c3d", "npz", "nc"):
-            out = tmp_path / f"{number}.{kind}"
-            ended = run("export", source, "--format", kind, "-o", out, *more)
-            assert ended.status == 0, ended.err
-            assert "Left out: " in ended.err
-            assert ("TRC, OpenSim cannot store: standard deviations" in ended.err) is (
-                kind == "trc"
-            )
-            if kind != "nc":
-                found = read_trajectory(out)
-                np.testing.assert_array_equal(np.isfinite(found.points).all(axis=2), known)
-    rows = [line.split(",") for line in (tmp_path / "1.csv").read_text().splitlines()]
-    assert rows[0][2:] == ["x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "source"]
-    cells = {(row[0], row[1]): row[2:] for row in rows[1:]}
-    assert len(cells) == 90
-    assert all(map(float, cells["0", "left_hand"][:6]))
-    assert cells["0", "left_hand"][6] == "fit"
-    assert cells["5", "left_hand"][:3] == ["", "", ""]
-    assert max(map(float, cells["5", "left_hand"][3:6])) > 0.1
-    residual = ezc3d_residuals(tmp_path / "1.c3d")
-    assert (residual[:, 5:] == -1.0).all()
-    assert (residual[:, 0] > 0.0).all()
-
-    ended = run("export", every, "--format", "trc", "-o", tmp_path / "x.trc", "--max-sigma", "0")
-    assert ended.status == 2
-    assert "--max-sigma" in ended.err
-    back = tmp_path / "q.stereotrack"
-    Project.create(back, recording).close()
-    run("export", every, "--format", "csv", "-o", tmp_path / "all.csv", "--max-sigma", "inf")
-    assert run("import", "labels", tmp_path / "all.csv", "--into", back).status == 0
-    with Project.open(back, read_only=True) as opened:
-        stored = load_reference(opened.references, "all")
-        np.testing.assert_array_equal(np.isfinite(stored.trajectory().points).all(axis=2), known)
-
-
-def ezc3d_residuals(path):
-    """Residuals (9, F) as another library reads them."""
-    return ezc3d.c3d(str(path))["data"]["meta_points"]["residuals"][0]
-
-
-def test_errors_are_not_measured_where_the_reference_is_unknown(run, recording, tmp_path):
-    truth = read_landmarks(recording / "reference.csv")
-    count = len(truth.frame)
-    covariance = np.broadcast_to(1e-4 * np.eye(3), (count, 9, 3, 3)).copy()
-    covariance[:, LANDMARKS.index("left_hand")] = np.eye(3)
-    wrong = truth.points.copy()
-    wrong[:, LANDMARKS.index("left_hand")] += 0.4
-    sigma = np.full((count, 6), 2.0)
-    sigma[:, LIMBS.index("left_forearm")] = 120.0
-    made, path = Reference(truth.frame, wrong, covariance, sigma), tmp_path / "guess.npz"
-    write_reference(path, made)
-    ended = run("evaluate", recording / "reference.csv", "--reference", path, "--json")
-    measures = ended.json["measures"]
-    assert measures["forearms"]["mean"] == pytest.approx(0.0, abs=0.01)
-    assert measures["forearms"]["reference_good_to"] == pytest.approx(2.0)
-    assert f"Left out: {count} of {9 * count} landmark positions" in ended.err
-    every = ("--max-sigma", "inf", "--json")
-    ended = run("evaluate", recording / "reference.csv", "--reference", path, *every)
-    assert ended.json["measures"]["forearms"]["mean"] > 10.0
-
-
-@pytest.fixture(scope="module")
-def shifted_view(tmp_path_factory):
-    """Four views of which one shows everything 40 px aside, and clicks in them."""
-    folder, rig = tmp_path_factory.mktemp("shifted") / "four", cameras()
-    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in rig)
-    for name in rig:
-        (folder / name).mkdir(parents=True)
-        for k in range(4):
-            write_png(folder / name / f"{k}.png", np.full((480, 640), 90, np.uint8))
-    opened = Recording(folder, "four", 10.0, views, rig)
-    write_recording_description(opened)
-    made = [
-        replace(one, position=(one.position[0] + 24.0, one.position[1] + 32.0))
-        if one.camera == "S"
-        else one
-        for one in clicks_of(bodies(4), rig, sigma=1.0)
-    ]
-    write_clicks(folder.parent / "clicks.csv", made, opened)
-    return folder, folder.parent / "clicks.csv"
-
-
-def test_a_bad_camera_is_named_instead_of_its_clicks(run, shifted_view, tmp_path):
-    folder, path = shifted_view
-    ended = fit(run, folder, path, tmp_path / "a.csv", "--json")
-    found = ended.json["disagreement"]
-    assert (found["camera"], found["others"]) == ("S", ["N", "O", "W"])
-    assert found["off_px"] == pytest.approx(40.0, abs=3.0)
-    assert found["late_frames"] is None
-    residuals = {name: one["residual_px"] for name, one in ended.json["cameras"].items()}
-    assert residuals.pop("S") == pytest.approx(40.0, abs=3.0)
-    assert set(residuals) == {"N", "O", "W"}
-    assert max(residuals.values()) < 4.0
-    assert len(found["clicks_far_off"]) > 10
-    assert ended.json["probable_outliers"] == []
-    ended = fit(run, folder, path, tmp_path / "a.csv")
-    assert "S disagrees with the other three by 40 px" in ended.err
-    assert "Check its calibration and synchronisation" in ended.err
-    assert re.search(r"residual of clicks in S, median +(39|4\d)\.\d px", ended.out)
-    assert "probable outlier" not in ended.err
-    (folder / "clicks.csv").write_bytes(path.read_bytes())
-    findings = run("info", folder, "--deep", "--json").json["findings"]
-    (finding,) = [one for one in findings if "disagrees" in one["what"]]
-    assert finding["where"] == "calibration.toml, view S"
-    assert "are 40 px off" in finding["what"]
-
-
-def test_sound_cameras_are_not_named(run, recording, clicks, tmp_path):
-    ended = fit(run, recording, clicks, tmp_path / "a.csv", "--no-depth", "--json")
-    assert ended.json["disagreement"] is None
-
-
 def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
     ended = fit(run, recording, clicks, tmp_path / "a.npz", "--no-depth", "--frames", "2:8")
     assert ended.status == 0
@@ -220,22 +76,6 @@ def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
         run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc").status == 0
     )
     assert read_trc(tmp_path / "a.trc")[1] == 10.0
-
-
-def test_gaps_and_views(run, recording, clicks, tmp_path):
-    options = ("--no-depth", "--gap", "4:6", "--views", "NS", "--json")
-    ended = fit(run, recording, clicks, tmp_path / "a.csv", *options)
-    assert ended.json["frames"] == {"clicked": 4, "interpolated": 4, "gap": 2}
-    found = read_landmarks(tmp_path / "a.csv")
-    assert np.isnan(found.points[4:6]).all()
-
-
-def test_the_subject_can_be_measured(run, recording, clicks, tmp_path):
-    options = ("--no-depth", "--subject", "measured", "--json")
-    assert fit(run, recording, clicks, tmp_path / "a.csv", *options).status == 0
-    for wrong in (("--subject", tmp_path / "none.toml"),):
-        ended = fit(run, recording, clicks, tmp_path / "a.csv", "--no-depth", *wrong)
-        assert ended.status == 2
 
 
 def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path):
@@ -302,14 +142,3 @@ def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
     )
     assert refused.status != 0
     assert "does not use clicks" in refused.err
-
-
-def test_clicks_of_a_project_are_taken_like_those_of_a_file(run, recording, clicks, tmp_path):
-    opened, project = open_recording(recording), tmp_path / "my.stereotrack"
-    with Project.create(project, recording, who="A") as made:
-        made.apply(PlaceClicks(read_clicks(clicks, opened).checked()))
-    for source, name in ((clicks, "a.csv"), (project, "b.csv")):
-        options = ("--clicks", source, "-o", tmp_path / name, "--no-depth")
-        assert run("fit", recording, *options).status == 0
-    one, other = (read_landmarks(tmp_path / name).points for name in ("a.csv", "b.csv"))
-    np.testing.assert_allclose(one, other, atol=1e-9)

@@ -7,7 +7,7 @@ from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
-from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 pytestmark = pytest.mark.xdist_group("cli")
 
@@ -29,12 +29,8 @@ def theirs(truth, tmp_path):
     "words",
     [
         ("evaluate", "{run}", "--reference", "{theirs}", "--json"),
-        ("evaluate", "{theirs}", "--reference", "{run}"),
         ("evaluate", "{run}", "--against", "{theirs}"),
-        ("evaluate", "{run}", "--failures", "--reference", "{theirs}"),
-        ("evaluate", "{theirs}", "--angles"),
         ("export", "{theirs}", "-o", "{out}.csv"),
-        ("export", "{theirs}", "--format", "angles", "-o", "{out}.csv"),
         ("track", "{recording}", "--init", "{theirs}", "--frames", "0:1", "-o", "{out}.npz"),
     ],
     ids=lambda words: " ".join(words[:3]),
@@ -76,36 +72,3 @@ def test_axes_that_begin_with_a_minus_sign(run, theirs, truth, tmp_path):
     assert run("export", theirs, "-o", out, "--axes", "-x,-y,z").status == 0
     found = read_trajectory(out).points * [-1.0, -1.0, 1.0]
     np.testing.assert_allclose(found, truth.points, atol=1e-5, equal_nan=True)
-
-
-def test_tables_of_landmarks_are_asked_about_as_well(run, recording, truth, tracked, tmp_path):
-    table, path = tmp_path / "y-up.csv", tmp_path / "a.stereotrack"
-    write_landmarks(table, LandmarkTrajectory(truth.frame, truth.points[..., [1, 2, 0]]))
-    Project.create(path, recording, who="A").close()
-    ended = run("import", "labels", table, "--into", path)
-    assert ended.status == 2
-    assert "z points up as usual in tables of landmarks" in ended.err
-    ended = run("import", "labels", table, "--into", path, "--axes", "z,x,y")
-    assert ended.status == 0
-    assert "axes z,x,y (east, north, up) as stated, trunk 0° from up" in ended.err
-    with Project.open(path, read_only=True) as project:
-        kept = load_reference(project.references, "y-up").points
-    np.testing.assert_allclose(kept, truth.points, atol=1e-5, equal_nan=True)
-    assert run("evaluate", tracked, "--reference", table).status == 2
-
-
-def test_axes_of_a_run_cannot_be_stated(run, tracked):
-    ended = run("evaluate", tracked, "--reference", tracked, "--axes", "x,y,z")
-    assert ended.status == 2
-    assert "Omit --name and --axes" in ended.err
-    ended = run("evaluate", tracked, "--axes", "x,y,z")
-    assert ended.status == 2
-
-
-def test_a_person_who_shows_where_up_is_may_be_tilted(run, recording, truth, tmp_path):
-    """The world of a calibration that is still to be turned."""
-    table = tmp_path / "tilted.csv"
-    write_landmarks(table, LandmarkTrajectory(truth.frame, truth.points[..., [1, 2, 0]]))
-    calibration, out = recording / "calibration.toml", tmp_path / "turned.toml"
-    ended = run("calibrate", "align", calibration, "-o", out, "--person", table)
-    assert ended.status == 0, ended.err

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stereotrack_core.recording.folder import open_recording
-from tests.recording.importing.clips import clip, flashing, images
+from tests.recording.importing.clips import clip, flashing
 
 
 @pytest.fixture
@@ -46,22 +46,11 @@ def test_what_sources_show_can_be_said(run, videos, tmp_path):
     assert (recording.name, recording.fps) == ("t", 50.0)
 
 
-def test_the_unit_of_depth_is_said(run, tmp_path):
-    images(tmp_path / "in" / "O_depth", depth=True)
-    ended = run("import", "recording", tmp_path / "in", "--fps", "30", "--json")
-    assert ended.status == 0, ended.err
-    assert ended.json["depth_unit"] == 0.001
-    assert "0.001 metres per count" in ended.err
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("--as", "N_left=dancer"), "unknown role 'dancer'"),
         (("--as", "M=mono"), "there is no 'M'"),
-        (("--as", "N_left"), "two names joined by ="),
-        (("--mirrored", "Q"), "there is no 'Q'"),
-        (("--camera", "Q=x"), "there is no 'Q'"),
         (("--as", "N_left=mono"), "the left image is missing"),
         (("--calibration", "nowhere.toml"), "nowhere.toml"),
     ],
@@ -88,27 +77,6 @@ def test_offsets_are_estimated_or_given(run, tmp_path):
     assert run("import", "recording", tmp_path / "in" / "A.mp4", *by_hand).status == 0
     ended = run("import", "recording", tmp_path / "in", "--first", "A=x", "-o", tmp_path / "no")
     assert (ended.status, "'x' is no frame" in ended.err) == (2, True)
-
-
-@pytest.mark.parametrize("kind", ["labels", "recording"])
-def test_each_kind_of_import_has_its_help(run, kind):
-    assert kind in run("import", "--help").out
-    assert "--json" in run("import", kind, "--help").out
-    assert run("import", "tracks").status == 2
-
-
-def test_views_are_named_and_the_rest_is_not_used(run, videos):
-    ended = run(
-        "import", "recording", videos, "--view", "front=N_right,N_left", "--dry-run", "--json"
-    )
-    assert ended.status == 0, ended.err
-    assert [(one["source"], one["role"]) for one in ended.json["sources"]] == [
-        ("N_left", "right"),
-        ("N_right", "left"),
-        ("S", "unused"),
-    ]
-    ended = run("import", "recording", videos, "--view", "front=N_left,N_right,S")
-    assert (ended.status, "the view front has 3 sources" in ended.err) == (2, True)
 
 
 def test_a_bag_is_read_by_its_topics(run, tmp_path):
@@ -140,26 +108,3 @@ def test_a_bag_is_read_by_its_topics(run, tmp_path):
     recording = open_recording(tmp_path / "known")
     assert not recording.guessed
     assert recording.cameras["right"].position_world == pytest.approx([0.12, 0, 0])
-
-
-def test_a_calibration_of_another_tool_is_read(run, tmp_path):
-    for name in ("left", "right"):
-        clip(tmp_path / "in" / f"{name}.mp4", frames=2)
-    theirs = tmp_path / "theirs.toml"
-    theirs.write_text(
-        "".join(
-            f'[cam_{k}]\nname = "{name}"\nsize = [64, 48]\n'
-            "matrix = [[60.0, 0.0, 31.5], [0.0, 60.0, 23.5], [0.0, 0.0, 1.0]]\n"
-            "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\nrotation = [0.0, 0.0, 0.0]\n"
-            f"translation = [{-120.0 * k}, 0.0, 0.0]\n"
-            for k, name in enumerate(("left", "right"))
-        )
-    )
-    ask = ("import", "recording", tmp_path / "in", "--calibration", theirs, "-o", tmp_path / "out")
-    ended = run(*ask, "--units", "mm")
-    assert ended.status == 0, ended.err
-    assert "unit mm: given with --units" in ended.err
-    recording = open_recording(tmp_path / "out")
-    assert not recording.guessed
-    right = recording.cameras[recording.views[0].image.camera]
-    assert right.position_world == pytest.approx([0.12, 0, 0])

@@ -1,19 +1,15 @@
 """Labels go into projects and out of them, and nothing of a person's is lost on the way."""
 
-import json
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
-from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.project.clicks import AcceptPredictions, DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference, save_reference
 
 pytestmark = pytest.mark.xdist_group("cli")
 
@@ -58,37 +54,6 @@ def test_clicks_go_from_project_to_project(run, project, empty, tmp_path, kind, 
     with Project.open(empty) as opened:
         opened.undo()
         assert opened.clicks.count() == 0
-
-
-def test_the_source_of_clicks_is_kept_or_its_loss_is_said(run, project, empty, tmp_path):
-    with Project.open(project) as opened:
-        predicted = Prediction(5, "N_right", "head", "fit", (9.0, 9.0), 1.0)
-        opened.apply(AcceptPredictions((predicted,)))
-    for kind, suffix in (("csv", ".csv"), ("coco", ".json"), ("dlc", ".csv"), ("argus", ".csv")):
-        path = tmp_path / f"{kind}{suffix}"
-        ended = run("export", project, "--format", kind, "-o", path)
-        lost = "which clicks are accepted or imported (1)"
-        assert (lost in ended.err) is (kind in ("dlc", "argus"))
-        assert ("which clicks are guessed (1)" in ended.err) is (kind in ("dlc", "argus"))
-        assert "annotators and times (4)" in ended.err
-    for path in (tmp_path / "csv.csv", tmp_path / "coco.json"):
-        with Project.open(empty) as opened:
-            opened.apply(DeleteClicks(tuple(one.key for one in opened.clicks.all())))
-        taken = ("--conflicts", "theirs")
-        assert run("import", "labels", path, "--into", empty, *taken).status == 0
-        with Project.open(empty, read_only=True) as opened:
-            origins = {one.key: one.origin for one in opened.clicks.all()}
-        assert origins[predicted.key] == "accepted"
-        assert sorted(origins.values()) == ["accepted", "hand", "hand", "hand"]
-
-
-def test_deeplabcut_gets_a_file_for_each_camera(run, project, empty, tmp_path):
-    facts = run("export", project, "--format", "dlc", "-o", tmp_path / "d.csv", "--json").json
-    assert len(facts["files"]) == 3
-    for camera in ("N_left", "N_right"):
-        path = tmp_path / f"d_{camera}.csv"
-        assert run("import", "labels", path, "--into", empty).status == 0
-    assert set(clicks_in(empty)) == {CLICKS[0].key, CLICKS[1].key}
 
 
 def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
@@ -160,80 +125,6 @@ def test_trajectories_become_references_and_come_back(run, recording, project, t
     assert run("export", project, "--format", "bvh", "-o", tmp_path / "out.bvh").status == 0
 
 
-def test_names_and_axes_of_a_foreign_trajectory_can_be_said(run, recording, project, tmp_path):
-    path, csv = tmp_path / "theirs.trc", tmp_path / "out.csv"
-    run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "10")
-    path.write_text(path.read_text().replace("left_hand", "LWrist"))
-    said = ("--name", "LWrist=left_hand", "--axes", "z,x,y")
-    truth = read_trajectory(recording / "reference.csv")
-    assert run("export", path, "--format", "csv", "-o", csv, *said).status == 0
-    assert np.allclose(read_trajectory(csv).points, truth.points, atol=1e-5, equal_nan=True)
-    assert run("import", "labels", path, "--into", project, *said).status == 0
-    with Project.open(project, read_only=True) as opened:
-        kept = load_reference(opened.references, "theirs").points
-    assert np.allclose(kept, truth.points, atol=1e-5, equal_nan=True)
-    ended = run("export", csv, "--format", "csv", "-o", tmp_path / "again.csv", *said)
-    assert ended.status == 2
-    assert "Omit --name and --axes" in ended.err
-    ended = run("import", "labels", path, "--into", project, "--axes", "x,y")
-    assert ended.status == 2
-    assert "three axes" in ended.err
-
-
-def test_another_project_is_taken_in_with_author_flag_and_deletions(run, project, empty, tmp_path):
-    with Project.open(project, who="A") as opened:
-        opened.apply(PlaceClicks((Click(5, "S_right", "head", (4.0, 5.0), flag="uncertain"),)))
-        opened.apply(DeleteClicks((CLICKS[0].key,)))
-    with Project.open(empty) as opened:
-        opened.apply(PlaceClicks((CLICKS[0],)))
-    ended = run("import", "labels", project, "--into", empty)
-    assert ended.status == 2
-    assert "1 of its clicks contradicts the project" in ended.err
-    assert run("import", "labels", project, "--into", empty, "--conflicts", "theirs").status == 0
-    with Project.open(empty, read_only=True) as opened:
-        flagged = opened.clicks.get(ClickKey(5, "S_right", "head"))
-        assert (flagged.flag, flagged.who) == ("uncertain", "A")
-        assert opened.clicks.get(CLICKS[0].key).deleted
-
-
-def test_a_project_of_another_recording_is_refused(run, recording, project, tmp_path):
-    folder = shutil.copytree(recording, tmp_path / "other")
-    description = folder / "recording.toml"
-    description.write_text(description.read_text() + "\n# another\n")
-    Project.create(tmp_path / "o.stereotrack", folder).close()
-    ended = run("import", "labels", tmp_path / "o.stereotrack", "--into", project)
-    assert ended.status == 2
-    assert "a different recording" in ended.err
-
-
-def test_references_keep_their_uncertainty(run, project, tmp_path):
-    points = np.random.default_rng(0).normal(size=(4, 9, 3))
-    stated = Reference(np.arange(4), points, limb_sigma_deg=np.full((4, 6), 2.0))
-    with Project.open(project) as opened:
-        opened.apply(save_reference("one", stated))
-        opened.apply(save_reference("two", Reference(np.arange(4), points)))
-    path = tmp_path / "r.npz"
-    ended = run("export", project, "--format", "npz", "-o", path)
-    assert ended.status == 2
-    assert "one, two" in ended.err
-    assert run("export", project, "--format", "npz", "--reference", "one", "-o", path).status == 0
-    assert np.array_equal(read_reference(path).limb_sigma_deg, stated.limb_sigma_deg)
-    path = path.rename(tmp_path / "again.npz")
-    run("import", "labels", path, "--into", project)
-    with Project.open(project, read_only=True) as opened:
-        kept = load_reference(opened.references, "again")
-    assert np.array_equal(kept.limb_sigma_deg, stated.limb_sigma_deg)
-
-
-def test_runs_are_exported(run, tracked, tmp_path):
-    for kind in ("csv", "trc", "c3d", "bvh"):
-        path = tmp_path / f"run.{kind}"
-        assert run("export", tracked, "--format", kind, "-o", path).status == 0
-        if kind != "bvh":
-            expected = read_trajectory(tracked).points
-            assert np.allclose(read_trajectory(path).points, expected, atol=1e-5, equal_nan=True)
-
-
 def test_the_suffix_names_the_format(run, project, tracked, tmp_path):
     assert run("export", tracked, "-o", tmp_path / "a.bvh").status == 0
     assert (tmp_path / "a.bvh").read_text().startswith("HIERARCHY")
@@ -256,16 +147,6 @@ def test_a_run_goes_to_rerun_with_images_and_clouds(run, tracked, tmp_path):
     assert rows["/world/cloud"] == rows["/world/cameras/N/image"] == rows["/world/landmarks"] == 2
     ended = run("export", tracked, "-o", path, "--frames", "20:30")
     assert (ended.status, "It has the frames 0:10" in ended.err) == (2, True)
-
-
-@pytest.mark.parametrize("kind", ["dltdv", "argus", "xmalab"])
-def test_tables_of_points_come_back(run, project, empty, tmp_path, kind):
-    path = tmp_path / "points.csv"
-    assert run("export", project, "--format", kind, "-o", path).status == 0
-    assert len(path.read_text().splitlines()) == 11
-    assert run("import", "labels", path, "--into", empty).status == 0
-    places = {key: place for key, (place, _) in clicks_in(project).items() if place is not None}
-    assert {key: place for key, (place, _) in clicks_in(empty).items()} == places
 
 
 def test_other_tools_open_labels_with_their_pictures(run, project, empty, tmp_path):
@@ -316,25 +197,3 @@ def test_refusals(run, recording, project, tracked, tmp_path):
         ended = run(*arguments)
         assert ended.status == 2, arguments
         assert words in ended.err
-
-
-def test_coco_file_says_what_other_tools_need(run, project, tmp_path):
-    path = tmp_path / "c.json"
-    run("export", project, "--format", "coco", "-o", path)
-    content = json.loads(path.read_text())
-    assert {one["file_name"] for one in content["images"]} >= {"N_right/000000.png"}
-    assert all(len(one["keypoints"]) == 27 for one in content["annotations"])
-    assert content["categories"][0]["keypoints"][0] == "left_shoulder"
-
-
-def test_a_camera_with_a_slash_is_not_written_to_another_folder(run, recording, tmp_path):
-    path, out = tmp_path / "a.stereotrack", tmp_path / "out"
-    out.mkdir()
-    with Project.create(path, recording, who="A") as made:
-        there = (Click(0, "../S", "head", (1.0, 2.0)), Click(0, "N_left", "head", (1.0, 2.0)))
-        made.apply(PlaceClicks(there))
-    ended = run("export", path, "--format", "dlc", "-o", out / "x.csv")
-    assert (ended.status, ended.out) == (2, "")
-    assert "'../S' cannot be used as a folder name" in ended.err
-    assert run("export", path, "--format", "coco", "-o", out / "x.json").status == 2
-    assert not list(tmp_path.rglob("*.csv"))

@@ -1,6 +1,5 @@
 """Commands compare trajectories of other rates and numberings by their times."""
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,12 +7,10 @@ import numpy as np
 import pytest
 
 from stereotrack_core.interop.c3d import write_c3d
-from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.run_file import read_run, read_trajectory, write_run
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
-from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -76,15 +73,6 @@ def test_evaluate_takes_a_reference_of_another_rate_by_time(run, moving, fast):
     assert "longer than the recording of 10 frames: 5 of its 15 frames lie after it" in ended.err
 
 
-def test_evaluate_reads_the_part_of_a_trial_at_its_time(run, moving, tmp_path):
-    write_trc(tmp_path / "part.trc", waving(range(5, 10), 10.0), 10.0)
-    ended = run("evaluate", moving, "--reference", renumbered(tmp_path / "part.trc"), "--json")
-    facts = ended.json
-    assert (facts["frames"], facts["not_tracked"]) == (5, 0)
-    assert facts["measures"]["forearms"]["mean"] < 1e-3
-    assert "row of frame 1 has the time 0.5 s, which is frame 5" in ended.err
-
-
 @pytest.mark.parametrize("kind", ["trc", "c3d", "csv", "npz"])
 def test_trajectories_of_every_kind_keep_their_rate(run, moving, tmp_path, kind):
     path, truth = tmp_path / f"mocap.{kind}", waving(range(0, 100, 5), 100.0)
@@ -106,39 +94,6 @@ def test_trajectories_of_every_kind_keep_their_rate(run, moving, tmp_path, kind)
     assert read_trajectory(path).fps == (10.0 if kind == "npz" else 20.0)
 
 
-def test_landmarks_of_one_rate_are_measured_against_those_of_another(run, tmp_path, fast):
-    slow = tmp_path / "slow.trc"
-    write_trc(slow, waving(range(10), 10.0), 10.0)
-    for one, other, frames in ((slow, fast, ":10"), (fast, slow, ":91")):
-        ended = run("evaluate", one, "--reference", other, "--json", "--frames", frames)
-        facts = ended.json
-        assert facts["measures"]["forearms"]["mean"] < 1.0
-        assert "resampled by time" in ended.err
-        assert (facts["frames"], facts["not_tracked"]) == (int(frames[1:]), 0)
-    compared = run("evaluate", slow, "--against", fast, "--json")
-    against = compared.json["against"]
-    apart = against["apart"]
-    assert (against["frames"], apart["not_tracked"]) == (10, 0)
-    assert apart["measures"]["forearms"]["mean"] < 1e-3
-    assert "the recording 10. It was resampled by time." in compared.err
-    write_landmarks(tmp_path / "bare.csv", waving(range(10), 10.0))
-    ended = run("evaluate", tmp_path / "bare.csv", "--reference", fast, "--json")
-    assert "states no rate, so frames are compared by their numbers" in ended.err
-
-
-def test_failures_angles_and_report_take_the_same_reference(run, moving, fast, tmp_path):
-    said = "it has 100 frames per second, the recording 10"
-    ended = run("evaluate", moving, "--reference", fast, "--failures", "--angles", "--json")
-    assert said in ended.err
-    assert [one for one in ended.json["failures"]["list"] if one["found"] != "signs"] == []
-    assert ended.json["angles"]["errors"]["left_elbow_flexion"]["frames"] == 10
-    page = tmp_path / "page.html"
-    ended = run("report", moving, "--reference", fast, "-o", page, "--json")
-    assert ended.status == 0, ended.err
-    assert said in ended.err
-    assert ended.json["lost_percent"] == 0.0
-
-
 def test_an_import_becomes_a_reference_at_the_recordings_frames(run, recording, fast, tmp_path):
     project = tmp_path / "p.stereotrack"
     Project.create(project, recording).close()
@@ -153,28 +108,3 @@ def test_an_import_becomes_a_reference_at_the_recordings_frames(run, recording, 
     ended = run("import", "labels", tmp_path / "late.trc", "--into", project)
     assert ended.status == 2
     assert "contains none of the frames 0 to 9 of the recording" in ended.err
-
-
-def test_a_first_pose_is_looked_up_by_time(recording, fast, tmp_path):
-    opened = open_recording(recording)
-    expected = first_pose(str(_csv(tmp_path, 10.0)), 4, opened)
-    found = first_pose(str(fast), 4, opened)
-    np.testing.assert_allclose(found.rotations, expected.rotations, atol=1e-4)
-    np.testing.assert_allclose(found.position, expected.position, atol=1e-4)
-
-
-def _csv(folder, fps):
-    write_landmarks(folder / "same.csv", waving(range(10), fps))
-    return folder / "same.csv"
-
-
-def test_a_reference_of_a_recording_with_times_of_another_rate(recording, tmp_path):
-    folder = shutil.copytree(recording, tmp_path / "copy")
-    path = folder / "reference.csv"
-    write_landmarks(path, waving(range(100), 100.0))
-    rows = [f"{row},{int(row.split(',')[0]) / 100}" for row in path.read_text().splitlines()[1:]]
-    path.write_text("\n".join(["frame,landmark,x,y,z,time", *rows]))
-    reference = open_recording(folder).reference
-    assert reference.frame.tolist() == list(range(10))
-    np.testing.assert_allclose(reference.points, waving(range(10), 10.0).points, atol=1e-6)
-    assert "it has 100 frames per second" in reference.notes[0].what

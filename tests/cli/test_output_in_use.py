@@ -34,12 +34,3 @@ def test_the_second_process_is_refused_before_it_works(run, recording, tmp_path,
     assert f"being written by process {os.getpid()} on " in ended.err
     assert "choose another output" in ended.err
     assert not list(tmp_path.iterdir())
-
-
-def test_a_folder_that_is_being_made_is_refused(run, tmp_path):
-    lock = FileLock(tmp_path / "made")
-    ended = run("simulate", tmp_path / "made", "--frames", "2")
-    lock.release()
-    assert ended.status == 2
-    assert "being written by process" in ended.err
-    assert not list(tmp_path.iterdir())

@@ -1,7 +1,6 @@
 """Presets of a person's own, given as files."""
 
 import numpy as np
-import pytest
 
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import UserPreset, preset, write_preset
@@ -23,16 +22,3 @@ def test_a_file_is_a_preset_to_track_with(run, recording, tmp_path):
     np.testing.assert_array_equal(by_file.x, by_words.x)
     changed = preset("fast").replaced(data_points=300, fit_shape=False)
     assert by_file.meta["parameters"] == changed.values()
-
-
-@pytest.mark.parametrize("command", [("track", "-o", "run.npz"), ("cloud", "--frame", "0")])
-def test_a_wrong_file_is_refused_in_one_sentence(run, recording, tmp_path, command):
-    own = tmp_path / "own.toml"
-    own.write_text("[values]\nsigma_joint = -3\n", encoding="utf-8")
-    name, *rest = command
-    more = ("-o", tmp_path / "cloud.ply") if name == "cloud" else ()
-    ended = run(name, recording, "--preset", own, *rest, *more)
-    assert ended.status == 2
-    assert "own.toml, sigma_joint: -3 is not a valid value" in ended.err
-    assert "Traceback" not in ended.err
-    assert ended.out == ""

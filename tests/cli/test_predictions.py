@@ -61,33 +61,3 @@ def test_predictions_are_kept_counted_and_written(run, project, file, tmp_path):
     assert removed.json == {"removed": 3}
     with Project.open(project, read_only=True) as opened:
         assert opened.keypoints.sources() == {}
-
-
-def test_predictions_are_proposed_where_nobody_has_clicked(run, project, file):
-    with file.open("a") as table:
-        table.write("0,N,left_elbow,10.0,10.0,0.9,0\n0,N,left_ear,1,1,1,0\n0,N,right_ear,3,1,1,0\n")
-    ended = run("import", "predictions", file, "--into", project, "--propose", "--json")
-    assert ended.status == 0, ended.err
-    assert ended.json["proposed"] == 4
-    with Project.open(project, read_only=True) as opened:
-        found = {one.landmark: one for one in opened.predictions.at(0)}
-        assert opened.clicks.count() == 0
-    assert set(found) == {"left_elbow", "left_hand", "head"}
-    assert found["head"].position == (2.0, 1.0)
-    x, y = found["left_hand"].position
-    assert x > 10.3
-    assert 23.0 < y < 26.0
-    assert found["left_hand"].sigma > found["left_elbow"].sigma
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--predictions", "--format", "csv"), "no keypoints of any detector"),
-        (("--predictions", "--format", "dlc"), "cannot be exported as dlc"),
-    ],
-)
-def test_what_is_not_there_is_said(run, project, tmp_path, arguments, words):
-    ended = run("export", project, *arguments, "-o", tmp_path / "out.csv")
-    assert ended.status == 2
-    assert words in ended.err

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 from argparse import SUPPRESS
 from pathlib import Path
 from types import SimpleNamespace
@@ -98,14 +97,6 @@ def test_errors_become_a_sentence_and_a_status(run, monkeypatch, error, status, 
     assert "Traceback" not in ended.err
 
 
-def test_debug_shows_the_traceback(run, monkeypatch):
-    failing(monkeypatch, ZeroDivisionError("by zero"))
-    ended = run("fail", "--debug")
-    assert ended.status == 1
-    assert "Traceback" in ended.err
-    assert "test_program.py" in ended.err
-
-
 def test_start_is_light():
     heavy = "{'cv2', 'scipy', 'numba', 'rich.table', 'av', 'PySide6', 'ezc3d'}"
     code = (
@@ -175,30 +166,6 @@ def test_on_a_terminal_it_is_said_how_to_stop_at_once(monkeypatch):
             os.kill(os.getpid(), signal.SIGINT)
         terminal.close()
         assert screen.read() == "\nStopping; Ctrl-C once more stops at once.\n"
-
-
-def test_stoppable_outside_the_main_thread():
-    answers = []
-
-    def work():
-        with stoppable() as stopped:
-            answers.append(stopped())
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert answers == [False]
-
-
-def test_an_interrupt_while_the_program_is_being_loaded_leaves_no_traceback(monkeypatch, capsys):
-    from app.__main__ import main
-
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("stereotrack_core.program.main", interrupted)
-    assert main(["info", "anything"]) == 1
-    assert capsys.readouterr().err == "Stopped.\n"
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,11 +1,9 @@
 """``stereotrack project create``: a project without the window."""
 
 import shutil
-from dataclasses import replace
 
 import pytest
 
-from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.project.project import Project
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -23,14 +21,6 @@ def test_a_project_of_a_recording(run, recording, tmp_path):
     ended = run("project", "create", there, "-o", path)
     assert (ended.status, "such a file already" in ended.err) == (2, True)
     assert run("project", "create", there, "--json").json["project"].endswith("walk-2.stereotrack")
-
-
-def test_other_landmarks(run, recording, tmp_path):
-    own = tmp_path / "own.toml"
-    write_landmark_set(own, replace(NINE, name="hands", landmarks=NINE.landmarks[4:6]))
-    path = tmp_path / "a.stereotrack"
-    ended = run("project", "create", recording, "-o", path, "--landmarks", own, "--json")
-    assert ended.json["landmarks"] == ["left_hand", "right_hand"]
 
 
 def test_refusals(run, recording, tmp_path):

@@ -55,8 +55,6 @@ def test_lengths_are_printed_and_written_as_a_subject_file(folder, tmp_path, cap
     ("more", "word"),
     [
         (["--frames", "0:2"], "elbows"),
-        (["-o", "subject.csv"], ".toml"),
-        (["--seed", "-1"], "is less than 0"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(folder, capsys, more, word):

@@ -1,18 +1,13 @@
 """``stereotrack report``: one page that stands alone, and a PDF."""
 
-import dataclasses
 import re
 import shutil
 
-import numpy as np
 import pytest
 
-from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
-from stereotrack_core.recording.folder import open_recording
 from tests.cli.conftest import WINDOW
 
 SECTIONS = (
@@ -61,31 +56,10 @@ def test_the_pdf_has_pages(pages):
     assert b"%%EOF" in data[-64:]
 
 
-def test_a_reference_that_states_its_uncertainty_is_told(run, recording, tracked, tmp_path):
-    truth = open_recording(recording).reference
-    frames = len(truth.frame)
-    states = Reference(
-        truth.frame, truth.points, np.tile(1e-4 * np.eye(3), (frames, 9, 1, 1)),
-        np.full((frames, 6), 2.3), np.arange(frames) > 7,
-    )  # fmt: skip
-    write_reference(tmp_path / "good.npz", states)
-    page = tmp_path / "r.html"
-    ended = run(
-        "report", tracked, "-o", page, "--reference", tmp_path / "good.npz", "--frames", "2:9"
-    )
-    assert ended.status == 0, ended.err
-    text = page.read_text("utf-8")
-    assert "reference uncertainty 2.3" in text
-    assert "7 frames, of which 1 were not annotated" in text
-    assert "frames 2 to 8" in text
-
-
 def test_without_the_recording_there_is_still_a_report(run, recording, tracked, tmp_path):
     moved = tmp_path / "elsewhere" / "run.npz"
     moved.parent.mkdir()
     from dataclasses import replace
-
-    from stereotrack_core.interop.run_npz import write_npz
 
     stored = read_npz(tracked)
     write_npz(moved, replace(stored, meta={**stored.meta, "recording_folder": "/gone/from/here"}))
@@ -131,13 +105,3 @@ def test_what_cannot_be_is_said_in_one_sentence(run, tracked, tmp_path, monkeypa
     assert ended.err.startswith("stereotrack: ")
     assert "Traceback" not in ended.err
     assert not list(tmp_path.iterdir())
-
-
-def test_a_preset_of_ones_own_is_not_said_to_be_ours(run, tracked, tmp_path):
-    stored = read_npz(tracked)
-    meta = {**stored.meta, "preset": "evening"}
-    write_npz(tmp_path / "own.npz", dataclasses.replace(stored, meta=meta))
-    assert run("report", tmp_path / "own.npz", "-o", tmp_path / "own.html").status == 0
-    page = (tmp_path / "own.html").read_text("utf-8")
-    assert "All parameters as in preset" not in page
-    assert "preset evening, which is not built in" in page

@@ -7,19 +7,14 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from stereotrack_core import locks
-from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import sweep
-from stereotrack_core.counting import in_words
-from stereotrack_core.errors import InputError
-from stereotrack_core.locks import FileLock, is_held
+from stereotrack_core.locks import is_held
 from stereotrack_core.program import main
-from stereotrack_core.study.store import Store, journal_of, stored_results
+from stereotrack_core.study.store import journal_of, stored_results
 from tests.study.conftest import InThisProcess
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -86,14 +81,11 @@ def test_the_same_command_computes_nothing_and_more_computes_the_rest(run, recor
     assert "best fps first" in table.out
 
 
-def test_a_list_names_its_points_and_failures_their_words(run, recording, tmp_path, here):
-    points = tmp_path / "points.csv"
-    points.write_text("iterations,views\n2,N\n,S\n")
-    table = tmp_path / "list.csv"
-    command = ("sweep", recording, *QUICK, "--list", points, "-o", table, "--workers", 1)
+def test_results_that_failed_are_tried_again(run, recording, tmp_path, here):
+    table = tmp_path / "two.csv"
+    grid = ("--grid", "iterations=2,3", "--views", "N")
+    command = ("sweep", recording, *QUICK, *grid, "-o", table, "--workers", 1)
     assert run(*command).status == 0
-    assert [(row["iterations"], row["views"]) for row in rows_of(table)] == [("2", "N"), ("", "S")]
-    # a result that failed in an earlier command is tried again
     journal = journal_of(table)
     lines = journal.read_text().splitlines()
     spoilt = {**json.loads(lines[0]), "status": "failed", "error": "no room", "measures": {}}
@@ -167,30 +159,6 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
     assert len(identities) == len(set(identities)) == 8, "nothing was computed twice"
 
 
-def children_of(pid):
-    """Numbers of the processes that a process has started; empty once it has ended."""
-    found = []
-    for task in Path(f"/proc/{pid}/task").glob("*/children"):
-        with suppress(OSError):
-            found += map(int, task.read_text().split())
-    return found
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc")
-def test_no_process_of_a_sweep_outlives_the_command_that_is_killed(recording, tmp_path):
-    process = started(recording, tmp_path / "sweep.csv", "--workers", 2)
-    wait_for_results(process, tmp_path / "sweep.csv")
-    children = children_of(process.pid)
-    assert len(children) >= 2
-    process.kill()
-    process.communicate()
-    until = time.monotonic() + 60
-    while left := [pid for pid in children if Path(f"/proc/{pid}").exists()]:
-        assert time.monotonic() < until, left
-        time.sleep(0.02)
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -199,14 +167,10 @@ def test_no_process_of_a_sweep_outlives_the_command_that_is_killed(recording, tm
             ("--grid", "iterations=2", "--search", "max_correspondence_distance=0.1:0.2"),
             "Use only one",
         ),
-        (("--workers", "0"), "less than 1"),
         (("--workers", "2", "--scheduler", "tcp://a:1"), "one of them"),
         (("--minimise", "beauty"), "unknown measure"),
         (("--grid", "views=NX"), "no view"),
         (("--seeds", "0,0"), "list of seeds"),
-        (("--set", "iterations=many"), "whole number"),
-        (("--list", "none.csv"), "no such file"),
-        (("-o", "sweep.txt"), "must end in .csv"),
         (("--keypoints", "a.csv", "--keypoints", "b.csv"), "2 times for 1 recording"),
     ],
 )
@@ -218,44 +182,6 @@ def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, wo
     assert not list(tmp_path.iterdir())
 
 
-def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_path, monkeypatch):
-    table = tmp_path / "sweep.csv"
-    asking = FileLock(table)
-    waited = []
-
-    def answered_meanwhile(seconds):
-        waited.append(seconds)
-        asking.release()
-
-    monkeypatch.setattr(locks.time, "sleep", answered_meanwhile)
-    with Store(table):
-        pass
-    assert len(waited) == 1
-
-
-def test_what_a_killed_sweep_left_half_written_is_cleared_away(tmp_path):
-    table = tmp_path / "mein [1] sweep.csv"
-    with replacing(table) as left:
-        pass
-    table.unlink()
-    left.touch()
-    others = [tmp_path / ".mein [1] sweep-1.csv", tmp_path / "other.csv"]
-    for path in others:
-        path.touch()
-    with Store(table):
-        pass
-    assert not left.exists()
-    assert all(path.exists() for path in others)
-
-
-def test_a_sweep_that_cannot_begin_leaves_no_lock(tmp_path):
-    table = tmp_path / "sweep.csv"
-    journal_of(table).mkdir()
-    with pytest.raises(InputError, match="this is a folder"):
-        Store(table)
-    assert not is_held(table, unsure=False)
-
-
 def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_path):
     table = tmp_path / "mine.csv"
     table.write_text("a,b\n1,2\n")
@@ -264,11 +190,3 @@ def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_p
     assert "not a sweep table" in ended.err
     assert table.read_text() == "a,b\n1,2\n"
     assert run("sweep", recording, recording, *QUICK, "-o", tmp_path / "a.csv").status == 2
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(0.2, "under a second"), (40, "40 s"), (700, "12 min"), (12600, "3.5 h"), (2e5, "2.3 days")],
-)
-def test_times_are_said_in_words(seconds, words):
-    assert in_words(seconds) == words

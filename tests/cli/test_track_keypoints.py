@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.run_npz import read_npz, write_npz
-from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.project.project import Project
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.tracking import detecting
-from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
@@ -55,43 +48,6 @@ def test_a_file_and_a_project_give_the_same_run(run, mono, tmp_path):
     assert "the run used keypoints of simulated" in run(*again).err
 
 
-def test_what_the_detector_saw_is_taken_from_the_run(run, mono, tmp_path, monkeypatch):
-    monkeypatch.setattr(detecting, "is_installed", lambda: False)
-    folder, _ = mono
-    seen = simulated_keypoints(truth(), open_recording(folder).cameras, KeypointErrors(noise=0.3))
-    detected = replace(seen, source=np.full(len(seen), DETECTOR_NAME))
-    first, again = tmp_path / "first.npz", tmp_path / "again.npz"
-    spec = RunSpec(preset("accurate"), frames=range(4), keypoints=detected)
-    write_npz(first, track(open_recording(folder), spec))
-    ended = run("track", folder, "-o", again, "--like", first)
-    assert ended.status == 0, ended.err
-    assert f"taken from {first}; nothing is detected" in ended.err
-    assert "bit-identical in all 4 frames" in ended.err
-    ended = run("track", folder, "-o", tmp_path / "more.npz", "--like", first, "--frames", "2:6")
-    assert ended.status != 0
-    assert "nothing is detected" not in ended.err
-
-
-def test_keypoints_that_disagree_with_the_body_are_named(run, mono, tmp_path):
-    folder, file = mono
-    lines = file.read_text().splitlines()
-    moved = []
-    for line in lines:
-        cells = line.split(",")
-        if cells[1:3] == ["N", "left_elbow"]:
-            cells[3] = str(float(cells[3]) + 40.0)
-        moved.append(",".join(cells))
-    file.write_text("\n".join(moved) + "\n")
-    out = tmp_path / "run.npz"
-    ended = run("track", folder, "-o", out, "--keypoints", file, "--json")
-    assert ended.status == 0, ended.err
-    [warning] = ended.json["warnings"]
-    assert "left_elbow in N (100 %, median 4" in warning
-    assert warning.count(" px)") == 1
-    assert "keypoints disagree with the body" in ended.err
-    assert read_npz(out).meta["warnings"] == [warning]
-
-
 def test_one_of_two_people_is_tracked_by_name(run, mono, tmp_path):
     folder, file = mono
     header, *lines = file.read_text().splitlines()
@@ -114,15 +70,6 @@ def test_one_of_two_people_is_tracked_by_name(run, mono, tmp_path):
     assert "patient, therapist" in nobody.err
     alone = run("track", folder, "-o", tmp_path / "a.npz", "--layout", "coco17")
     assert "Give the keypoints with --keypoints" in alone.err
-
-
-def test_what_cannot_be_followed_is_said(run, mono, tmp_path):
-    folder, file = mono
-    out = ("-o", tmp_path / "run.npz")
-    assert "stereotrack track --keypoints" in run("track", folder, *out).err
-    thesis = run("track", folder, *out, "--keypoints", file, "--preset", "thesis")
-    assert thesis.status == 2
-    assert "this preset does not use keypoints" in thesis.err
 
 
 def test_a_sweep_follows_keypoints(run, mono, tmp_path):

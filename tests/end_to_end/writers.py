@@ -18,7 +18,7 @@ from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.demo import copied_demo
-from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
+from stereotrack_core.evaluation.failure_segments.export import write_strips
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
@@ -126,10 +126,6 @@ class Things:
     def picture(self) -> np.ndarray:
         """Noise, which nothing makes smaller."""
         return np.random.default_rng(1).integers(0, 256, (96, 128), dtype=np.uint8)
-
-
-def _film(path: Path, things: Things) -> None:
-    film_of(path, things.judged, things.recording, find_failures(things.judged))
 
 
 def _strips(folder: Path, things: Things) -> None:
@@ -263,7 +259,6 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "trace.csv": lambda path, things: write_trace(path, things.trace, 0),
     "picture.png": lambda path, things: write_png(path, things.picture),
     "video.mp4": _video,
-    "film.mp4": _film,
     "curves.png": _curves,
     "curves.svg": _curves,
     "curves.pdf": _curves,

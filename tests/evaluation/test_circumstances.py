@@ -8,12 +8,11 @@ import pytest
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.pose import hanging_pose, t_pose
+from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.circumstances import (
     circumstances_of,
-    limb_ends,
     seen_shares,
     views_that_see,
 )
@@ -71,15 +70,6 @@ def test_speeds_are_those_of_far_ends_and_do_not_cross_gaps():
     assert np.isnan(unknown[0])
 
 
-def test_limbs_end_where_landmarks_are():
-    points = landmarks(BODY, hanging_pose(HIPS))[None]
-    ends = limb_ends(points)
-    np.testing.assert_allclose(ends[0, limb("torso"), 0], HIPS, atol=1e-12)
-    np.testing.assert_array_equal(
-        ends[0, limb("left_forearm"), 1], points[0, LANDMARKS.index("left_hand")]
-    )
-
-
 def test_an_arm_behind_the_torso_is_not_seen_from_the_front():
     points = landmarks(BODY, t_pose(HIPS))
     open_arms = seen_shares(BODY, t_pose(HIPS), (NORTH, EAST))
@@ -91,13 +81,6 @@ def test_an_arm_behind_the_torso_is_not_seen_from_the_front():
     behind = seen_shares(BODY, pose_of_landmarks(points), (NORTH,))
     assert behind[0, limb("left_forearm")] < 0.4  # only the elbow looks out
     assert behind[0, limb("right_forearm")] > 0.9
-
-
-def test_what_is_outside_the_image_is_not_seen():
-    narrow = camera((0, 3, 1.2), width=120)
-    shares = seen_shares(BODY, t_pose(HIPS), (narrow,))
-    assert shares[0, limb("left_forearm")] == 0.0
-    assert shares[0, limb("head")] > 0.9
 
 
 def test_views_are_counted_frame_by_frame_and_the_work_can_be_stopped():

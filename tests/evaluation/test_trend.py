@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.circumstances import LEAST, trend
+from stereotrack_core.evaluation.circumstances import trend
 
 
 def test_a_line_is_followed_though_one_value_in_ten_is_wild():
@@ -20,22 +20,6 @@ def test_a_line_is_followed_though_one_value_in_ten_is_wild():
     assert (found.median <= found.high).all()
     assert (np.diff(found.x) >= 0).all()
     assert (found.count == 90).all()
-
-
-def test_a_few_different_places_have_a_median_each():
-    x = np.repeat([1.0, 2.0, 4.0], [30, 20, 3])
-    y = np.concatenate([np.arange(30.0), np.full(20, 7.0), np.full(3, 9.0)])
-    found = trend(x, y)
-    np.testing.assert_array_equal(found.x, [1, 2])  # three values are too few to say anything
-    np.testing.assert_array_equal(found.median, [14.5, 7])
-    np.testing.assert_array_equal(found.count, [30, 20])
-
-
-def test_too_few_values_have_no_curve():
-    x = np.arange(LEAST - 1.0)
-    assert len(trend(x, x).x) == 0
-    assert len(trend(np.full(50, np.nan), np.arange(50.0)).x) == 0
-    assert len(trend(np.arange(float(LEAST)), np.arange(float(LEAST))).x) == 1
 
 
 @given(st.lists(st.tuples(st.floats(0, 9), st.floats(0, 180)), max_size=80))

@@ -73,19 +73,7 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = (
-    *(
-        "cluster",
-        "completion",
-        "deeplabcut",
-        "detect",
-        "movement",
-        "parquet",
-        "rerun",
-        "search",
-    ),
-    "sleap",
-)
+CHOSEN = (*("cluster", "deeplabcut", "detect", "movement", "rerun", "search", "sleap"),)
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_gain_and_gamma_change_the_brightness(plain):
     np.testing.assert_allclose(bent, 255 * (expected / 255) ** 0.6, atol=6.0)
 
 
-def test_exposure_flicker_and_bands_change_in_time_and_over_rows():
+def test_exposure_and_flicker_change_in_time():
     made = disturbed("exposure=0.3", frames=200)
     left, right = (np.array([grey(made, name, k)[0, 0] for k in range(200)]) for name in PAIR)
     np.testing.assert_allclose([left.min(), left.max()], [0.7, 1.3], atol=0.01)
@@ -59,11 +59,6 @@ def test_exposure_flicker_and_bands_change_in_time_and_over_rows():
     np.testing.assert_array_equal(left, right)
     assert 0.12 < np.abs(left - 1).max() <= 0.1501
     assert np.abs(np.diff(left)).mean() > 0.05
-    made = disturbed("bands=0.2")
-    rows, later = grey(made, "N_left", 0)[:, 0], grey(made, "N_left", 8)[:, 0]
-    np.testing.assert_allclose([rows.min(), rows.max()], [0.8, 1.2], atol=0.01)
-    assert 5 <= np.count_nonzero(np.diff(np.sign(rows - 1))) <= 8
-    assert np.abs(rows - later).max() > 0.1
 
 
 def test_noise_and_blur_are_added_to_those_of_the_sensor(plain):
@@ -149,28 +144,6 @@ def test_rows_of_the_left_pictures_are_off_with_those_of_the_empty_scene(plain):
     np.testing.assert_allclose(moved(*empty), [0, 0.7], atol=0.1)
 
 
-def test_dirt_and_glare_change_a_spot_and_only_dirt_was_there_before(plain):
-    for kind, brighter in (("dirt", False), ("glare=4", True)):
-        made = disturbed(kind)
-        ratio = (picture(made, "N_left") + 1) / (picture(plain, "N_left") + 1)
-        changed = ratio > 1.1 if brighter else ratio < 0.9
-        assert 0.02 < changed.mean() < 0.3
-        assert np.median(ratio) == pytest.approx(1.0, abs=0.05)
-        empty = [s.renderers["N_left"].background().astype(float) for s in (plain, made)]
-        assert (np.abs(empty[1] - empty[0]).max() > 20) == (not brighter)
-
-
-def test_views_repeat_frames_each_for_itself():
-    made = disturbed("doubled=0.5", frames=200)
-    back = {
-        c: [k - made.disturber.instant(c, made.cameras, k) for k in range(1, 200)]
-        for c in (*PAIR, "O_left")
-    }
-    assert set(back["N_left"]) == {0, 1}
-    assert 0.4 < np.mean(back["N_left"]) < 0.6
-    assert back["N_left"] == back["N_right"] != back["O_left"]
-
-
 def test_a_bump_turns_the_first_view_from_half_time_on(plain):
     made = disturbed("bump=2")
     for name in (*PAIR, "O_left", "O_right"):
@@ -207,7 +180,7 @@ def test_the_last_view_is_late_and_strong_compression_makes_small_files(tmp_path
 
 
 def test_pictures_depend_on_the_seed_alone_and_empty_scenes_stay(tmp_path):
-    every = ",".join(name for name in KINDS if name not in {"rows", "dirt", "passer"})
+    every = ",".join(name for name in KINDS if name not in {"rows", "passer"})
     few = {"frames": 2, "views": "N"}
     one, again, other = (
         made_recording(tmp_path / name, every, seed, **few)

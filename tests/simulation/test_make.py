@@ -74,14 +74,6 @@ def test_colour_recording_without_backgrounds(tmp_path):
     assert not list((tmp_path / "c").glob("*.png"))
 
 
-def test_progress_is_told_frame_by_frame(tmp_path):
-    told = []
-    simulate(
-        tmp_path / "r", Simulation(**TINY), on_progress=lambda done, of: told.append((done, of))
-    )
-    assert told == [(1, 3), (2, 3), (3, 3)]
-
-
 def test_stopping_leaves_nothing_behind(tmp_path):
     told = []
     with pytest.raises(Cancelled):
@@ -116,10 +108,4 @@ def test_an_empty_folder_is_filled_and_a_full_one_refused(tmp_path):
 def test_wrong_wishes_are_refused_and_leave_nothing(tmp_path, wrong, where):
     with pytest.raises(InputError, match=where):
         simulate(tmp_path / "r", Simulation(**wrong))
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_odd_size_is_refused_and_leaves_nothing(tmp_path):
-    with pytest.raises(InputError, match="even"):
-        simulate(tmp_path / "r", Simulation(frames=1, views="N", options=SMALL.replaced(width=161)))
     assert list(tmp_path.iterdir()) == []

@@ -3,11 +3,10 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.simulation.keyed import KeyedWay
-from stereotrack_core.simulation.motions import MOTIONS, T_POSE, motion_names
+from stereotrack_core.simulation.motions import MOTIONS, Part, motion_names, scheduled
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Posture, state_of
-from stereotrack_core.simulation.skeleton import difference, landmarks, minimum_jerk, posed_bones
+from stereotrack_core.simulation.skeleton import BONE, SIDES, SIGN, landmarks, posed_bones
 from tests.simulation.scenes import chain
 
 P2 = PEOPLE["P2"]
@@ -15,13 +14,6 @@ P2 = PEOPLE["P2"]
 
 def points_of(states):
     return np.array([landmarks(P2, posed_bones(P2, state)) for state in states])
-
-
-def test_required_motions_are_there():
-    assert set(MOTIONS) >= {
-        "t-pose", "whip", "travolta", "tie-shoes", "cross-arms", "arms-at-sides", "walk", "point",
-        "shrug", "reach",
-    }  # fmt: skip
 
 
 def test_chain_begins_with_a_t_pose_and_fills_the_frames():
@@ -33,24 +25,12 @@ def test_chain_begins_with_a_t_pose_and_fills_the_frames():
     assert all(a.end <= b.first for a, b in zip(made.segments, made.segments[1:], strict=False))
 
 
-def test_chain_without_t_pose_begins_with_the_motion():
-    made = chain(P2, ("point",), 20, fps=10, t_pose_first=False)
-    assert [s.name for s in made.segments] == ["point"]
-
-
 @pytest.mark.parametrize("name", MOTIONS)
 def test_nothing_jumps_at_full_pace(name):
     frames = int(MOTIONS[name].seconds * 10) + 40
     speed = np.linalg.norm(np.diff(points_of(chain(P2, (name,), frames, fps=10).states), axis=0),
                            axis=2)  # fmt: skip
     assert speed.max() < 0.40
-
-
-def test_slower_pace_moves_less_from_frame_to_frame():
-    fast = points_of(chain(P2, ("travolta",), 60, fps=10).states)
-    slow = points_of(chain(P2, ("travolta",), 180, fps=10, pace=1 / 3).states)
-    fastest = [np.linalg.norm(np.diff(p, axis=0), axis=2).max() for p in (fast, slow)]
-    assert fastest[1] < 0.5 * fastest[0]
 
 
 def test_arms_really_cross():
@@ -88,16 +68,85 @@ def test_unknown_motion_is_named_with_what_would_be_right():
         motion_names("t-pose+dance")
 
 
-def test_keyed_way_passes_its_keys_and_does_not_overshoot():
-    keys = [state_of(P2, posture) for posture in (T_POSE, Posture(drop=0.2), Posture(drop=0.05))]
-    way = KeyedWay(np.array([0.0, 1.0, 1.5]), keys)
-    for time, key in zip((0.0, 1.0, 1.5), keys, strict=True):
-        np.testing.assert_allclose(difference(way.at(time), key), 0, atol=1e-7)
-    heights = [way.at(t).position[2] for t in np.linspace(0, 1.5, 60)]
-    assert min(heights) >= keys[1].position[2] - 1e-9
+def test_parts_stand_where_they_were_put():
+    parts = (Part("opening", "t-pose", 3, 5), Part("blow", "whip", 20, 10))
+    made = scheduled(P2, parts, 40)
+    assert len(made.states) == 40
+    assert [(s.name, s.first, s.end) for s in made.segments] == [
+        ("opening", 3, 8),
+        ("blow", 20, 30),
+    ]
+    points = points_of(made.states)
+    assert np.array_equal(points[0], points[3])
+    assert np.array_equal(points[29], points[39])
 
 
-def test_minimum_jerk_starts_and_ends_at_rest():
-    assert minimum_jerk(0.0) == 0.0
-    assert minimum_jerk(1.0) == 1.0
-    assert minimum_jerk(1e-3) < 1e-7
+@pytest.mark.parametrize(
+    "parts",
+    [
+        (),
+        (Part("a", "whip", 0, 30), Part("b", "whip", 29, 10)),
+        (Part("a", "whip", 0, 1),),
+        (Part("a", "handstand", 0, 10),),
+    ],
+)
+def test_what_cannot_be_is_refused(parts):
+    with pytest.raises(InputError):
+        scheduled(P2, parts, 50)
+
+
+def test_arms_are_crossed_for_fifty_frames():
+    part = Part("cross-arms", "hold-arms-crossed", 0, 130)
+    points = points_of(scheduled(P2, (part,), 130).states)
+    left, right = points[:, 4], points[:, 5]  # hands
+    crossed = left[:, 0] > right[:, 0]
+    assert 40 <= crossed.sum() <= 70
+    assert crossed[70:110].all()
+
+
+ON_THEIR_OWN = ("shrug", "reach")
+
+
+def clavicle_angles(person, states):
+    """Elevation and protraction against the chest at rest, (frames, 2, 2) degrees."""
+    rows = []
+    for state in states:
+        bones = posed_bones(person, state)
+        for name, s in zip(SIDES, SIGN, strict=True):
+            axis = bones.rotation[BONE["chest"]].T @ bones.rotation[BONE[f"clavicle_{name}"]][:, 0]
+            rows.append((np.arcsin(s * axis[2]), np.arctan2(s * axis[1], axis[0])))
+    return np.degrees(rows).reshape(-1, 2, 2)
+
+
+@pytest.mark.parametrize("who", PEOPLE.values(), ids=PEOPLE)
+def test_lifted_shoulders_rise_by_some_centimetres_and_take_the_hands_along(who):
+    resting, lifted = (state_of(who, Posture(lifted=(up, up))) for up in (0.0, 27.0))
+    before, after = (landmarks(who, posed_bones(who, state)) for state in (resting, lifted))
+    rise = after[:, 2] - before[:, 2]
+    assert (rise[:2] > 0.06).all()
+    assert (rise[:2] < 0.09).all()
+    np.testing.assert_allclose(rise[2:6], rise[[0, 1, 0, 1]], atol=0.012)
+    np.testing.assert_allclose(after[6:], before[6:], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in MOTIONS if name not in ON_THEIR_OWN])
+def test_nobody_moves_the_shoulders_unasked(name):
+    states = MOTIONS[name].states(P2, 25)
+    assert not any(state.girdle.any() for state in states)
+    elevation, protraction = np.moveaxis(clavicle_angles(P2, states), -1, 0)
+    assert elevation.min() > -6.1
+    assert elevation.max() < 10.1
+    assert np.abs(protraction).max() < 9.1
+
+
+def test_a_shrug_lifts_both_then_one_then_the_other_and_goes_round():
+    angles = clavicle_angles(P2, MOTIONS["shrug"].states(P2, 105))
+    rise = angles[..., 0] - angles[0, :, 0]
+    assert rise[14].min() > 25
+    assert rise[35, 0] > 25 > 0 > rise[35, 1]
+    assert rise[58, 1] > 25 > 0 > rise[58, 0]
+    forward = angles[70:, :, 1] - angles[0, :, 1]
+    assert (forward.min(axis=0) < -11).all()
+    assert (forward.max(axis=0) > 14).all()
+    assert (forward.argmin(axis=0) < forward.argmax(axis=0)).all()
+    assert (rise[70:].min(axis=0) < -4).all()

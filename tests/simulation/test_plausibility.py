@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.simulation.materials import STRONG, Material, material_table
-from stereotrack_core.simulation.motions import T_POSE
-from stereotrack_core.simulation.postures import Stand, state_of
-from stereotrack_core.simulation.render import Posed
 from stereotrack_core.simulation.shading import SHIRT, SLEEVE, TROUSERS
-from stereotrack_core.simulation.skeleton import posed_bones
 from tests.simulation.scenes import scene
 
 FULL = {"width": 640, "height": 480, "focal": 400.0}
@@ -60,20 +56,6 @@ def test_half_to_nine_tenths_of_textured_clothes_are_matched(clothes):
     assert 0.5 < inner < 0.9
 
 
-def test_less_than_three_tenths_of_plain_clothes_are_matched():
-    whole, inner = shares("plain", "P2")
-    assert inner < 0.3
-    assert whole < shares("strong", "P2")[0] - 0.15
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("person", ["P1", "P3", "P4"])
-def test_shares_hold_for_everybody(person):
-    assert 0.5 < shares("strong", person)[1] < 0.93
-    assert 0.5 < shares("striped", person)[1] < 0.93
-    assert shares("plain", person)[1] < 0.3
-
-
 def test_matches_lie_on_the_surface():
     """With cloth that leaves no doubt the disparity is that of the geometry, without bias."""
     made = scene("P4", ("t-pose",), 2, ("N", "S"), gain_difference=0.0, noise=0.5, **FULL)
@@ -84,48 +66,3 @@ def test_matches_lie_on_the_surface():
         error = (found - truth)[cloth]
         assert abs(np.median(error)) < 0.06
         assert np.percentile(np.abs(error), 90) < 0.4
-
-
-def test_halo_is_about_half_a_window_wide():
-    made = scene("P2", ("t-pose",), 2, ("N", "O"), **FULL)
-    widths = []
-    for found, truth, stuff in measured(made, (0,)):
-        person = (stuff >= 0).astype(np.uint8)
-        around = np.ones((31, 31), np.uint8)
-        nearest = cv2.dilate(np.where(person, truth, 0).astype(np.float32), around)
-        halo = (person == 0) & (np.abs(found - nearest) < 1.5) & (found > truth + 1.5)
-        widths.append(cv2.distanceTransform(1 - person, cv2.DIST_L2, 5)[halo])
-    widest = np.percentile(np.concatenate(widths), 95)
-    assert WINDOW / 4 < widest < WINDOW
-
-
-def range_noise(made, away):
-    """Standard deviation in metres over pictures of the same scene that differ in noise.
-
-    The print of the cloth grows with the distance, so that it looks the same in pixels.
-    """
-    person = made.actor.person
-    camera = made.cameras["N_left"]
-    forward = -camera.position_world[:2] / np.linalg.norm(camera.position_world[:2])
-    state = state_of(person, T_POSE, Stand(camera.position_world[:2] + away * forward))
-    materials = made.actor.materials.copy()
-    materials[:, 7] *= away / 3.0
-    dressed = dataclasses.replace(made.actor, materials=materials)
-    people = [Posed(dressed, *dressed.posed(posed_bones(person, state)))]
-    seen = made.renderers["N_left"].seen(people)
-    found = [
-        matched(*(made.picture(f"N_{side}", people, frame) for side in ("left", "right")))
-        for frame in range(4)
-    ]
-    cloth = np.isin(seen.stuff, (SHIRT, SLEEVE, TROUSERS))
-    for disparity in found:
-        cloth &= np.abs(disparity - FOCAL_TIMES_BASELINE / seen.depth) < 1.0
-    ranges = np.array([FOCAL_TIMES_BASELINE / disparity[cloth] for disparity in found])
-    return ranges.std(axis=0, ddof=1).mean(), seen.depth[cloth].mean()
-
-
-def test_noise_of_the_range_grows_with_the_square_of_the_distance():
-    made = scene("P2", ("t-pose",), 2, ("N",), furnished=False, **FULL)
-    noise, depth = np.array([range_noise(made, away) for away in (1.8, 2.6, 3.6, 5.0)]).T
-    exponent = np.polyfit(np.log(depth), np.log(noise), 1)[0]
-    assert 1.5 < exponent < 2.5

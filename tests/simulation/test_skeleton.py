@@ -9,10 +9,7 @@ from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Arm, Posture, Stand, state_of
 from stereotrack_core.simulation.skeleton import (
     BONE,
-    between,
-    difference,
     landmarks,
-    moved,
     posed_bones,
 )
 
@@ -77,30 +74,3 @@ def test_ankles_are_where_they_are_to_be(who, how, where):
     bones = posed_bones(who, state)
     feet = bones.joint[[BONE["foot_left"], BONE["foot_right"]]]
     np.testing.assert_allclose(feet, state.ankles, atol=1e-6)
-
-
-@settings(max_examples=40, deadline=None)
-@given(person, posture, posture, stand)
-def test_step_between_two_states_leads_from_one_to_the_other(who, how, then, where):
-    a, b = state_of(who, how), state_of(who, then, where)
-    np.testing.assert_allclose(difference(moved(a, difference(a, b)), b), 0, atol=1e-7)
-    half = between(a, b, 0.5)
-    np.testing.assert_allclose(half.position, (a.position + b.position) / 2)
-    np.testing.assert_allclose(half.girdle, (a.girdle + b.girdle) / 2)
-
-
-def test_shoulders_rise_a_little_with_raised_arms():
-    who = PEOPLE["P2"]
-    up = Arm((0.2, 0.1, 0.95), (1.0, 0.0, 0.0))
-    lifted = named(landmarks(who, posed_bones(who, state_of(who, Posture(up, up)))))
-    hanging = named(landmarks(who, posed_bones(who, state_of(who, Posture()))))
-    rise = lifted["left_shoulder"][2] - hanging["left_shoulder"][2]
-    assert 0.02 < rise < 0.08
-
-
-def test_hand_lies_in_the_middle_between_wrist_and_fingertip():
-    who = PEOPLE["P1"]
-    bones = posed_bones(who, state_of(who, T_POSE))
-    at = named(landmarks(who, bones))
-    wrist_to_hand = np.linalg.norm(at["right_hand"] - bones.joint[BONE["hand_right"]])
-    assert wrist_to_hand == pytest.approx(who.hand / 2)

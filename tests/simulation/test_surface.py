@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.skeleton import rest_joints
-from stereotrack_core.simulation.surface import Flesh, flesh_distance, rest_surface
+from stereotrack_core.simulation.surface import rest_surface
 
 Surface = namedtuple("Surface", "vertices normals triangles")
 
@@ -52,17 +52,3 @@ def test_person_is_as_tall_as_said_and_stands_on_the_floor(person, surface):
     assert surface.vertices[:, 2].min() == pytest.approx(0.0, abs=0.015)
     reach = rest_joints(person)[:, 0].max() + person.hand
     assert surface.vertices[:, 0].max() == pytest.approx(reach, abs=0.02)
-
-
-def test_round_cone_has_the_distance_of_a_ball_where_it_is_one():
-    centre = np.array([0.1, -0.2, 0.3])
-    ball = Flesh(centre, 0.05, centre, 0.05)
-    points = np.random.default_rng(0).normal(size=(50, 3))
-    expected = np.linalg.norm(points - centre, axis=1) - 0.05
-    np.testing.assert_allclose(flesh_distance(ball, points), expected)
-
-
-def test_flattened_piece_is_thin_along_its_direction():
-    piece = Flesh(np.zeros(3), 0.06, np.array([0.2, 0, 0]), 0.06, (0.0, 0.0, 1.0), 3.0)
-    on_surface = np.array([[0.1, 0.06, 0.0], [0.1, 0.0, 0.02]])
-    np.testing.assert_allclose(flesh_distance(piece, on_surface), 0, atol=1e-12)

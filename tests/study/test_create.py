@@ -6,7 +6,6 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.study.create import Pattern, with_recordings
-from stereotrack_core.study.description import Study
 
 
 def by_name(study):
@@ -55,8 +54,3 @@ def test_a_pattern_that_cannot_be_meant_is_refused(pattern):
     with pytest.raises(InputError) as refused:
         Pattern(pattern)
     assert refused.value.remedy
-
-
-def test_a_folder_without_recordings_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no recording in this folder"):
-        with_recordings(Study(tmp_path / "a.study.toml"), [tmp_path])

@@ -2,16 +2,13 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 
-from stereotrack_core.depth.chain import DepthChain
-from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.measures import MEASURES
 from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.study.job import JobResult, do_batch
+from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
 from stereotrack_core.tracking import lockstep
 from stereotrack_core.tracking.iekf import PoseFilter
@@ -49,17 +46,6 @@ def test_results_are_those_of_runs_alone(plan, cones):
     assert len({result.measures["forearms"] for result in results.values()}) == 4
 
 
-def test_each_cloud_is_made_once_for_the_batch(plan, monkeypatch):
-    made, whole = [], DepthChain.process
-    monkeypatch.setattr(
-        DepthChain, "process", lambda chain, images: made.append(1) or whole(chain, images)
-    )
-    frames = []
-    by_identity(plan(Point(), seeds=(0, 1, 2)), on_frames=frames.append)
-    assert len(made) == 4
-    assert sum(frames) == 12
-
-
 def test_a_job_that_fails_stops_no_other(plan, monkeypatch):
     jobs = plan(*grid_points([parsed_axis("iterations=2,3,4")]))
     alone = by_identity(jobs[2:])
@@ -91,15 +77,6 @@ def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
     assert "none" in gone.error
 
 
-def test_what_nobody_expected_is_told_as_well(plan, monkeypatch):
-    def broken(*_, **__):
-        raise ZeroDivisionError("a library's")
-
-    monkeypatch.setattr(lockstep, "chain_of", broken)
-    for result in do_batch(plan(Point(), seeds=(0, 1))):
-        assert (result.error, result.final) == ("ZeroDivisionError: a library's", False)
-
-
 def test_no_tracker_sees_the_reference(plan, monkeypatch):
     seen = []
     whole = lockstep.Pipeline
@@ -111,31 +88,3 @@ def test_no_tracker_sees_the_reference(plan, monkeypatch):
     monkeypatch.setattr(lockstep, "Pipeline", pipeline)
     by_identity(plan(Point()))
     assert seen == [None]
-
-
-def test_without_a_reference_the_own_signs_are_told(plan, copied):
-    (copied.folder / "reference.csv").unlink()
-    text = (copied.folder / "recording.toml").read_text()
-    kept = [line for line in text.splitlines() if not line.startswith("reference")]
-    (copied.folder / "recording.toml").write_text("\n".join(kept))
-    (result,) = do_batch(plan(Point(), recording=copied.open()))
-    assert result.done
-    assert "forearms" not in result.measures
-    assert 0.0 <= result.measures["unexplained_fraction"] < 60.0
-    assert np.isfinite(result.measures["limb_sigma"])
-
-
-def test_stopping_ends_a_batch(plan):
-    asked = []
-    with pytest.raises(Cancelled):
-        list(do_batch(plan(Point()), cancelled=lambda: asked.append(1) or len(asked) > 1))
-    assert len(asked) == 2
-
-
-def test_results_are_read_as_they_are_written(plan):
-    (result,) = do_batch(plan(Point()))
-    assert all(np.isfinite(list(result.measures.values())))
-    assert JobResult.of_facts(result.facts()) == result
-    for wrong in ({"job": "a", "status": "done"}, {**result.facts(), "status": "perhaps"}):
-        with pytest.raises(InputError, match="not the result of a job"):
-            JobResult.of_facts(wrong)

@@ -2,10 +2,6 @@
 
 import dataclasses
 
-import numpy as np
-import pytest
-
-from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.study import plan as plan_module
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
@@ -78,11 +74,3 @@ def test_clouds_are_shared_by_those_who_see_the_same(plan):
     for other in (("outlier_distance", 50.0), ("views", "N"), ("frames", "0:3")):
         assert clouds(other) != same
     assert clouds(("colour_weight", 0.5)) != same
-
-
-def test_what_a_recording_does_not_have_is_refused(plan):
-    with pytest.raises(InputError, match="no view 'X'"):
-        plan(Point((("views", "X"),)))
-    with pytest.raises(InputError, match="exceeds the end"):
-        plan(Point((("frames", "0:60"),)))
-    assert np.array_equal(plan(Point())[0].frames, range(4))

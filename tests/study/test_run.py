@@ -3,7 +3,6 @@
 import csv
 import dataclasses
 import math
-import shutil
 
 import pytest
 
@@ -101,7 +100,7 @@ def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path, monkeypatc
 
 
 def results(study, jobs, tmp_path):
-    """All values of its runs are one table, in both formats."""
+    """All values of its runs are one table."""
     known = stored_results(study.table)
     written = write_result_table(tmp_path / "results.csv", study, jobs, known)
     with (tmp_path / "results.csv").open(newline="") as file:
@@ -114,15 +113,6 @@ def results(study, jobs, tmp_path):
     assert {row["statistic"] for row in ranges} >= {"minimum", "maximum", "range"}
     p95 = [row for row in found if row["statistic"] == "95th percentile"]
     assert {row["unit"] for row in p95 if row["measure"] == "forearms"} == {"deg"}
-    with pytest.raises(InputError, match="type of file"):
-        write_result_table(tmp_path / "results.xlsx", study, jobs, known)
-    pytest.importorskip("pyarrow")
-    from pyarrow import parquet
-
-    assert write_result_table(tmp_path / "results.parquet", study, jobs, known) == written
-    table = parquet.read_table(tmp_path / "results.parquet").to_pylist()
-    assert [row["value"] for row in table] == [float(row["value"]) for row in found]
-    assert {row["seed"] for row in table} == {0}
 
 
 def test_a_recording_that_cannot_be_tracked_does_not_stop_the_others(study, tmp_path):
@@ -136,32 +126,6 @@ def test_a_recording_that_cannot_be_tracked_does_not_stop_the_others(study, tmp_
     assert "calibration.toml" in rows["data/ben/slow"].messages[0]
     with pytest.raises(InputError, match="accurat"):
         plan_study(dataclasses.replace(study, settings=settings(preset="accurat")), study.rows)
-
-
-def test_a_copy_has_a_run_of_its_own(study, tmp_path):
-    shutil.copytree(tmp_path / "data/anna/slow", tmp_path / "data/carl/slow")
-    with_copy = with_recordings(study, [tmp_path / "data"]).study
-    assert track(with_copy)[0] == 4
-    assert {len(row.results) for row in status_of(with_copy).values()} == {1}
-
-
-def test_different_settings_are_kept_side_by_side(study):
-    def names(**more):
-        asked = dataclasses.replace(study, settings=settings({}, **{"init": "auto", **more}))
-        return {job.keep.rpartition("/")[2] for job in plan_study(asked, study.rows[-1:]).jobs}
-
-    assert names() == {"fast-seed0.npz"}
-    assert names(seeds="0,1") == {"fast-seed0.npz", "fast-seed1.npz"}
-    others = [
-        *({"views": "NS"}, {"frames": "0:3"}, {"changes": ("iterations=3",)}, {"smooth": True}),
-        {"grid": ("iterations=4,5",)},
-    ]
-    made = [
-        dataclasses.replace(study, settings=dataclasses.replace(settings({}), **one))
-        for one in others
-    ]
-    found = [{job.keep for job in plan_study(one, study.rows[-1:]).jobs} for one in made]
-    assert len(set.union(*found)) == len(others) + 1
 
 
 @pytest.fixture

@@ -12,15 +12,12 @@ import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.study import workers as workers_module
-from stereotrack_core.study.job import do_batch, failure
+from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
 from stereotrack_core.study.workers import (
     Batches,
-    ChanceError,
     ClusterWorkers,
     LocalWorkers,
-    do_job,
-    lacking,
 )
 from tests.study.dask_cluster import DaskCluster, computed_again, knows
 
@@ -48,10 +45,8 @@ def handed_out(batches):
     [
         ("N", 12, 4, 1, [6, 6]),
         ("N", 24, 4, 2, [8, 8, 8]),
-        ("N", 3, 4, 2, [2, 1]),
         ("N", 5, 4, 8, [1] * 5),
         ("N,NS", 6, 4, 2, [6, 3, 3]),
-        ("N", 12, 1200, 1, [3] * 4),
         ("N", 12, 9000, 1, [1] * 12),
     ],
 )
@@ -66,14 +61,6 @@ def test_batches_share_clouds_and_keep_all_processes_busy(
     assert sorted(told) == sorted(job.identity for job in jobs)
     work = [len(batch.jobs) * len(batch.jobs[0].views) for batch in found]
     assert work == sorted(work, reverse=True)
-
-
-def test_jobs_that_are_tried_again_come_last_and_alone(plan):
-    jobs = plan(Point(), seeds=(0, 1, 2, 3))
-    batches = Batches(jobs, 2, NOBODY)
-    batches.heard(batches.next(), ValueError("by chance"))
-    found = [(len(batch.jobs), batch.tried) for batch in handed_out(batches)]
-    assert found == [(2, 0), (1, 1), (1, 1)]
 
 
 def do_until_killed(batch, asker):
@@ -202,37 +189,6 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watch
         assert len(few.told) < 12
 
 
-def test_what_a_worker_lacks_is_said(plan, copied):
-    (job,) = plan(Point(), recording=copied.open())
-    version = workers_module.__version__
-    assert lacking((job,), version) == ""
-    assert "version" in lacking((job,), "9.9")
-    (copied.folder / "calibration.toml").write_text("")
-    assert "cannot use the recording cones" in lacking((job,), version)
-
-
-def test_a_worker_that_may_not_read_the_recording_says_so(plan, monkeypatch):
-    def refuse(_job):
-        raise PermissionError(13, "Permission denied", "recording.toml")
-
-    (job,) = plan(Point())
-    monkeypatch.setattr(workers_module, "recording_of", refuse)
-    assert "Permission denied" in lacking((job,), workers_module.__version__)
-
-
-def test_a_failure_by_chance_is_left_to_dask_to_repeat(plan, monkeypatch):
-    (job,) = plan(Point())
-    monkeypatch.setattr(workers_module.cv2, "setNumThreads", lambda count: None)
-    for error, final in ((ValueError("oops"), False), (InputError("wrong"), True)):
-        told = failure(job.identity, error)
-        monkeypatch.setattr(workers_module, "do_batch", lambda jobs, told=told: iter([told]))
-        if final:
-            assert do_job(job) == told
-        else:
-            with pytest.raises(ChanceError, match="ValueError: oops"):
-                do_job(job)
-
-
 def test_without_a_scheduler_it_is_said_what_to_do(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="scheduler file was not found"):
         ClusterWorkers(str(tmp_path / "none.json"))
@@ -243,8 +199,3 @@ def test_without_a_scheduler_it_is_said_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"stereotrack\[cluster\]"):
         ClusterWorkers("tcp://127.0.0.1:9")
-
-
-def test_an_address_that_needs_certificates_says_so():
-    with pytest.raises(InputError, match="needs certificates"):
-        ClusterWorkers("tls://127.0.0.1:1", patience=0.5)

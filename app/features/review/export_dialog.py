@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QWidget
 from ...widgets.forms.form_dialog import (
     FormDialog,
     ask_for_folder,
-    ask_to_save,
     line_edit,
     push_button,
 )
@@ -27,16 +26,13 @@ class ExportDialog(FormDialog):
     def __init__(
         self,
         *,
-        video: bool,
         views: Sequence[str],
         listed: int,
         chosen: bool,
         proposed: Path,
         parent: QWidget | None = None,
     ) -> None:
-        what = "video" if video else "image strips"
-        super().__init__(f"Export {what} of failures", "Save", self.accept, parent)
-        self.video = video
+        super().__init__("Export image strips of failures", "Save", self.accept, parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.which = QComboBox()
         if chosen:
@@ -46,51 +42,40 @@ class ExportDialog(FormDialog):
         named = [(name, name) for name in views]
         self.view = choice("View", [("", "best view of each failure"), *named])
         self.count = WholeNumberField(minimum=2, maximum=12, value=_FRAMES)
-        self.path = line_edit("Path", str(proposed.with_suffix(".mp4") if video else proposed))
+        self.path = line_edit("Path", str(proposed))
         self.path.textChanged.connect(self._check)
         form = QFormLayout()
         form.addRow("Failures", self.which)
-        if not video:
-            form.addRow("View", self.view)
-            form.addRow("Frames per strip", self.count)
+        form.addRow("View", self.view)
+        form.addRow("Frames per strip", self.count)
         where = hbox((self.path, 1), push_button("Choose …", self._ask))
-        form.addRow("File" if video else "Folder", where)
+        form.addRow("Folder", where)
         self.lay_out(form, size=(460, 160))
         self._check()
 
     @property
     def target(self) -> Path:
-        """The video, or the folder of the strips."""
+        """The folder of the strips."""
         return Path(self.path.text().strip()).expanduser()
 
     def _ask(self) -> None:
         def take(path: Path) -> None:
             self.path.setText(str(path))
 
-        if self.video:
-            ask_to_save(self, "Export video of failures", self.target, "Video (*.mp4)", take)
-        else:
-            ask_for_folder(self, "Folder for image strips", self.target.parent, take)
+        ask_for_folder(self, "Folder for image strips", self.target.parent, take)
 
     @Slot()
     def _check(self) -> None:
-        wrong, note = _about(self.path.text().strip(), self.video)
+        wrong, note = _about(self.path.text().strip())
         self.say(wrong or note)
         self.accept_button.setEnabled(not wrong)
 
 
-def _about(text: str, video: bool) -> tuple[str, str]:
+def _about(text: str) -> tuple[str, str]:
     """What is wrong about a place, and what will become of it."""
     path = Path(text).expanduser()
     if not text:
         return "Enter where to write the output.", ""
-    if video:
-        if path.suffix.lower() != ".mp4":
-            return "The name of a video must end in .mp4.", ""
-        if path.is_dir() or not path.parent.is_dir():
-            return "This folder does not exist.", ""
-        note = "The existing video will be replaced." if path.exists() else ""
-        return "", note or "All views side by side, with the model outline and the errors."
     if path.is_file():
         return "This is a file. Choose a folder.", ""
     if not path.parent.is_dir():

@@ -13,7 +13,6 @@ from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.failure_segments.drawing import Paper
 from stereotrack_core.evaluation.failure_segments.export import (
     evidence_picture,
-    film_of,
     write_strips,
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch
@@ -153,7 +152,7 @@ class FailureController(QObject):
         document.set_loop(self._stretch())
         document.play()
 
-    def export(self, *, video: bool) -> None:
+    def export(self) -> None:
         """Ask what to write, and write it in the background."""
         search, recording = self._search(), self._session.document.recording
         listed = self.presenter.listed
@@ -161,7 +160,7 @@ class FailureController(QObject):
             return
         views = [view.name for view in recording.views]
         dialog = ExportDialog(
-            video=video, views=views, listed=len(listed), chosen=self.presenter.chosen is not None,
+            views=views, listed=len(listed), chosen=self.presenter.chosen is not None,
             proposed=Path.home() / f"{recording.name}-failures",
             parent=self._context.docks.dialog_parent,
         )  # fmt: skip
@@ -171,22 +170,18 @@ class FailureController(QObject):
     def _write(self, wanted: ExportDialog, search: FailureSearch, recording: Recording) -> None:
         one, listed = self.presenter.chosen, self.presenter.listed
         failures = (one,) if wanted.which.currentData() and one is not None else listed
-        video, path, view = wanted.video, wanted.target, wanted.view.currentData() or None
+        path, view = wanted.target, wanted.view.currentData() or None
         frames = wanted.count.value()
 
         def work(task: Task) -> str:
-            if video:
-                film_of(path, search, recording, failures, task.report, task.token.cancelled)
-                return f"Video saved to {path}."
             count = write_strips(
                 path, search, recording, failures, view=view, count=frames,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
             return f"{counted(count, 'strip')} saved to {path}."
 
-        what = "video" if video else "strips"
         task = self._context.tasks.begin(
-            f"exporting {what} of failures",
+            "exporting strips of failures",
             work,
             lambda words: self._context.notifier.say(words, 10_000),
             promised=True,

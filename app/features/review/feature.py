@@ -95,7 +95,5 @@ def _failure_commands(e: FailureController) -> list[Command]:
            checked=e.looping),
         track("export_strips", "Export image strips …", "Save the frames of each failure side by "
               "side, with the model drawn in the lower row, as PNG.",
-              partial(e.export, video=False), icon="picture"),
-        track("export_film", "Video …", "Save a video of the failures: all views with the model "
-              "outline and the errors.", partial(e.export, video=True), icon="export"),
+              e.export, icon="picture"),
     ]  # fmt: skip

@@ -24,7 +24,7 @@ from stereotrack_core.study.description import (
     with_factor,
     write_study,
 )
-from stereotrack_core.study.export import check_results, write_result_table
+from stereotrack_core.study.export import write_result_table
 from stereotrack_core.study.run import Outcome, plan_study, run_study
 from stereotrack_core.study.status import RowStatus, study_status
 from stereotrack_core.study.store import stored_results
@@ -40,7 +40,7 @@ from .window import StudyWindow
 from .work import Work
 
 _FILTER = f"Study (*{SUFFIX} *{OLD_SUFFIX})"
-_TABLES = "Table (*.csv);;Parquet (*.parquet)"
+_TABLES = "Table (*.csv)"
 
 
 class StudyController(QObject):
@@ -368,11 +368,10 @@ class StudyController(QObject):
         window = self.window
         if window is None:
             return
-        study, target = window.study, path if path.suffix else path.with_suffix(".csv")
+        study, target = window.study, path.with_suffix(".csv")
         rows = [row for row in study.rows if row.recording in recordings]
 
         def work(task: Task) -> int:
-            check_results(target)
             plan = plan_study(study, rows, on_progress=task.report, cancelled=task.token.cancelled)
             return write_result_table(target, study, plan.jobs, stored_results(study.table))
 

@@ -26,7 +26,6 @@ _EXAMPLES = {
     "init": "auto,tpose",
     "smooth": "yes,no",
 }
-_LISTED = "The points are listed one by one in the study file and can be changed there."
 
 
 class SettingsForm(QWidget):
@@ -67,7 +66,6 @@ class SettingsForm(QWidget):
         for text in settings.grid:
             name, _, values = text.partition("=")
             self.add(name, values)
-        self._nothing.setText(_LISTED if settings.points else "No values yet. Add a parameter.")
         self._nothing.setVisible(not self._fields)
         self.seeds.setText(settings.seeds)
         self.frames.setText(settings.frames or "")
@@ -128,7 +126,7 @@ class SettingsForm(QWidget):
         self._grid = QGridLayout(inside)
         self._grid.setContentsMargins(4, 4, 4, 4)
         self._grid.setColumnStretch(1, 1)
-        self._nothing = label("", "muted")
+        self._nothing = label("No values yet. Add a parameter.", "muted")
         holder.setLayout(vbox(self._nothing, inside, None))
         scroll = scrolled(holder, "Values")
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)

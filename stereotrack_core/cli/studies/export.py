@@ -5,13 +5,13 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import Path
 
-from stereotrack_core.cli.arguments import JSON, check_output, option
+from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.studies.shared import SELECT, STUDY, say_findings
 from stereotrack_core.counting import counted
 from stereotrack_core.study.description import read_study, selected
-from stereotrack_core.study.export import check_results, write_result_table
+from stereotrack_core.study.export import write_result_table
 from stereotrack_core.study.run import plan_study
 from stereotrack_core.study.store import stored_results
 from stereotrack_core.tables import Table
@@ -24,24 +24,17 @@ DESCRIPTION = (
 
 OPTIONS = (
     STUDY,
-    option(
-        "-o --output TABLE",
-        "table to write: .csv, or .parquet (needs the extra `parquet`); several names may be given",
-        type=Path,
-        required=True,
-        nargs="+",
-    ),
+    option("-o --output TABLE.csv", "table to write", type=Path, required=True),
     SELECT,
     JSON,
 )
 
 
 def run(args: Namespace) -> int:
-    """Find the results of the study's runs and write the tables."""
+    """Find the results of the study's runs and write the table."""
     study = read_study(args.study)
-    for path in args.output:
-        check_results(path)
-        check_output(path)
+    check_suffix(args.output, ".csv")
+    check_output(args.output)
     rows = selected(study, args.select)
     with watched("Reading", "Nothing was written.") as (report, stopped):
         plan = plan_study(study, rows, on_progress=report, cancelled=stopped)
@@ -52,15 +45,14 @@ def run(args: Namespace) -> int:
     without = [row.recording for row in rows if row.recording not in there]
     if without:
         say(f"{counted(len(without), 'recording')} without a run: {', '.join(without)}.")
-    counts = [write_result_table(path, study, done, results) for path in args.output]
     facts = {
-        "files": list(args.output),
+        "file": args.output,
         "recordings": len(rows),
         "without_run": without,
         "runs": len(done),
-        "values": counts[0],
+        "values": write_result_table(args.output, study, done, results),
     }
     told = [(key.replace("_", " "), str(facts[key])) for key in ("recordings", "runs", "values")]
-    title = f"Results in {', '.join(map(str, args.output))}"
-    put_result(facts, Table(title, ("what", ">value"), told), as_json=args.json)
+    table = Table(f"Results in {args.output}", ("what", ">value"), told)
+    put_result(facts, table, as_json=args.json)
     return OK

@@ -12,9 +12,7 @@ from stereotrack_core.cli.arguments import FRAMES, VIEWS, changes, check_least, 
 from stereotrack_core.cli.output import say
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.study.description import StudySettings
-from stereotrack_core.study.points import listed_points
 from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
-from stereotrack_core.tables import read_csv_table
 
 STUDY = option("study STUDY.study.toml", "study file", type=Path)
 SELECT = option(
@@ -37,12 +35,6 @@ SETTINGS = (
         "several times, all combinations are tried",
         action="append",
         default=[],
-    ),
-    option(
-        "--list FILE.csv",
-        "file with the points to try: one column per name, one row per point",
-        type=Path,
-        dest="points",
     ),
     option("--seeds 0,1,2", "comma-separated seeds (default: 0)"),
     FRAMES,
@@ -73,9 +65,6 @@ def settings_of(args: Namespace, base: StudySettings | None = None) -> StudySett
         value = getattr(args, field.name, None)
         if value:
             given[field.name] = tuple(value) if isinstance(value, list) else value
-    if isinstance(path := given.get("points"), Path):
-        columns, rows = read_csv_table(path)
-        given["points"] = listed_points(columns, rows, str(path))
     settings = dataclasses.replace(base, **given)
     settings.check()
     return settings

@@ -206,7 +206,7 @@ def verdict(found: Paired, first: str, second: str) -> str:
     """``B is better by 1.2 deg (0.8 to 1.6)``, or why nothing can be said."""
     if not found.frames:
         return "not known for both"
-    if found.better_percent == 0.0 and found.worse_percent == 0.0:
+    if found.equal:
         return "equal in every frame"
     unit = _UNITS.get(found.measure.unit, found.measure.unit)
     winner = second if found.difference < 0 else first

@@ -12,7 +12,6 @@ freedom less than there are blocks, as for a mean of so many independent values.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -35,9 +34,6 @@ LEAST_INDEPENDENT = 6.0
 LEVEL = 0.95
 
 _LEAST_FRAMES = 16
-_LEAST_TESTED = 6
-"""With fewer blocks the signed-rank test can find nothing."""
-
 _SEARCHED = 5.0
 """Correlations are summed up to so many correlation times (Sokal 1997,
 doi:10.1007/978-1-4899-0319-8_6)."""
@@ -89,13 +85,8 @@ class Paired:
     high: float = math.nan
     """`low` and `high`: 95 % interval of the difference; NaN where there are too few independent
     frames."""
-    better_percent: float = math.nan
-    worse_percent: float = math.nan
-    """`better_percent` and `worse_percent`: frames in which the second is less, and in which it is
-    more."""
-    p: float = math.nan
-    """Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are fewer
-    than six."""
+    equal: bool = False
+    """Whether both are the same in every frame."""
     frames: int = 0
     """In which both are known."""
     block_frames: int = 0
@@ -125,10 +116,9 @@ def paired(first: Series, second: Series) -> Paired:
     weight = (first.weight[known] + second.weight[known]) / 2.0
     independent = frames / correlation_time(each)
     block = math.ceil(frames / float(np.clip(independent / TIMES, LEAST_BLOCKS, MOST_BLOCKS)))
-    low = high = p = math.nan
+    low = high = math.nan
     if independent >= LEAST_INDEPENDENT and frames >= _LEAST_FRAMES:
         low, high = interval(each, weight, block)
-        p = _tested(each, weight, block)
     return Paired(
         first.measure,
         first_mean=means[0],
@@ -136,9 +126,7 @@ def paired(first: Series, second: Series) -> Paired:
         difference=means[1] - means[0],
         low=low,
         high=high,
-        better_percent=100.0 * float(np.mean(each < 0)),
-        worse_percent=100.0 * float(np.mean(each > 0)),
-        p=p,
+        equal=not each.any(),
         frames=frames,
         block_frames=block,
         independent_frames=independent,
@@ -184,27 +172,3 @@ def _block_sums(values: FloatArray, block: int) -> FloatArray:
     summed = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values[: block - 1]]))])
     result: FloatArray = summed[block:] - summed[:-block]
     return result
-
-
-def signed_rank(differences: FloatArray) -> float:
-    """Two-sided p of Wilcoxon's signed-rank test, over all ways to choose the signs.
-
-    Zeros are ranked with the others and have no sign (Pratt 1959, doi:10.2307/2282543).
-    """
-    from scipy.stats import rankdata  # it takes its time to load
-
-    ranks = rankdata(np.abs(differences))[differences != 0.0]
-    if not len(ranks):
-        return 1.0
-    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=len(ranks))))
-    found = abs(float(np.sign(differences[differences != 0.0]) @ ranks))
-    return float(np.mean(np.abs(signs @ ranks) >= found - 1e-9))
-
-
-def _tested(values: FloatArray, weight: FloatArray, block: int) -> float:
-    """The test on the means of blocks; NaN where there are too few of them."""
-    count = len(values) // block
-    if count < _LEAST_TESTED:
-        return math.nan
-    parts = np.array_split(np.arange(len(values)), count)
-    return signed_rank(np.array([np.average(values[k], weights=weight[k]) for k in parts]))

@@ -311,10 +311,13 @@ def picture_strip(
     limbs best where none is named. Raises InputError for no frames, a view that is not there, or
     frames that the recording has not.
     """
-    check_frames(frames)
+    if not len(frames):
+        raise InputError(
+            "there are no frames to show", where="frames", remedy="Select at least one."
+        )
     recording, run = shown.recording, shown.run
     chosen = _view(recording, view or best_view(recording, run, frames, shown.limbs))
-    window = person_window(recording.reference_camera(chosen), run, frames, height)
+    window = _person_window(recording.reference_camera(chosen), run, frames, height)
     with ExitStack() as opened:
         own = reader or opened.enter_context(FrameReader(recording, views=[chosen.name]))
         sets = [own.frame_set(int(frame)) for frame in frames]
@@ -323,14 +326,6 @@ def picture_strip(
         for images, lines in zip(sets, shown.captions(frames), strict=True)
     ]
     return _beside(columns, f"view {chosen.name}", paper)
-
-
-def check_frames(frames: Sequence[int]) -> None:
-    """Refuse to show nothing with InputError."""
-    if not len(frames):
-        raise InputError(
-            "there are no frames to show", where="frames", remedy="Select at least one."
-        )
 
 
 def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
@@ -342,19 +337,10 @@ def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
     return ()
 
 
-def person_window(
-    camera: Camera, run: Run, frames: Sequence[int], height: int, aspect: float | None = None
-) -> Window:
+def _person_window(camera: Camera, run: Run, frames: Sequence[int], height: int) -> Window:
     """Part of the picture in which a run has the person in all these frames.
 
-    The whole picture where the run knows the person in none of them.
-
-    Parameters
-    ----------
-    height : int, pixels
-        At which the part is shown.
-    aspect : float, optional
-        Width over height, reached by showing more of the picture, and what is beyond it.
+    It is shown so many pixels high; the whole picture where the run knows the person in none.
     """
     points = run.landmarks[np.isin(run.frame, np.asarray(frames))].reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
@@ -366,10 +352,6 @@ def person_window(
     low, high = np.clip(pixels.min(axis=0), 0, size), np.clip(pixels.max(axis=0), 0, size)
     if (high - low < _SMALLEST).any():
         return whole_window(camera, height)
-    if aspect is not None:
-        middle, across = 0.5 * (low + high), high - low
-        wanted = np.maximum(across, (across[1] * aspect, across[0] / aspect))
-        low, high = middle - 0.5 * wanted, middle + 0.5 * wanted
     scale = height / (high[1] - low[1])
     width = max(1, round(float(scale * (high[0] - low[0]))))
     return Window(float(low[0]), float(low[1]), float(scale), width, height)

@@ -11,14 +11,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.comparison.compare import (
     Candidate,
     compare,
-    compare_segments,
     how_it_is_made,
-    magnitude,
     verdict,
 )
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
-from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 FRAMES = 240
@@ -87,16 +84,6 @@ def test_without_a_reference_runs_are_compared_with_each_other():
     assert {m.measure.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
 
 
-def test_what_the_reference_does_not_know_is_not_scored():
-    known = truth()
-    known.points[:100] = np.nan
-    known.points[100:150, LANDMARKS.index("left_hand")] = np.nan
-    found = compare((noisy("a", 0.01, 1), noisy("b", 0.01, 2)), known)
-    assert found.frames[0] == 100
-    assert found.pairs[0].measure("left_forearm").frames == 90
-    assert found.pairs[0].measure("right_forearm").frames == 140
-
-
 def test_several_runs_are_each_compared_with_the_first():
     runs = [noisy("a", 0.02, 1), noisy("b", 0.01, 2), noisy("c", 0.02, 3)]
     found = compare(runs, truth(), range(20, 220))
@@ -110,25 +97,11 @@ def test_several_runs_are_each_compared_with_the_first():
     assert found.blocks == (25, 25)
 
 
-def test_a_run_compared_with_itself_is_the_same():
-    a = noisy("a", 0.02, 1)
-    pair = compare((a, replace(a, name="b")), truth()).pairs[0]
-    assert {verdict(m, "a", "b") for m in pair.measures} == {"equal in every frame"}
-
-
 def test_few_frames_are_said_to_be_too_few():
     found = compare((noisy("a", 0.02, 1), noisy("b", 0.01, 2)), truth(), range(5))
     words = verdict(found.pairs[0].measure("forearms"), "a", "b")
     assert words.startswith("b is lower by ")
     assert words.endswith("too few independent frames for an interval")
-
-
-def test_segments_are_compared_one_by_one():
-    segments = (Segment("arms", 0, 100), Segment("later", 230, 400), Segment("never", 300, 310))
-    found = dict(compare_segments((noisy("a", 0.02, 1), noisy("b", 0.01, 2)), truth(), segments))
-    assert len(found["arms"].frames) == 100
-    assert len(found["later"].frames) == 10
-    assert found["never"] is None
 
 
 def test_nothing_to_compare_is_refused():
@@ -139,11 +112,3 @@ def test_nothing_to_compare_is_refused():
         compare((noisy("a", 0.1, 1, 0, 5), noisy("b", 0.1, 1, 5, 9)), None)
     with pytest.raises(InputError, match="and the reference"):
         compare((a, a), truth(), range(500, 600))
-
-
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [(1.26, "1.3"), (0.0, "0.0"), (0.04, "0.04"), (0.004, "0.004"), (12, "12.0")],
-)
-def test_small_magnitudes_are_not_told_as_nothing(value, words):
-    assert magnitude(value) == words

@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import signal, stats
+from scipy import signal
 
 from stereotrack_core.evaluation.comparison.paired import (
     Paired,
     Series,
-    correlation_time,
-    interval,
     paired,
-    signed_rank,
 )
 
 
@@ -30,13 +27,6 @@ def alike(share: float, n: int, rng) -> np.ndarray:
     return np.abs(signal.lfilter([np.sqrt(1 - share**2)], [1, -share], noise)[200:])
 
 
-def test_means_are_those_of_all_known_values():
-    values = np.array([[1.0, 3.0], [np.nan, 8.0], [np.nan, np.nan], [0.0, 0.0]])
-    made = series(values)
-    assert made.mean(np.ones(4, dtype=bool)) == pytest.approx(np.nanmean(values))
-    assert math.isnan(made.mean(np.array([False, False, True, False])))
-
-
 def test_a_difference_is_that_of_the_means_over_what_both_know():
     rng = np.random.default_rng(0)
     a, b = rng.random((200, 2)), rng.random((200, 2)) - 0.3
@@ -48,19 +38,7 @@ def test_a_difference_is_that_of_the_means_over_what_both_know():
     assert found.difference == pytest.approx(b[both].mean() - a[both].mean())
     assert found.low < found.difference < found.high < 0.0
     assert found.differs
-    assert found.p < 0.02
-    assert found.better_percent > 80.0
     assert found.block_frames == 24
-
-
-def test_the_other_way_round_is_the_same_with_another_sign():
-    rng = np.random.default_rng(1)
-    a, b = rng.random(300), rng.random(300) + 0.1
-    there, back = paired(series(a), series(b)), paired(series(b), series(a))
-    assert back.difference == pytest.approx(-there.difference)
-    assert (back.low, back.high) == pytest.approx((-there.high, -there.low), abs=0.01)
-    assert (back.better_percent, back.worse_percent) == (there.worse_percent, there.better_percent)
-    assert back.p == there.p
 
 
 @given(st.lists(st.floats(-50, 50), min_size=1, max_size=60), st.floats(0, 5))
@@ -71,7 +49,6 @@ def test_no_input_makes_nonsense(values, shift):
     assert found.difference == pytest.approx(shift, abs=1e-9)
     assert found.independent_frames <= found.frames
     assert math.isnan(found.low) == math.isnan(found.high)
-    assert math.isnan(found.p) or (found.enough and 0.0 < found.p <= 1.0)
     if found.enough:
         assert found.low - 1e-9 <= shift <= found.high + 1e-9
 
@@ -79,7 +56,7 @@ def test_no_input_makes_nonsense(values, shift):
 def test_equals_are_equal_and_nothing_is_nothing():
     ones = series(np.ones(100))
     found = paired(ones, ones)
-    assert (found.difference, found.low, found.high, found.p) == (0.0, 0.0, 0.0, 1.0)
+    assert (found.difference, found.low, found.high, found.equal) == (0.0, 0.0, 0.0, True)
     assert not found.differs
     nothing = paired(series(np.full(5, np.nan)), series(np.ones(5)))
     assert nothing.frames == 0
@@ -95,39 +72,6 @@ def test_few_frames_and_long_excursions_say_that_they_are_too_few():
     assert not found.enough
     assert found.independent_frames < 6
     assert not found.differs
-
-
-@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
-def test_correlation_time_is_found(share):
-    rng = np.random.default_rng(3)
-    noise = rng.normal(size=20_000)
-    made = signal.lfilter([1.0], [1.0, -share], noise)
-    assert correlation_time(made) == pytest.approx((1 + share) / (1 - share), rel=0.15)
-
-
-def test_an_interval_of_independent_values_is_about_that_of_students_t():
-    values = np.random.default_rng(4).normal(size=800)
-    low, high = interval(values, np.ones(800), 100)
-    wide = 2.0 * stats.t.ppf(0.975, 7) * values.std(ddof=1) / math.sqrt(800)
-    assert high - low == pytest.approx(wide, rel=0.4)
-    assert low < values.mean() < high
-
-
-def test_weights_are_counts_of_values():
-    values, weight = np.array([1.0, 5.0] * 40), np.array([1.0, 3.0] * 40)
-    low, high = interval(values, weight, 10)
-    assert low == pytest.approx(4.0)
-    assert high == pytest.approx(4.0)
-
-
-@given(st.lists(st.integers(-9, 9), min_size=2, max_size=8, unique_by=abs))
-def test_the_signed_rank_test_is_wilcoxons(values):
-    differences = np.array(values, dtype=np.float64)
-    if (differences == 0).any():
-        assert 0.0 < signed_rank(differences) <= 1.0
-    else:
-        expected = stats.wilcoxon(differences, method="exact").pvalue
-        assert signed_rank(differences) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.8, 0.95])

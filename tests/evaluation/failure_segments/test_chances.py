@@ -3,40 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.failure_segments.stretches import (
-    SAID_SIGNS,
-    failure_signs,
     lost_chances,
 )
-from tests.evaluation.failure_segments.runs import FPS, made, untracked
+from tests.evaluation.failure_segments.runs import FPS, made
 
 FOREARM = LIMBS.index("left_forearm")
-BEFORE, AFTER = (SAID_SIGNS.index(name) for name in ("turned before", "turns after"))
-
-
-def test_an_abrupt_turn_is_known_for_a_second_before_and_after():
-    run, _ = made(wrong=[("left_forearm", 30, 59, 1.0)])
-    signs = failure_signs(run, FPS, said=True)
-    after, before = signs[:, FOREARM, AFTER] > 1.0, signs[:, FOREARM, BEFORE] > 1.0
-    assert list(np.flatnonzero(after)) == list(range(20, 31))
-    assert list(np.flatnonzero(before)) == list(range(30, 41))
-    assert signs[30, FOREARM, BEFORE] == pytest.approx(np.log1p(np.degrees(1.0)), abs=1e-6)
-    assert (signs[:, LIMBS.index("right_forearm"), BEFORE] < 1e-6).all()
-
-
-def test_nothing_is_said_of_frames_without_a_pose_nor_of_torso_and_head():
-    run, _ = made()
-    for said in (True, False):
-        signs = failure_signs(untracked(run, 10, 14), FPS, said=said)
-        assert np.isnan(signs[10:15]).all()
-        assert np.isnan(signs[:, :2]).all()
-        rest = np.delete(signs[:, 2:], np.s_[10:15], axis=0)
-        assert np.isfinite(rest).all()
 
 
 @settings(max_examples=25, deadline=None)

@@ -1,6 +1,5 @@
-"""Strips and videos: layout, captions, the model where the person is; looks at tiny clouds."""
+"""Strips: layout, captions, the model where the person is; looks at tiny clouds."""
 
-import av
 import numpy as np
 import pytest
 
@@ -9,14 +8,10 @@ from stereotrack_core.evaluation.circumstances import seen_shares
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
     best_view,
-    evenly,
     picture_strip,
-    text_width,
-    write,
 )
 from stereotrack_core.evaluation.failure_segments.export import (
     before_peak_after,
-    film_of,
     strip_of,
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
@@ -29,15 +24,6 @@ from tests.evaluation.failure_segments.runs import recorded
 def seen(tmp_path_factory):
     """Recording, run that loses its left forearm in frames 4 to 9, and truth."""
     return recorded(tmp_path_factory.mktemp("pictures"))
-
-
-def test_a_strip_has_a_column_for_each_frame(seen):
-    recording, run, _ = seen
-    two = picture_strip(Shown(recording, run), [2, 6], "N", height=120)
-    four = picture_strip(Shown(recording, run), [2, 4, 6, 8], "N", height=120)
-    assert two.dtype == np.uint8
-    assert two.shape[0] == four.shape[0]
-    assert 1.8 < (four.shape[1] - 20) / (two.shape[1] - 20) < 2.2
 
 
 def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
@@ -58,14 +44,12 @@ def test_captions_tell_the_error_or_what_the_run_says(seen):
     assert Shown(recording, run, (), truth).captions([99])[0] == ("frame 99", "unknown")
 
 
-def test_wrong_wishes_are_refused(seen, tmp_path):
+def test_wrong_wishes_are_refused(seen):
     recording, run, _ = seen
     with pytest.raises(InputError, match="there are no frames"):
         picture_strip(Shown(recording, run), [])
     with pytest.raises(InputError, match="no view 'Q'"):
         picture_strip(Shown(recording, run), [1], "Q")
-    with pytest.raises(InputError, match="must end in"):
-        film_of(tmp_path / "film.avi", FailureSearch(run, 10.0), recording, ())
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
@@ -77,33 +61,13 @@ def test_the_best_view_is_one_that_sees_the_limb(seen):
     assert shares[name] > 0.5
 
 
-def test_a_video_has_all_frames_around_the_failure(seen, tmp_path):
+def test_a_strip_shows_a_failure_from_before_to_after(seen):
     recording, run, truth = seen
     search = FailureSearch(run, recording.fps, truth, recording, pictures=False)
     (failure,) = find_failures(search)
     assert before_peak_after(search, failure)[0] == 1
     assert before_peak_after(search, failure)[-1] == 9  # the run ends before there is more
     assert strip_of(search, recording, failure, view="N").shape[1] > 200
-    film_of(tmp_path / "one.mp4", search, recording, [failure])
-    with av.open(str(tmp_path / "one.mp4")) as video:
-        assert sum(1 for _ in video.decode(video=0)) == 11
-    with pytest.raises(Cancelled):
-        film_of(tmp_path / "two.mp4", search, recording, [failure], cancelled=lambda: True)
-    assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
-
-
-def test_frames_are_spread_evenly_and_named_once():
-    assert evenly(10, 20, 3) == [10, 15, 20]
-    assert evenly(4, 5, 5) == [4, 5]
-    assert evenly(7, 7, 5) == [7]
-
-
-def test_letters_stay_in_the_picture():
-    paper = np.full((20, 30, 3), 255, dtype=np.uint8)
-    write(paper, "far too long for this", (-5.0, 15.0), 14.0)
-    write(paper, "outside", (200.0, 15.0), 14.0)
-    assert paper.min() < 120
-    assert text_width("ii", 14.0) < text_width("WW", 14.0)
 
 
 def test_looks_tell_what_the_views_measure(seen):

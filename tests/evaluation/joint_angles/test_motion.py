@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.motion import (
     SHORTEST,
@@ -50,15 +49,6 @@ def test_velocity_and_acceleration_are_those_of_the_movement():
     assert (motion.cut_off, "6 Hz" in motion.words) == (6.0, True)
 
 
-def test_a_straight_movement_is_not_bent_at_its_ends():
-    line = np.linspace(0.2, 1.7, 40)
-    motion = motion_of(angles(line, NAME), 10.0)
-    np.testing.assert_allclose(motion.angle[:, K], line, atol=1e-5)
-    np.testing.assert_allclose(motion.velocity[:, K], np.diff(line)[0] * 10, atol=1e-3)
-    assert motion.cut_off == 4.0
-    assert "the highest possible at 10 frames per second" in motion.words
-
-
 def test_gaps_are_not_filtered_across_and_short_stretches_not_at_all():
     values = np.concatenate([np.zeros(20), np.full(20, 2.0), np.full(SHORTEST - 1, 1.0)])
     frame = np.concatenate([np.arange(20), np.arange(25, 45), np.arange(50, 49 + SHORTEST)])
@@ -88,12 +78,6 @@ def test_uncertain_angles_give_derivatives_as_uncertain_as_is_said(count):
     np.testing.assert_allclose(stated.velocity_sigma[:, K], velocity, rtol=0.08)
     acceleration = (np.diff(smooth, n=2, axis=0) * fps**2).std(axis=1)
     np.testing.assert_allclose(stated.acceleration_sigma[1:-1, K], acceleration, rtol=0.08)
-
-
-@pytest.mark.parametrize(("fps", "cut_off"), [(0.0, 6.0), (10.0, 0.0), (10.0, np.nan), (-1, 6)])
-def test_what_is_no_rate_and_no_cut_off_is_refused(fps, cut_off):
-    with pytest.raises(InputError, match=r"frame rate|cut-off"):
-        motion_of(angles(np.zeros(9), NAME), fps, cut_off)
 
 
 def test_ranges_are_taken_per_segment_and_left_against_right():

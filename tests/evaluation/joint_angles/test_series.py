@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.motion import angle_errors
-from stereotrack_core.evaluation.joint_angles.series import JointAngles, stretches, unwrapped
+from stereotrack_core.evaluation.joint_angles.series import JointAngles, unwrapped
 
 TURN, PLANE, FLEXION = (
     NAMES.index(n) for n in ("torso_turn", "left_shoulder_plane", "left_elbow_flexion")
@@ -41,21 +41,6 @@ def test_turns_are_counted_on_over_a_gap_and_planes_are_not():
     np.testing.assert_allclose(np.diff(plane[33:]), np.diff(way[33:]), atol=1e-12)
 
 
-def test_a_plane_beyond_half_a_turn_stays_on_its_side():
-    way = np.radians([150.0, 170.0, 190.0, 210.0])
-    found = unwrapped(np.arange(4), angles(wrap(way), "left_shoulder_plane").angle)[:, PLANE]
-    np.testing.assert_allclose(found, way, atol=1e-12)
-    alone = unwrapped(np.arange(1), angles([wrap(way[-1])], "left_shoulder_plane").angle)
-    assert alone[0, PLANE] == pytest.approx(way[-1])
-
-
-def test_stretches_end_at_gaps_of_values_and_of_frames():
-    known = np.array([True, True, False, True, True, True])
-    frame = np.array([3, 4, 5, 6, 9, 10])
-    assert stretches(frame, known) == [slice(0, 2), slice(3, 4), slice(4, 6)]
-    assert stretches(frame, np.zeros(6, bool)) == []
-
-
 def test_errors_go_the_short_way_round_and_are_held_against_what_is_stated():
     truth = angles(np.radians([179.0, 10.0, 20.0, 30.0]), "torso_turn", [0, 1, 2, 3])
     found = angles(np.radians([-179.0, 13.0, 20.0]), "torso_turn", [0, 1, 7], np.radians(1.2))
@@ -67,10 +52,3 @@ def test_errors_go_the_short_way_round_and_are_held_against_what_is_stated():
     assert error.within_two_sigma == 0.5
     nothing = angle_errors(found, truth)[FLEXION]
     assert (nothing.frames, np.isnan(nothing.rms)) == (0, True)
-
-
-def test_what_the_reference_states_of_itself_is_added():
-    truth = angles([0.0], "torso_turn", sigma=0.04)
-    found = angles([0.09], "torso_turn", sigma=0.03)
-    error = angle_errors(found, truth)[TURN]
-    assert (error.stated_sigma, error.within_two_sigma) == (pytest.approx(0.05), 1.0)

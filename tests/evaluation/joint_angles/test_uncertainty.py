@@ -20,13 +20,10 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.evaluation.joint_angles.definitions import (
     ANGLES,
     NAMES,
-    angles_of_landmarks,
     raw_angles,
     wrapped,
 )
 from stereotrack_core.evaluation.joint_angles.series import (
-    angles_of_reference,
-    angles_of_run,
     sigma_of_reference,
     sigma_of_run,
 )
@@ -103,33 +100,3 @@ def test_a_straight_elbow_is_not_taken_for_certain():
     sigma = sigma_of_reference(Reference(np.array([0]), points[None], P))[0]
     flexion = sigma[NAMES.index("left_elbow_flexion")]
     assert np.radians(2) < flexion < np.radians(8)
-
-
-def test_nothing_is_stated_where_nothing_is_known():
-    n = 6 + 2 * len(ALL_JOINTS)
-    untracked, _ = run_with(ALL_JOINTS, covariance(n), {}, tracked=False)
-    assert np.isnan(sigma_of_run(untracked)).all()
-    unknown, _ = run_with(ALL_JOINTS, np.full((n, n), np.nan), {})
-    assert np.isnan(sigma_of_run(unknown)).all()
-    reference = Reference(np.array([0]), made()[None])
-    assert sigma_of_reference(reference) is None
-    assert np.isnan(angles_of_reference(reference).sigma).all()
-    np.testing.assert_array_equal(
-        angles_of_reference(reference).angle[0], angles_of_landmarks(made())
-    )
-
-
-def test_a_landmark_of_unknown_certainty_blanks_only_what_needs_it():
-    P = np.broadcast_to(1e-6 * np.eye(3), (1, 9, 3, 3)).copy()
-    P[0, 5] = np.nan  # the right hand
-    sigma = sigma_of_reference(Reference(np.array([0]), made()[None], P))[0]
-    unknown = {name for name, value in zip(NAMES, sigma, strict=True) if np.isnan(value)}
-    assert unknown == {"right_elbow_flexion", "right_shoulder_rotation"}
-
-
-def test_a_run_that_does_not_track_the_head_says_nothing_about_it():
-    run, _ = run_with(THESIS_JOINTS, covariance(14), {})
-    found = angles_of_run(run)
-    head = [NAMES.index("head_forward"), NAMES.index("head_sideways")]
-    assert np.isnan(found.angle[0, head]).all()
-    assert np.isfinite(np.delete(found.angle[0], head)).all()

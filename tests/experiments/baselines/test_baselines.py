@@ -1,17 +1,13 @@
 """What every baseline must do: follow a body, say when it is not there, repeat itself."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.presets import BASELINES, preset
-from stereotrack_core.tracking.residuals.limits import DirectionResidual
 from stereotrack_core.tracking.tracker import tracker_for
 from tests.tracking.scenes import (
     CAMERAS,
@@ -121,20 +117,6 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(name):
 
 
 @EACH
-def test_starting_anew_forgets_what_was_before(name):
-    rng = np.random.default_rng(2)
-    tracker = make(name)
-    seen = clouds(tracker.setup.body, POSES["t"], rng, 2)
-    tracker.start(POSES["t"])
-    first = tracker.step(seen[0])
-    tracker.step(seen[1])
-    tracker.start(POSES["t"])
-    again = tracker.step(seen[0])
-    np.testing.assert_array_equal(again.x, first.x)
-    np.testing.assert_array_equal(again.P, first.P)
-
-
-@EACH
 def test_clouds_that_show_nobody_are_not_tracked_and_it_goes_on_afterwards(name):
     rng = np.random.default_rng(3)
     tracker, true = make(name), POSES["reaching"]
@@ -170,48 +152,3 @@ def test_the_covariance_stays_symmetric_and_positive(name):
         assert np.linalg.eigvalsh(found.P).min() > 0
         assert np.isfinite(found.limb_sigma_deg).all()
         assert found.correspondences is not None
-
-
-class Pointing:
-    """A sensor that says which way the left forearm points, in the upper arm's frame."""
-
-    def __call__(self, cloud):
-        return self
-
-    def residuals(self, body, pose):
-        across, said = np.eye(3)[:2], np.array([np.sin(0.35), 0.0])
-        part, parent = np.full(2, LEFT_FOREARM), np.full(2, LEFT_UPPER_ARM)
-        return (DirectionResidual(part, parent, across, said, np.full(2, 0.02**2)),)
-
-
-@EACH
-def test_other_sensors_are_listened_to(name):
-    rng = np.random.default_rng(6)
-    tracker = make(name)
-    tracker.leader.sensors = (Pointing(),)
-    tracker.start(POSES["t"])
-    whole = surface_points(tracker.setup.body, POSES["t"], 3000, rng, 0.005)
-    surface = given(tracker, whole)[0].surface(POSES["t"], wide=False)
-    rest = surface.data[surface.part != LEFT_FOREARM]
-    for k in range(5):
-        found = tracker.step(cloud_of(rest, k))
-    said = np.arcsin(found.pose.rotations[LEFT_FOREARM, 0, 2])
-    assert np.degrees(said) == pytest.approx(20.0, abs=8.0 if name == "annealed" else 3.0)
-
-
-@EACH
-def test_data_with_colours_are_taken_as_well(name):
-    rng = np.random.default_rng(8)
-    tracker = make(name)
-    tracker.start(POSES["reaching"])
-    for cloud in clouds(tracker.setup.body, POSES["reaching"], rng, 3):
-        colours = rng.uniform(0, 255, (len(cloud.points), 3))
-        found = tracker.step(dataclasses.replace(cloud, colours=colours))
-    assert found.tracked
-    assert angle_errors(tracker.setup.body, found.pose, POSES["reaching"]).max() < LARGEST[name]
-
-
-@EACH
-def test_it_differs_from_accurate_in_the_estimator_alone(name):
-    values, base = preset(name).values(), preset("accurate").values()
-    assert {key for key in values if values[key] != base[key]} == {"estimator"}
