@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -167,7 +166,6 @@ class RunList(QObject):
         self.entries: tuple[RunEntry, ...] = ()
         self.active: RunEntry | None = None
         """The run whose model is drawn."""
-        self._places: WeakKeyDictionary[RunEntry, tuple[int, bool]] = WeakKeyDictionary()
         self._chosen: RunEntry | None = None
         self._made = 0
 
@@ -224,23 +222,12 @@ class RunList(QObject):
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; files are not touched."""
-        if entry in self.entries:
-            self._places[entry] = self.entries.index(entry), entry is self.active
         self.entries = tuple(kept for kept in self.entries if kept is not entry)
         self._chosen = None if self._chosen is entry else self._chosen
         if self.active is entry:
             self.active = self.entries[-1] if self.entries else None
             self.active_changed.emit()
         self.changed.emit()
-
-    def put_back(self, entry: RunEntry) -> None:
-        """Put a run back that was removed: to its place, and active where it was."""
-        place, active = self._places.get(entry, (len(self.entries), False))
-        if entry not in self.entries:
-            self.entries = (*self.entries[:place], entry, *self.entries[place:])
-            self.changed.emit()
-        if active or self.active is None:
-            self.activate(entry)
 
     def clear(self) -> None:
         """Forget all runs."""

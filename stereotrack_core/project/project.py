@@ -198,20 +198,6 @@ class Project:
         """Make the edit again that was taken back last; None where there is none."""
         return self._changing(self.history.redo)
 
-    def let_run_go(self, name: str) -> Changed | None:
-        """Take back that a run was kept by itself; see :meth:`History.let_run_go`."""
-        return self._changing(lambda: self.history.let_run_go(name))
-
-    def rename_kept_run(self, name: str, new: str) -> Changed | None:
-        """Let a run have been kept under another name; see :meth:`History.rename_kept_run`."""
-        return self._changing(lambda: self.history.rename_kept_run(name, new))
-
-    def drop_redo(self) -> None:
-        """Let what was undone stay so, after something that is not stored here was done."""
-        if not self.read_only:
-            with self._access.at_once():
-                self.history.drop_redo()
-
     def on_change(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after every change; the function returned ends that.
 

@@ -154,7 +154,7 @@ NEED_CLICKS = {
 
 LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
 
-NOT_HERE = {"quit", "demo", "close", "projects_beside", "repeat_run", "recent_1"}
+NOT_HERE = {"quit", "demo", "close", "projects_beside", "recent_1"}
 """Commands that would end the test or begin it anew, leave something beside the recording of
 others, or answer with a message when the test may be over."""
 

@@ -147,16 +147,17 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     assert other.context.session.project.in_use
     assert not other.context.actions.action("undo").isEnabled()
     assert "another program" in other.context.actions.command("undo").why_not()
-    other.context.session.tracker.choose_first_pose("tpose")
+    before = other.context.session.track.settings
+    other.context.session.tracker.use(before.replaced(iterations=1))
 
     def active() -> bool:
         other.activateWindow()
         return other.isActiveWindow()
 
     qtbot.waitUntil(active)
-    assert other.context.actions.action("undo").text() == "Undo Set initial pose to T pose"
+    assert other.context.actions.action("undo").text() == "Undo Set iterations to 1"
     QTest.keyClick(other, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert other.context.session.tracker.first_pose == "auto", "what is not stored is undone"
+    assert other.context.session.track.settings == before, "what is not stored is undone"
     assert not other.context.actions.action("undo").isEnabled()
     clicked(other, landmark="left_hand")
     assert {c.landmark for c in window.context.session.project.project.clicks.at(0)} == {"head"}

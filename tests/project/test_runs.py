@@ -1,4 +1,4 @@
-"""Runs are kept complete, listed without being read, renamed, noted, deleted; all can be undone."""
+"""Runs are kept complete, listed without being read, renamed, noted, removed and restored."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import (
     NoteRun,
     RenameRun,
+    RestoreRun,
     beside,
     delete_run,
     facts_of_meta,
@@ -30,6 +31,7 @@ from stereotrack_core.project.runs import (
     kept_runs,
     load_run,
     place_for_run,
+    removed_runs,
     run_facts,
     take_in,
     unfinished_runs,
@@ -147,110 +149,55 @@ def test_runs_of_one_name_are_not_mixed_up(project):
     assert free_name(project.runs, "accurate") == "accurate (3)"
 
 
-def test_a_run_is_replaced_only_where_that_is_said_and_comes_back(project):
-    project.apply(keep_run("accurate", run()))
-    project.apply(keep_run("accurate", run(seed=9), replacing=True))
-    assert_same(load_run(project.runs, "accurate"), run(seed=9))
-    project.undo()
-    assert_same(load_run(project.runs, "accurate"), run())
-
-
-def test_deleting_is_a_fact_that_can_be_undone(project):
+def test_a_run_is_removed_and_restored(project):
     project.apply(keep_run("accurate", run()))
     changed = project.apply(delete_run("accurate"))
     assert changed.words == "delete run accurate"
-    assert kept_runs(project.runs) == ()
+    assert (kept_runs(project.runs), removed_runs(project.runs)) == ((), ("accurate",))
     with pytest.raises(InputError, match="no run 'accurate'"):
         load_run(project.runs, "accurate")
-    project.undo()
+    project.apply(RestoreRun("accurate"))
     assert_same(load_run(project.runs, "accurate"), run())
-    project.redo()
-    assert kept_runs(project.runs) == ()
+    assert removed_runs(project.runs) == ()
+    with pytest.raises(InputError, match="was removed"):
+        project.apply(RestoreRun("accurate"))
 
 
-def test_undo_passes_by_a_run_that_was_kept_and_takes_back_what_a_person_did(project):
-    project.apply(place(CLICK))
-    project.apply(keep_run("accurate", run()))
-    assert project.history.to_undo().words == "place head in N, frame 1"
-    assert [entry.state for entry in project.history.entries()] == ["kept", "done"]
-    project.undo()
-    assert (project.clicks.count(), len(kept_runs(project.runs))) == (0, 1)
-    assert project.undo() is None
-    project.redo()
-    assert (project.clicks.count(), len(kept_runs(project.runs))) == (1, 1)
-    project.apply(delete_run("accurate"))
-    assert kept_runs(project.runs) == ()
-    assert project.history.to_undo().words == "delete run accurate"
-    project.undo()
-    assert_same(load_run(project.runs, "accurate"), run())
-
-
-def test_a_run_that_comes_to_its_end_meanwhile_leaves_redo_as_it_is(project):
-    project.apply(place(CLICK))
-    project.undo()
-    project.apply(keep_run("accurate", run()))
-    assert project.history.to_redo().words == "place head in N, frame 1"
-    project.redo()
-    assert project.clicks.count() == 1
-    project.undo()
-    assert (project.clicks.count(), len(kept_runs(project.runs))) == (0, 1)
-
-
-def test_small_steps_around_a_run_that_was_kept_stay_one_edit(project):
+def test_runs_are_nothing_that_undo_and_redo_know_of(project):
     step = MoveClicks((CLICK.key,), (0.5, 0.0))
     project.apply(place(CLICK))
     project.apply(step, continues=True)
     project.apply(keep_run("accurate", run()))
     project.apply(step, continues=True)
-    assert project.clicks.at(1)[0].position == (2.0, 2.0)
+    assert project.clicks.at(1)[0].position == (2.0, 2.0), "small steps around it stay one edit"
     project.undo()
+    project.apply(RenameRun("accurate", "better"))
+    project.apply(delete_run("better"))
     assert project.clicks.at(1)[0].position == (1.0, 2.0)
+    assert [entry.state for entry in project.history.entries()] == ["undone", "done"]
+    project.redo()
+    with sqlite3.connect(project.path) as database:
+        assert contradiction(database) == ""
 
 
-def test_a_name_that_redo_would_use_again_is_taken_by_the_run_alone(project):
-    """Redo is given up there rather than found to contradict what the project holds."""
-    project.apply(keep_run("one", run()))
-    project.apply(RenameRun("one", "two"))
-    project.undo()
-    project.apply(keep_run("two", run(seed=9)))
-    assert project.history.to_redo() is None
-    assert project.redo() is None
-    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
-
-
-def test_a_run_that_was_kept_is_let_go_and_kept_again_by_redo(project):
+def test_what_earlier_versions_noted_of_runs_is_passed_over(project, project_path):
     project.apply(place(CLICK))
     project.apply(keep_run("accurate", run()))
-    (before,) = kept_runs(project.runs)
-    assert project.let_run_go("accurate").words == "save run accurate"
-    assert kept_runs(project.runs) == ()
-    assert [entry.state for entry in project.history.entries()] == ["let go", "done"]
-    assert project.let_run_go("accurate") is None
-    with sqlite3.connect(project.path) as database:
-        assert contradiction(database) == ""
-    project.redo()
-    assert kept_runs(project.runs) == (before,)
-    assert_same(load_run(project.runs, "accurate"), run())
-
-
-def test_a_run_that_was_kept_gets_the_name_that_it_had_before(project):
-    project.apply(place(CLICK))
-    project.undo()
-    project.apply(keep_run("two", run()))
-    (before,) = kept_runs(project.runs)
-    changed = project.rename_kept_run("two", "one")
-    assert (changed.words, changed.leaves_redo) == ("save run one", True)
-    assert kept_runs(project.runs) == (replace(before, name="one"),)
-    assert project.history.to_redo().words == "place head in N, frame 1"
-    with sqlite3.connect(project.path) as database:
-        assert contradiction(database) == ""
-    project.apply(keep_run("two", run(seed=9)))
-    with pytest.raises(InputError, match="cannot be called"):
-        project.rename_kept_run("two", "one")
-    assert project.rename_kept_run("none", "three") is None
-    project.apply(delete_run("one"))
-    project.undo()
-    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
+    with project._access.writing() as database:
+        for number, state in ((2, "done"), (3, "undone")):
+            database.execute(
+                "INSERT INTO edit VALUES (?, 'save', 'save run', 'A', ?, ?)",
+                (number, "2026-01-02T03:04:05+00:00", state),
+            )
+            database.execute(
+                "INSERT INTO edit_change VALUES (?, 0, 'run', '[\"old\"]', NULL, NULL)", (number,)
+            )
+    project.close()
+    with Project.open(project_path) as again:
+        assert again.history.to_redo() is None
+        assert again.undo().words == "place head in N, frame 1"
+        assert again.undo() is None
+        assert len(kept_runs(again.runs)) == 1
 
 
 def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
@@ -260,9 +207,7 @@ def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
     (after,) = kept_runs(project.runs)
     assert after == replace(before, name="better")
     assert_same(load_run(project.runs, "better"), run())
-    project.undo()
-    assert kept_runs(project.runs) == (before,)
-    assert project.apply(RenameRun("first", "first")) is None
+    assert project.apply(RenameRun("better", "better")) is None
 
 
 def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
@@ -280,10 +225,6 @@ def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
     project.apply(delete_run("two"))
     project.apply(RenameRun("one", "two"))
     assert_same(load_run(project.runs, "two"), run())
-    project.undo()
-    project.undo()
-    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
-    assert_same(load_run(project.runs, "two"), run(seed=9))
 
 
 def test_a_note_is_written_changed_and_taken_away(project):
@@ -292,8 +233,6 @@ def test_a_note_is_written_changed_and_taken_away(project):
     assert kept_runs(project.runs)[0].facts.note == "lost at 120"
     project.apply(NoteRun("one", ""))
     assert kept_runs(project.runs)[0].facts.note == ""
-    project.undo()
-    assert kept_runs(project.runs)[0].facts.note == "lost at 120"
     assert_same(load_run(project.runs, "one"), run())
 
 

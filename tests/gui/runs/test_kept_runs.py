@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from weakref import ref
 
-import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -104,7 +103,7 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert len(hidden.frames) == 8
 
 
-def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot):
+def test_a_run_is_named_noted_removed_and_restored(tracking, qtbot):
     entry = finished(tracking, "run")
     settle(tracking, qtbot)
     panel = tracking.features.track.panel
@@ -120,14 +119,15 @@ def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot
     settle(tracking, qtbot)
     tracking.features.track.with_active(tracking.features.track.keeper.remove)
     assert (names(tracking), kept(tracking)) == ([], [])
-    tracking.context.session.edits.undo()
+    assert tracking.context.session.edits.to_undo() is None, "undo knows nothing of runs"
+    reopen(tracking, qtbot)
+    tracking.context.actions.refresh()
+    tracking.context.actions.action("restore_run").trigger()
     settle(tracking, qtbot)
     assert kept(tracking) == names(tracking) == ["with the coat"]
+    assert not tracking.features.track.keeper.removed
     assert len(tracking.context.session.runs.entries[0].frames) == 8
     assert panel.note.text() == "loses the hand"
-    tracking.context.session.edits.undo()
-    tracking.context.session.edits.undo()
-    assert names(tracking) == ["run"]
     assert sameness(tracking.context.session.runs.entries[0].run(), entry.run()).equal
 
 
@@ -166,7 +166,6 @@ def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, mon
     settle(tracking, qtbot)
     assert tracking.context.session.runs.entries == (entry, other)
     assert (names(tracking), kept(tracking)) == (["with the coat", "another"],) * 2
-    assert tracking.context.session.edits.to_undo().words == "rename run run to with the coat"
 
 
 def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
@@ -293,24 +292,3 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     details.second.setCurrentIndex(0)
     assert details.words.text().startswith("No differences")
     details.close()
-
-
-def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
-    said = []
-    tracking.context.notifier.shown.connect(said.append)
-    track_quickly(tracking)
-    tracking.context.view_state.select(range(1, 3))
-    tracking.context.session.tracker.run_selection()
-    qtbot.waitUntil(lambda: tracking.context.session.track.entry is None, timeout=60_000)
-    settle(tracking, qtbot)
-    (first,) = tracking.context.session.runs.entries
-    assert tracking.context.actions.action("repeat_run").isEnabled()
-    tracking.context.actions.action("repeat_run").trigger()
-    assert "already" in tracking.features.track.why_not_repeat()
-    qtbot.waitUntil(lambda: any("bit-identical" in one.what for one in said), timeout=60_000)
-    settle(tracking, qtbot)
-    again = tracking.context.session.runs.entries[1]
-    assert again.name == f"{first.name} again"
-    assert kept(tracking) == [first.name, again.name]
-    assert sameness(first.run(), again.run()).equal
-    np.testing.assert_array_equal(again.numbers(), [1, 2])

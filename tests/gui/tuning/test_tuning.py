@@ -272,32 +272,6 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
-def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
-    tuning.features.track.with_active(tuning.features.track.keeper.keep)
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    run = tuning.context.session.runs.active
-    assert run.kept == "quick"
-    before = tuning.context.session.track.settings
-    typed(tuning, "sigma_joint", "25")
-    tuning.context.actions.refresh()
-    undo = tuning.context.actions.action("undo")
-    assert undo.text() == "Undo Set sigma_joint to 25"
-    undo.trigger()
-    assert not undo.isEnabled()
-    tuning.context.session.edits.undo()
-    assert run in tuning.context.session.runs.entries
-    assert tuning.context.session.project.project.runs.names() == ("quick",)
-    assert tuning.context.session.track.settings == before
-    tuning.features.track.with_active(tuning.features.track.keeper.remove)
-    assert run not in tuning.context.session.runs.entries
-    tuning.context.actions.refresh()
-    assert undo.text() == "Undo Delete run quick"
-    undo.trigger()
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    assert tuning.context.session.project.project.runs.names() == ("quick",)
-    assert [entry.name for entry in tuning.context.session.runs.entries if entry.kept] == ["quick"]
-
-
 def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     tuning.features.tune.toggle_live()
     typed(tuning, "sigma_joint", "25")
