@@ -41,18 +41,6 @@ def test_links_and_pictures_of_the_readme_exist():
     assert [target for target in targets if not (ROOT / target).is_file()] == []
 
 
-def test_make_help_names_every_command_for_people():
-    text = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = set(re.search(r"^\.PHONY: (.*)$", text, flags=re.MULTILINE).group(1).split())
-    explained = set(re.findall(r"echo 'make ([\w-]+)", text))
-    assert explained == targets - {"help", "ready"}
-
-
-def test_pictures_are_small_enough_for_a_repository():
-    pictures = sorted((ROOT / "docs").glob("*.png"))
-    assert [path.name for path in pictures if path.stat().st_size > 300_000] == []
-
-
 def test_pages_and_paragraphs_can_be_read_in_one_go():
     for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
         text = page.read_text(encoding="utf-8")

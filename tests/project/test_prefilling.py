@@ -16,7 +16,6 @@ from stereotrack_core.project.prefilling import (
     fill_in,
     set_accepted_sigma,
 )
-from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.keypoints import keypoints_of
 
@@ -124,16 +123,6 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(project):
     assert project.clicks.get(unsure[1].key) is None, "nobody knows how certain it is"
 
 
-def test_files_of_single_cameras_of_one_detector_stay_together(project):
-    def of(camera, x):
-        return keypoints_of([(0, camera, "nose", x, 1.0, 1.0, "rtm", 0)])
-
-    project.keypoints.replace(of("N_right", 1.0))
-    project.keypoints.replace(of("S_cam", 2.0))
-    project.keypoints.replace(of("S_cam", 3.0))
-    assert project.keypoints.all().place[:, 0].tolist() == [1.0, 3.0]
-
-
 def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     project.predictions.replace("fit", [predicted(0)])
     project.apply(project.predictions.acceptance("fit"))
@@ -142,12 +131,3 @@ def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     assert project.clicks.get(key).origin == "hand"
     project.undo()
     assert project.clicks.get(key).origin == "accepted"
-
-
-def test_a_project_for_reading_takes_none(project, project_path):
-    project.close()
-    with (
-        Project.open(project_path, read_only=True) as reading,
-        pytest.raises(InputError, match="read"),
-    ):
-        reading.predictions.replace("fit", [predicted(0)])

@@ -15,13 +15,10 @@ from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import (
     Corrections,
-    ParameterSet,
-    load_parameters,
     load_reference,
     load_subject,
     save_corrections,
     save_landmark_set,
-    save_parameters,
     save_reference,
     save_subject,
 )
@@ -65,19 +62,6 @@ def test_a_reference_of_another_set_gives_the_landmarks_it_shares():
     np.testing.assert_array_equal(trajectory.points[:, LANDMARKS.index("head")], points[:, 1])
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"points": np.zeros((4, 8, 3))},
-        {"covariance": np.zeros((4, 9, 3))},
-        {"frame": np.array([0, 1, 1, 2])},
-    ],
-)
-def test_a_reference_that_contradicts_itself_is_refused(wrong):
-    with pytest.raises(ValueError, match=r"shape|ascend"):
-        replace(reference(), **wrong)
-
-
 def test_subjects_are_saved_chosen_and_taken_away(project):
     assert project.subject() is None
     project.apply(save_subject(SUBJECT))
@@ -108,12 +92,6 @@ def test_the_nine_landmarks_are_there_without_saying_so(project):
     assert project.landmark_set() == longer
     project.apply(Choose("landmark_set", None))
     assert project.landmark_set() == NINE
-
-
-def test_parameters_come_back(project):
-    parameters = ParameterSet("accurate", {"model_points": 40, "gate": 2.5, "mode": "x"})
-    project.apply(save_parameters("mine", parameters))
-    assert load_parameters(project.parameter_sets, "mine") == parameters
 
 
 def test_corrections_change_the_description_and_nothing_else(project, recording):

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import sqlite3
-import time
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
+from stereotrack_core.interop.run_npz import run_bytes
 from stereotrack_core.project import entries
 from stereotrack_core.project.clicks import MoveClicks, place
 from stereotrack_core.project.database import ProjectDamaged
@@ -25,7 +22,6 @@ from stereotrack_core.project.runs import (
     RestoreRun,
     beside,
     delete_run,
-    facts_of_meta,
     free_name,
     keep_run,
     kept_runs,
@@ -101,13 +97,6 @@ def test_a_run_comes_back_bit_by_bit_after_the_project_was_closed(project, proje
     project.close()
     with Project.open(project_path) as again:
         assert_same(load_run(again.runs, "accurate"), run())
-
-
-@settings(max_examples=20)
-@given(st.integers(0, 5), st.integers(0, 2**32))
-def test_the_bytes_of_a_run_are_a_run_file(frames, seed):
-    made = run(frames + 1, seed)
-    assert_same(run_of_bytes(run_bytes(made), "here"), made)
 
 
 def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
@@ -254,21 +243,6 @@ def test_few_facts_are_read_and_senseless_ones_are_damage(project):
         kept_runs(project.runs)
 
 
-@pytest.mark.parametrize(
-    ("meta", "detector"),
-    [
-        ({"detector": "blazepose", "keypoints": None}, "blazepose"),
-        ({"detector": "", "keypoints": {"sources": ["openpose", "rtm"]}}, "openpose, rtm"),
-        ({}, ""),
-    ],
-)
-def test_facts_name_the_detector_that_a_run_used(meta, detector):
-    facts = run_facts(facts_of_meta(meta, np.arange(3), 3))
-    assert facts.detector == detector
-    told = {row.what: row.first for row in beside(facts, facts)}
-    assert told["pose detector"] == (detector or "none")
-
-
 def test_two_runs_differ_in_what_they_were_made_with():
     a = run_facts(_facts(run()))
     b = run_facts(_facts(run(iterations=2)))
@@ -299,15 +273,3 @@ def test_a_run_that_was_killed_before_its_first_frame_leaves_nothing(project, co
     assert take_in(project, path) is None
     assert not path.exists()
     assert kept_runs(project.runs) == ()
-
-
-def test_long_runs_are_kept_and_listed_quickly(project):
-    made = [run(2000, seed=seed, n=24) for seed in range(3)]
-    begun = time.process_time()
-    for number, one in enumerate(made):
-        project.apply(keep_run(f"run {number}", one))
-    keeping = (time.process_time() - begun) / len(made)
-    begun = time.process_time()
-    assert len(kept_runs(project.runs)) == len(made)
-    listing = time.process_time() - begun
-    assert listing < keeping
