@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -202,12 +202,9 @@ class RunList(QObject):
             if name not in taken:
                 return name
 
-    def free_name(self, wanted: str, *, besides: Iterable[RunEntry] = ()) -> str:
-        """Name that is wanted, or one with a number behind it where another run has it.
-
-        `besides`: runs that are not in the list now, and may come back.
-        """
-        taken = {entry.name for entry in (*self.entries, *besides)}
+    def free_name(self, wanted: str) -> str:
+        """Name that is wanted, or one with a number behind it where another run has it."""
+        taken = {entry.name for entry in self.entries}
         others = (f"{wanted} ({number})" for number in range(2, len(taken) + 3))
         return next(name for name in (wanted, *others) if name not in taken)
 

@@ -1,4 +1,4 @@
-"""Tune: trials beside a run, values of one parameter, and presets."""
+"""Tune: trials beside a run, and presets."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def register(context: Context) -> TuneController:
             side=(
                 ("scene",),
                 ("parameters",),
-                ("trials", "series", "comparison", "runs", "inside"),
+                ("trials", "comparison", "runs", "inside"),
             ),
             bottom=("plot", "timeline"),
             side_share=0.40,

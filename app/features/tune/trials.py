@@ -20,7 +20,7 @@ from stereotrack_core.tracking.tuning.trial import Start, Trial, start_before
 
 from ...session.runs import RunEntry
 from ...session.session import Session
-from .runner import TrialRunner, Trials
+from .runner import Tracked, TrialRunner
 
 _PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
@@ -43,8 +43,6 @@ class TrialPresenter(QObject):
 
     arrived = Signal()
     """A trial has the frame that is shown."""
-    begins = Signal()
-    """A trial is about to be tracked: whatever else is tried ends."""
     changed = Signal()
     """What is said of the trials is different."""
     grew = Signal()
@@ -56,7 +54,7 @@ class TrialPresenter(QObject):
         self._runner, self._stretch = runner, stretch
         self.live = True
         self.running: RunEntry | None = None
-        self._trials: Trials | None = None
+        self._trials: Tracked | None = None
         self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self.run)
@@ -172,10 +170,9 @@ class TrialPresenter(QObject):
 
     def _begin(self, entry: RunEntry) -> None:
         self.cancel()
-        self.begins.emit()
         self.running = entry
         title = f"tracking the trial {entry.name}"
-        self._trials = self._runner.track(title, [(entry, self._made[entry])])
+        self._trials = self._runner.track(title, entry, self._made[entry])
         self._trials.grown.connect(self._on_grown)
         self._trials.ended.connect(self._on_ended)
 
@@ -211,7 +208,7 @@ class TrialPresenter(QObject):
         else:
             own = settings_of(base)
             changes = changes_in_words(own, trial.settings) if own is not None else ""
-            name = self._runs.free_name(changes or as_run, besides=self._made)
+            name = self._runs.free_name(changes or as_run)
             entry = entry_of(self._session, name, trial)
         self._made[entry] = trial
         return entry
@@ -233,13 +230,12 @@ class TrialPresenter(QObject):
         self.changed.emit()
 
     @Slot(object)
-    def _on_grown(self, grown: dict[RunEntry, list[int]]) -> None:
-        for entry, frames in grown.items():
-            if self._session.document.frame in frames:
-                self.arrived.emit()
-            if len(entry.frames) == len(frames):
-                # the first frame is shown at once, those after it now and then
-                self._session.judging.judge()
+    def _on_grown(self, frames: list[int]) -> None:
+        if self._session.document.frame in frames:
+            self.arrived.emit()
+        if self.running is not None and len(self.running.frames) == len(frames):
+            # the first frame is shown at once, those after it now and then
+            self._session.judging.judge()
         self._runs.grew.emit()
         self.grew.emit()
 

@@ -3,7 +3,6 @@
 import os
 import signal
 import sys
-import threading
 from contextlib import contextmanager
 
 import numpy as np
@@ -12,7 +11,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune.presets import NameDialog
-from app.session import judgement
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
@@ -113,22 +111,6 @@ def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
     assert names(tuning) == ["sigma joint 35 deg"]
     assert trials.entries[0].settings.tracking.sigma_joint == 35.0
     assert sorted(trials.entries[0].frames) == list(range(8))
-
-
-@unix
-def test_a_trial_takes_the_place_of_a_series(tuning, qtbot):
-    series, trials = tuning.features.tune.series, tuning.features.tune.trials
-    settings = tuning.context.session.track.settings
-    row = next(one for one in settings.rows() if one.name == "sigma_joint")
-    with standing_still(tuning):
-        series.begin(row, (10.0, 15.0, 20.0), settings)
-        typed(tuning, "sigma_joint", "25")
-        qtbot.waitUntil(lambda: trials.running is not None)
-        assert not series.running
-    qtbot.waitUntil(tuning.context.tasks.settled)
-    assert series.tried == (), "only values with frames stay"
-    (trial,) = trials.entries
-    assert len(trial.frames) == 8
 
 
 def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
@@ -296,58 +278,6 @@ def test_the_table_is_written_again_only_when_it_says_something_else(tuning, mon
     assert not written
     tune.trials.changed.emit()
     assert written
-
-
-def test_values_of_one_parameter_beside_each_other(tuning, qtbot, monkeypatch):
-    panel, series = tuning.features.tune.series_panel, tuning.features.tune.series
-    threads, judge = set(), judgement.judged
-
-    def watched(*what):
-        threads.add(threading.current_thread())
-        return judge(*what)
-
-    monkeypatch.setattr(judgement, "judged", watched)
-    tuning.context.docks.dock("series").raise_()
-    panel.choose("sampling")
-    assert panel.low.isHidden()
-    assert panel.unit.text().startswith("each of: ")
-    panel.choose("sigma_joint")
-    assert not panel.low.isHidden()
-    panel.low.setText("5")
-    panel.high.setText("500")
-    QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
-    assert not series.running
-    assert "from 0.1 to 180 deg" in panel.words.text()
-    panel.high.setText("45")
-    panel.count.setValue(3)
-    panel.by_factors.setChecked(True)
-    QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
-    assert series.running
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=90_000)
-    assert [one.value for one in series.tried] == [5.0, 15.0, 45.0]
-    assert all(one.complete for one in series.tried)
-    best = series.best()
-    means = [one.summary.arms for one in series.tried]
-    assert best == int(np.argmin(means))
-    assert threads, "values are judged where runs are"
-    assert threading.main_thread() not in threads
-    assert [one.best for one in series.values()].count(True) == 1
-    run = tuning.context.session.runs.active
-    panel.slider.setFocus()
-    QTest.keyClick(panel.slider, Qt.Key.Key_Right)
-    assert series.shown == 1
-    assert tuning.context.session.runs.active is run
-    assert series.tried[1].entry in tuning.context.session.runs.entries
-    place = panel.plot.place_of(45.0, means[2])
-    view = panel.plot._plot.viewport()
-    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.mapFrom(panel.plot, place))
-    assert series.shown == 2
-    assert series.tried[1].entry not in tuning.context.session.runs.entries
-    tuning.features.tune.trials.live = False
-    QTest.mouseClick(panel.take, Qt.MouseButton.LeftButton)
-    assert tuning.context.session.track.settings.tracking.sigma_joint == 45.0
-    assert series.tried[2].entry not in tuning.context.session.runs.entries
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):

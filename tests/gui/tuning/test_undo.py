@@ -99,14 +99,6 @@ def test_in_a_field_that_is_being_edited_the_keys_are_for_its_text(still):
     QTest.keyClick(field, Qt.Key.Key_Escape)
     press()
     assert sigma(still) != 25.0, "nothing of the field's text is left to undo"
-    series = still.features.tune.series_panel
-    still.context.docks.bring_up("series")
-    for widget in (series.count, series.parameter):
-        widget.setFocus()
-        press(CTRL | SHIFT)
-        assert sigma(still) == 25.0, widget
-        press()
-        assert sigma(still) != 25.0, widget
 
 
 def test_changes_of_one_parameter_in_a_row_are_one_edit(still):
