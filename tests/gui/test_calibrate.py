@@ -202,21 +202,6 @@ def test_what_cannot_work_says_what_to_film_again(window, qtbot, monkeypatch, tm
     assert "Find the board" in page.steps.buttons["lenses"].toolTip()
 
 
-def test_a_search_can_be_stopped(window, qtbot, monkeypatch, board_pictures):
-    press(window.welcome.calibrate_button)
-    page = described(window, monkeypatch, board_pictures)
-    press(page.next_button)
-    press(page.stop_button)
-    state = done(qtbot, window)
-    assert state.found is None
-    assert page.do_button.text() == "Find the board"
-    # another camera is no longer wanted
-    press(page.steps.buttons["board"])
-    page.board.sources.setCurrentItem(page.board.sources.topLevelItem(1))
-    press(page.board.remove_button)
-    assert [one.camera for one in page._calibration.state.sources] == ["N_left"]
-
-
 def test_the_world_of_a_recording_is_turned(newly_opened, qtbot, monkeypatch, tmp_path):
     window = newly_opened
     calibrate = window.features.calibrate

@@ -77,20 +77,6 @@ def test_changes_of_the_same_thing_in_a_row_are_one(stage):
     assert stage.edits.to_undo() is None, "as it was before"
 
 
-def test_of_a_project_that_can_only_be_read_nothing_is_undone(stage, path):
-    stage.click()
-    stage.edits.set_project(None)
-    stage.project.close()
-    with Project.open(path, read_only=True) as project:
-        reader = Stage(project)
-        assert reader.words() == ("", "")
-        reader.set(1)
-        assert reader.words() == ("set value to 1", "")
-        reader.edits.undo()
-        reader.edits.undo()
-        assert (reader.value, reader.frames(), reader.messages) == (0, [0], [])
-
-
 def test_what_the_window_did_ends_with_its_project_and_what_is_stored_comes_with_it(stage):
     stage.click(2)
     stage.set(1)

@@ -9,7 +9,6 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtWidgets import QApplication, QTabBar, QWidget
 
-from app.shell.main_window import first_size
 from app.widgets.forms.message import Message
 from tests.gui.hands import RIGHT, clicks, drag, key, view
 from tests.gui.kept_window import close_window, open_recording, show_window
@@ -132,16 +131,6 @@ def test_panels_leave_room_to_the_pictures(window, four_views, qtbot):
     docks.reset()
     QApplication.processEvents()
     assert side.width() == pytest.approx(0.26 * 1280, abs=3)
-
-
-@pytest.mark.parametrize(
-    ("width", "height"), [(1366, 768), (1280, 720), (1920, 1080), (3840, 2160)]
-)
-def test_the_first_window_fits_the_screen(width, height):
-    first = first_size(QSize(width, height))
-    assert first.width() <= width
-    assert first.height() <= height - 30, "a frame is drawn around it"
-    assert first.width() >= 0.4 * width
 
 
 def is_seen(camera, points):

@@ -122,12 +122,6 @@ def test_without_keypoints_and_detector_it_says_what_would_help(bare):
     assert "choose Track, Install pose detector …" in tip
 
 
-def test_where_the_detector_is_installed_mono_views_can_be_tracked(detector):
-    action = detector.context.actions.action
-    assert action("run").isEnabled(), action("run").statusTip()
-    assert "Run the tracker first: it detects them" in action("trial_now").statusTip()
-
-
 def keep(window, qtbot, rows):
     """Let the project have keypoints of a detector, as an import does."""
     session, found = window.context.session, keypoints_of(rows)

@@ -58,26 +58,6 @@ def test_some_frames_can_be_kept_anew_and_the_others_stay(project):
         project.predictions.replace("fit", [predicted(1, source="run a")])
 
 
-def test_a_selection_is_taken_by_one_edit_and_can_be_undone(project):
-    many = [
-        predicted(frame, landmark=landmark, sigma=sigma)
-        for frame in range(3)
-        for landmark, sigma in (("left_elbow", 2.0), ("left_hand", 8.0))
-    ]
-    project.predictions.replace("fit", many)
-    project.apply(PlaceClicks((Click(1, "N_right", "left_elbow", (1.0, 2.0)),)))
-    edit = project.predictions.acceptance("fit", range(2), {"left_elbow"})
-    project.apply(edit)
-    clicks = {click.key: click for click in project.clicks.all()}
-    assert {key.frame for key in clicks} == {0, 1}
-    assert clicks[ClickKey(0, "N_right", "left_elbow")].origin == "accepted"
-    assert clicks[ClickKey(1, "N_right", "left_elbow")].position == (1.0, 2.0)
-    project.undo()
-    assert project.clicks.count() == 1
-    assert project.predictions.acceptance("fit", landmarks={"head"}) is None
-    assert project.predictions.acceptance("other") is None
-
-
 def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(project):
     rows = [
         (frame, "N_right", name, x, 20.0 * frame, sure, source, 0)

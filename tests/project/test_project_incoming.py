@@ -68,16 +68,6 @@ def test_a_deleted_click_does_not_come_back_by_itself(project):
     assert project.clicks.count() == 1
 
 
-def test_their_deletion_is_a_question_too(project):
-    project.apply(PlaceClicks((A,)))
-    gone = replace(A, deleted=True)
-    found = incoming(project.clicks.all(), [gone, replace(gone, frame=5)], "second")
-    assert (found.new, len(found.conflicts)) == ((), 1)
-    project.apply(found.edit("theirs"))
-    assert project.clicks.get(A.key).deleted
-    assert project.clicks.get(replace(A, frame=5).key) is None
-
-
 def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path):
     """Flag and sigma have no column; to read the file again must not ask or change them."""
     project.apply(PlaceClicks((A, B)))

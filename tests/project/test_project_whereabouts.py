@@ -50,22 +50,6 @@ def test_a_recording_that_moved_is_known_by_its_fingerprint(
     assert project.find_recording().finding is None, "stores the new place"
 
 
-def test_a_recording_renamed_in_its_folder_is_found_from_a_project_elsewhere(
-    project, project_path, recording, tmp_path
-):
-    project.close()
-    documents = tmp_path / "documents"
-    documents.mkdir()
-    moved = project_path.rename(documents / project_path.name)
-    (recording.folder.parent / "broken").mkdir()
-    (recording.folder.parent / "broken" / "recording.toml").write_text("no toml [")
-    renamed = recording.folder.rename(recording.folder.with_name("walk-2024"))
-    with Project.open(moved) as opened:
-        found = opened.find_recording()
-        assert found.folder == renamed
-        assert "has moved here" in found.finding.what
-
-
 def test_a_recording_is_never_written_to(recording, tmp_path):
     """Everything that a project does leaves the folder as it is, bytes and times."""
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from pathlib import Path
-from weakref import ref
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.track import keeping as keeper
-from app.session.judgement import judged
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
@@ -131,23 +128,6 @@ def test_a_run_is_named_noted_removed_and_restored(tracking, qtbot):
     assert sameness(tracking.context.session.runs.entries[0].run(), entry.run()).equal
 
 
-def test_runs_are_changed_in_the_window_s_thread_alone(tracking, qtbot, monkeypatch):
-    elsewhere = []
-
-    def change(entry, name, value):
-        if threading.current_thread() is not threading.main_thread():
-            elsewhere.append(name)
-        object.__setattr__(entry, name, value)
-
-    monkeypatch.setattr(RunEntry, "__setattr__", change)
-    finished(tracking, "run")
-    settle(tracking, qtbot)
-    reopen(tracking, qtbot)
-    (entry,) = tracking.context.session.runs.entries
-    assert (entry.kept, len(entry.frames)) == ("run", 8)
-    assert elsewhere == []
-
-
 def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, monkeypatch):
     begun, go = threading.Event(), threading.Event()
 
@@ -245,31 +225,6 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     tracking.features.view.toggle_overlay("others")
     styles = {(curve.name, curve.style) for curve in tracking.features.review.plot.plot._curves}
     assert styles == {("c", "solid"), ("a", "dash"), ("b", "dot")}
-
-
-def test_figures_of_a_run_that_is_gone_are_not_shown_for_another_one(tracking):
-    """Memory is used again: a new run may lie where the old one was, with its name and length."""
-    truth = tracking.context.session.judging.truth
-    old, new = (
-        entry_of_run(
-            made_run(tracking.context.session.document.recording, off=off), Path("again.npz")
-        )
-        for off in (0.6, 0.1)
-    )
-
-    def figures(entry):
-        found = tracking.features.track._found((entry,), judged(entry.now(), truth))
-        return [row.cells[0].value for row in found.rows]
-
-    entry = replace(old)
-    before, place, gone = figures(entry), id(entry), ref(entry)
-    del entry
-    assert gone() is None
-    entry, missed = replace(new), []
-    while id(entry) != place and len(missed) < 1000:
-        missed.append(entry)
-        entry = replace(new)
-    assert figures(entry) == figures(new) != before
 
 
 def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):

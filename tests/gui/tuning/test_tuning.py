@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune.presets import NameDialog
@@ -149,17 +149,6 @@ def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
     )
 
 
-def test_a_run_is_named_by_its_preset_and_by_what_differs_from_it(opened):
-    track, fast = opened.context.session.track, preset("fast")
-    track.choose("fast", fast)
-    assert track.name_of(fast) == "fast"
-    other = fast.replaced(iterations=2, fit_shape=False)
-    assert track.name_of(other) == "fast, iterations 2, fit shape no"
-    runs = opened.context.session.runs
-    assert runs.next_name(track.name_of(other)) == "1: fast, iterations 2, fit shape no"
-    assert runs.free_name("iterations 2") == "iterations 2"
-
-
 def drawn(window):
     """How the curves of each run are drawn: width, whether solid, and how opaque."""
     plot = window.features.review.plot.plot
@@ -188,27 +177,6 @@ def test_the_chosen_trial_is_drawn_solid_and_thick_before_the_others(tuning, qtb
     assert looks[second][0] == looks["quick"][0] == 1.0
     assert "Green is lower" in tuning.features.tune.panel._colours.text()
     assert tuning.features.tune.panel._colours.isVisible(), "colours are explained where they are"
-
-
-def test_the_scene_is_seen_beside_the_parameters(tuning):
-    docks = tuning.context.docks
-    assert all(docks.is_seen(name) for name in ("scene", "parameters", "trials", "plot"))
-    assert docks.scene.is_seen()
-
-
-def test_parameters_open_at_the_last_one_touched(tuning, qtbot):
-    panel = tuning.features.tune.parameters
-    tried(tuning, qtbot)
-    assert tuning.context.settings.value("tune/parameter") == "sigma_joint"
-    line, port = panel.line("sigma_joint"), panel._scroll.viewport()
-
-    def top():
-        return line.mapTo(port, QPoint(0, 0)).y()
-
-    panel.search.setFocus()
-    panel.search.selectAll()
-    QTest.keyClick(panel.search, Qt.Key.Key_Delete)
-    qtbot.waitUntil(lambda: 0 <= top() < 20)
 
 
 def test_a_trial_becomes_the_run(tuning, qtbot):
@@ -268,16 +236,6 @@ def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     assert len(set(counts.values())) == 3
     assert tuning.features.tune.parameters.line("sigma_joint").is_changed
     tuning.features.tune.toggle_live()
-
-
-def test_the_table_is_written_again_only_when_it_says_something_else(tuning, monkeypatch):
-    tune, written = tuning.features.tune, []
-    monkeypatch.setattr(tune.panel, "show_table", lambda *what: written.append(what))
-    tune.trials.grew.emit()
-    tuning.context.session.document.frame_changed.emit(0)
-    assert not written
-    tune.trials.changed.emit()
-    assert written
 
 
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):
