@@ -1,4 +1,4 @@
-"""The steps that a window takes: pairs, changes against a calibration before, verdicts."""
+"""The steps that a window takes: changes against a calibration before, verdicts."""
 
 from dataclasses import replace
 
@@ -8,7 +8,6 @@ import pytest
 from stereotrack_core.calibrate import verdict
 from stereotrack_core.calibrate.changes import change_table, changes
 from stereotrack_core.calibrate.lens import RADIAL, Lens
-from stereotrack_core.calibrate.pairs import PairFit, calibrate_pairs, stereo_names
 from stereotrack_core.calibrate.pictures import places_in
 from stereotrack_core.calibrate.search import Search
 from stereotrack_core.calibrate.work import FitLenses, FitWorld, Source, sources_in
@@ -44,43 +43,6 @@ def scene():
     seen = [sightings_of(camera, boards, 3) for camera in cameras]
     alone = replace(seen[0], camera="far", frames=seen[0].frames + 100)
     return cameras, [*seen, alone]
-
-
-def test_stereo_cameras_are_known_by_their_names():
-    names = ["N_left", "N_right", "S_left", "a_l", "a_r", "left"]
-    assert stereo_names(names) == (("N_left", "N_right"), ("a_l", "a_r"))
-
-
-def test_pairs_are_placed_with_their_lenses_as_they_are(scene):
-    cameras, sightings = scene
-    known = {one.name: one for one in cameras}
-    (pair,) = calibrate_pairs(sightings, known, BOARD, stereo_names(list(known)))
-    assert (pair.first, pair.second, pair.problem) == ("N_left", "N_right", "")
-    assert pair.distance_m == pytest.approx(0.12, abs=0.002)
-    assert pair.angle_deg == pytest.approx(3.4, abs=0.3)
-    assert pair.row_error_px < 0.3
-    assert verdict.of_pairs([pair]).grade == "good"
-
-
-def test_a_pair_that_cannot_be_placed_says_why(scene):
-    cameras, sightings = scene
-    few = replace(sightings[1].only(np.arange(2)), frames=sightings[0].frames[:2])
-    (pair,) = calibrate_pairs([sightings[0], few], {one.name: one for one in cameras}, BOARD)
-    assert "in 2 pictures only" in pair.problem
-    said = verdict.of_pairs([pair])
-    assert said.grade == "bad"
-    assert "Film again" in said.sentences()
-    (pair,) = calibrate_pairs(sightings[:2], {"N_left": cameras[0]}, BOARD)
-    assert pair.problem == "the lens of N_right is not calibrated"
-
-
-def test_pairs_need_not_all_be_placed_where_a_chain_connects_them():
-    chain = [PairFit("a", "b", 9, rms_px=0.1), PairFit("b", "c", 9, rms_px=0.1)]
-    far = PairFit("a", "c", 1, problem="too few", remedy="Film again.")
-    assert verdict.of_pairs([*chain, far]).grade == "good"
-    assert verdict.of_pairs([chain[0], far]).grade == "doubtful"
-    odd = PairFit("a", "c", 5, rms_px=7.9)
-    assert "contradict each other by 7.9 px" in verdict.of_pairs([*chain, odd]).sentences()
 
 
 def test_lenses_that_fail_do_not_keep_the_others_from_their_results(scene):

@@ -14,7 +14,6 @@ from stereotrack_core.recording.writing import keep_beside
 from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.tables import Table
 
-from .shown import pair_table
 from .state import Calibration, Recorded, StepName
 
 
@@ -47,7 +46,7 @@ def report_tables(state: Calibration) -> Sequence[Table]:
         world = state.world.result
         changed = change_table(state.changes) if state.changes else None
         left_out = left_out_table([out for one in world.sightings for out in one.left_out])
-        tables = [*world_tables(world), pair_table(state), turned, changed, left_out]
+        tables = [*world_tables(world), turned, changed, left_out]
     return [one for one in tables if one is not None]
 
 
