@@ -22,11 +22,16 @@ class HistoryPresenter(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.project: Project | None = None
+        self._project: Project | None = None
         self._target: int | None = None
         self._count = 0
         self._timer = QTimer(self, interval=0)
         self._timer.timeout.connect(self._go_on)
+
+    def set_project(self, project: Project | None) -> None:
+        """Go through another project's history from now on."""
+        self.stop()
+        self._project = project
 
     @property
     def jumping(self) -> bool:
@@ -66,7 +71,7 @@ class HistoryPresenter(QObject):
 
     def _step(self, target: int) -> Changed | None:
         """Undo or redo one edit; None where the target is reached, or nothing can be done."""
-        project = self.project
+        project = self._project
         if project is None:
             return None
         last, following = project.history.to_undo(), project.history.to_redo()

@@ -135,10 +135,8 @@ class AnnotationPanels(QObject):
             self._forget = self.project.on_change(self._edited.emit)
             self.bar.set_filter(_stored_filter(self.project))
         self.repeats = BlindRepeats(self.project) if self.project is not None else None
-        self.history.stop()
-        self.history.project = self.project
-        history = None if self.project is None else self.project.history
-        self.history_panel.show_edits(None if history is None else history.entries)
+        self.history.set_project(self.project)
+        self.history_panel.show_edits(self.project.history.entries if self.project else None)
         self.next.set_project(self.project, click_cameras(recording))
         self.next_panel.show_wanted(self.next.wanted_deg)
         self._make_lanes()

@@ -359,8 +359,7 @@ class CalibrationController(QObject):
     @Slot()
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
-        corrected = self._context.session.document.corrections is not None
-        known = None if recording is None else _recorded(recording, corrected=corrected)
+        known = None if recording is None else _recorded(recording)
         before = self.state.axes
         if known is None or known.folder == self.state.saved_into:
             axes = Axes() if self.state.world is None else before  # it is turned already
@@ -377,7 +376,7 @@ class CalibrationController(QObject):
         self.reading.close()
 
 
-def _recorded(recording: Recording, *, corrected: bool) -> Recorded:
+def _recorded(recording: Recording) -> Recorded:
     """What matters of a recording: the cameras that its views use."""
     views = recording.views
     used = {stream.camera for view in views for stream in view.streams().values() if stream.camera}
@@ -387,5 +386,4 @@ def _recorded(recording: Recording, *, corrected: bool) -> Recorded:
         {name: one for name, one in recording.cameras.items() if name in used},
         any(view.kind != "mono" for view in views),
         recording.guessed,
-        corrected,
     )

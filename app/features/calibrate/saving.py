@@ -56,8 +56,6 @@ def why_not_into(state: Calibration) -> str:
         return "No recording is open."
     if state.recording.guessed:
         return "The cameras of the recording are guessed, so that there is nothing to replace."
-    if state.of_recording and state.recording.corrected:
-        return "The project corrects the cameras of this recording. Save the calibration to a file."
     if state.world is None and not (state.of_recording and state.cameras):
         return "Place all cameras first, or choose what the world is turned by."
     missing = [name for name in state.recording.cameras if name not in state.cameras]

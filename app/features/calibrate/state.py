@@ -87,8 +87,6 @@ class Recorded:
     """Whether a view measures depth, in which the floor may be seen."""
     guessed: bool = False
     """Whether the cameras are guessed, so that there is no world to turn."""
-    corrected: bool = False
-    """Whether the project corrects the recording, so that its files are not what is shown."""
 
 
 @dataclass(frozen=True, eq=False)

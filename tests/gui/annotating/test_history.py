@@ -23,7 +23,7 @@ def edits(project, count, start=0):
 def panel(project, shown):
     made = HistoryPanel()
     presenter = HistoryPresenter(made)
-    presenter.project = project
+    presenter.set_project(project)
     made.jump_requested.connect(presenter.jump_to)
     made.stop_requested.connect(presenter.stop)
     presenter.moved.connect(made.show_going)
