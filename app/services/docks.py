@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, Signal
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
 
 from stereotrack_core.errors import InputError
@@ -16,11 +16,11 @@ from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
 from .focus import FocusWalk
 from .layout import (
-    PanelShares,
     Workspace,
     arrange,
     forget_layout,
     is_in_front,
+    leave_room,
     restore_layout,
     save_layout,
 )
@@ -80,8 +80,8 @@ class Docks(QObject):
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
         self._alone = False
-        self._shares = PanelShares(host, self._docks)
-        self._room: _Room | None = None
+        self._before: QByteArray | None = None
+        host.installEventFilter(self)
         self.redraw = RedrawQueue(self)
         self.views, self.scene = CameraGrid(self.redraw), SceneView()
         self.timeline, self.transport = TimelineView(), Transport()
@@ -116,7 +116,6 @@ class Docks(QObject):
         if not titled:
             dock.setTitleBarWidget(QWidget())
         self._docks[name] = dock
-        self._shares.watch(dock)
         return dock
 
     def lay_over_views(self, bar: QWidget) -> None:
@@ -187,14 +186,17 @@ class Docks(QObject):
     def make_room(self, name: str, share: float) -> None:
         """Let a panel's column go down to the lower end, and give the panel so much of it."""
         dock = self._docks[name]
-        if self._room is None and not dock.isHidden():
-            self._room = _Room(self._host, self._docks, dock, share)
+        if self._before is None and not dock.isHidden():
+            self._before = self._host.saveState()
+            self._host.setCorner(_CORNER, Qt.DockWidgetArea.RightDockWidgetArea)
+            high = round(share * self.middle.height())
+            self._host.resizeDocks([dock], [high], Qt.Orientation.Vertical)
 
     def give_room_back(self) -> None:
         """Take back what :meth:`make_room` did."""
-        if self._room is not None:
-            self._room.restore()
-            self._room = None
+        if self._before is not None:
+            self._host.restoreState(self._before)
+            self._before = None
 
     # ---- workspaces
 
@@ -228,10 +230,9 @@ class Docks(QObject):
             self.workspace_changed.emit()
             return
         self._settings.setValue("workspace", space.name)
-        shares = restore_layout(self._host, self._settings, space)
-        if shares is None:
-            shares = arrange(self._host, self._docks, space)
-        self._shares.give(shares)
+        if not restore_layout(self._host, self._settings, space):
+            arrange(self._host, self._docks, space)
+        leave_room(self._host, self._docks)
         self.workspace_changed.emit()
 
     def show_named(self, name: str) -> None:
@@ -275,61 +276,17 @@ class Docks(QObject):
     def arrange(self) -> None:
         """Put the panels of this workspace where they are by default, for now."""
         if self._shown is not None and not self._alone:
-            self._shares.give(arrange(self._host, self._docks, self._shown))
+            arrange(self._host, self._docks, self._shown)
+            leave_room(self._host, self._docks)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if watched is self._host and event.type() == QEvent.Type.Resize:
+            leave_room(self._host, self._docks)
+        return False
 
     def _keep(self) -> None:
         alone, self._alone = self._alone, False
         if self._shown is not None and not alone:
             self.leaving.emit()
             self.give_room_back()
-            save_layout(self._host, self._settings, self._shown, self._shares.now())
-
-
-class _Room(QObject):
-    """The room that one panel has got for a while from that above it and from those below."""
-
-    def __init__(
-        self, host: QMainWindow, docks: dict[str, QDockWidget], dock: QDockWidget, share: float
-    ) -> None:
-        super().__init__()
-        self._host, self._share = host, share
-        self._corner = host.corner(_CORNER)
-        self._column = _column_of(host, docks, dock)
-        self._heights = [each.height() for each in self._column]
-        host.setCorner(_CORNER, Qt.DockWidgetArea.RightDockWidgetArea)
-        QTimer.singleShot(0, self, self._share_column)
-
-    @Slot()
-    def _share_column(self) -> None:
-        if len(self._column) == 2:
-            whole = sum(each.height() for each in self._column)
-            self._resize([round((1.0 - self._share) * whole), round(self._share * whole)])
-
-    def restore(self) -> None:
-        """Put everything back."""
-        self._host.setCorner(_CORNER, self._corner)
-        if layout := self._host.layout():
-            layout.activate()
-        self._resize(self._heights)
-        self._column = []
-
-    def _resize(self, heights: list[int]) -> None:
-        self._host.resizeDocks(self._column, heights, Qt.Orientation.Vertical)
-
-
-def _column_of(
-    host: QMainWindow, docks: dict[str, QDockWidget], dock: QDockWidget
-) -> list[QDockWidget]:
-    """The panel above, and the panel itself; none where it floats."""
-    behind = host.tabifiedDockWidgets(dock)
-    above = [
-        each
-        for each in docks.values()
-        if each is not dock
-        and each not in behind
-        and each.isVisible()
-        and is_in_front(each)
-        and not each.isFloating()
-        and each.geometry().left() == dock.geometry().left()
-    ]
-    return [*above, dock] if not dock.isFloating() else []
+            save_layout(self._host, self._settings, self._shown)

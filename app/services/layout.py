@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
-from PySide6.QtCore import QEvent, QObject, QSettings, QSize, Qt, QTimer, Slot
+from PySide6.QtCore import QSettings, QSize, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar
 
-from .stored import stored_bytes, stored_text
+from .stored import stored_bytes
 
-_VERSION = 9
+_VERSION = 10
 LEAST_WIDTH, LEAST_HEIGHT = 0.45, 0.35
 """Shares of the window that are left to the pictures, however large the panels were."""
 
 _ACROSS, _DOWN = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-
-Shares: TypeAlias = dict[str, tuple[float, float]]
-"""Width and height of panels as shares of the window."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +52,8 @@ class Workspace:
         return panel in {name for names in self.side for name in names} | {*below}
 
 
-def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> Shares:
-    """Put the panels where the workspace has them by default; what each shall have."""
+def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> None:
+    """Put the panels where the workspace has them by default, with their usual sizes."""
     _clear(window)
     area = Qt.DockWidgetArea
     corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
@@ -78,7 +73,9 @@ def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Worksp
             window.tabifyDockWidget(docks[first], docks[name])
             docks[name].show()
         docks[first].raise_()
-    return _shares(space)
+    width, height, shares = window.width(), window.height(), _shares(space)
+    _resize(window, {docks[name]: share * width for name, (share, _) in shares.items()}, _ACROSS)
+    _resize(window, {docks[name]: share * height for name, (_, share) in shares.items()}, _DOWN)
 
 
 def _clear(window: QMainWindow) -> None:
@@ -111,8 +108,11 @@ def _arrange_side(window: QMainWindow, docks: Mapping[str, QDockWidget], space: 
         above = first
 
 
-def _shares(space: Workspace) -> Shares:
-    """Shares by default; heights at the right are those of a window without anything else."""
+def _shares(space: Workspace) -> dict[str, tuple[float, float]]:
+    """Width and height of panels by default, as shares of the window.
+
+    Heights at the right are those of a window without anything else.
+    """
     heights, whole = space.side_heights, sum(space.side_heights)
     side = {
         names[0]: (space.side_share, height / whole)
@@ -126,22 +126,9 @@ def _together(names: str | tuple[str, ...]) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else names
 
 
-def shares_of(window: QMainWindow, docks: Mapping[str, QDockWidget]) -> Shares:
-    """What the panels around the views have of the window; those behind others have their room."""
-    width, height = max(window.width(), 1), max(window.height(), 1)
-    return {
-        name: (dock.width() / width, dock.height() / height)
-        for name, dock in docks.items()
-        if _is_placed(dock) and is_in_front(dock)
-    }
-
-
-def share_out(window: QMainWindow, docks: Mapping[str, QDockWidget], shares: Shares) -> None:
-    """Give panels their shares of the window, but never the room that the pictures need."""
+def leave_room(window: QMainWindow, docks: Mapping[str, QDockWidget]) -> None:
+    """Make panels smaller that leave too little of the window to the pictures."""
     width, height = window.width(), window.height()
-    placed = {docks[name]: shares[name] for name in shares if _is_placed(docks.get(name))}
-    _resize(window, {dock: share * width for dock, (share, _) in placed.items()}, _ACROSS)
-    _resize(window, {dock: share * height for dock, (_, share) in placed.items()}, _DOWN)
     middle, area = window.centralWidget(), Qt.DockWidgetArea
     pictures = middle.size() if middle is not None else QSize()
     there = [dock for dock in docks.values() if _is_placed(dock) and is_in_front(dock)]
@@ -182,79 +169,18 @@ def _resize(
         layout.activate()
 
 
-class PanelShares(QObject):
-    """Keeps the panels' shares of a window, as a person has set them, while it is resized."""
-
-    def __init__(self, window: QMainWindow, docks: Mapping[str, QDockWidget]) -> None:
-        super().__init__(window)
-        self._window, self._docks = window, docks
-        self._wanted: Shares = {}
-        self._given: Shares = {}
-        self._size = window.size()
-        self._soon = QTimer(self, singleShot=True, interval=0)
-        self._soon.timeout.connect(self.now)
-        window.installEventFilter(self)
-
-    def give(self, shares: Shares) -> None:
-        """Share the room out; without shares it stays as it is."""
-        share_out(self._window, self._docks, shares)
-        self._size, self._given = self._window.size(), shares_of(self._window, self._docks)
-        self._wanted = shares or self._given
-
-    @Slot()
-    def now(self) -> Shares:
-        """The shares as they were set last, be it on a larger window than this."""
-        found = shares_of(self._window, self._docks)
-        there = found.keys() & self._given.keys()  # others have come up from behind
-        moved = any(found[name] != self._given[name] for name in there)
-        if self._size == self._window.size() and (moved or not there):
-            self._wanted = self._given = found
-        return self._wanted
-
-    def watch(self, dock: QDockWidget) -> None:
-        """Notice when a person makes a panel larger or smaller."""
-        dock.installEventFilter(self)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Resize:
-            if watched is self._window:
-                self.give(self._wanted)
-            else:
-                self._soon.start()
-        return False
-
-
-def save_layout(window: QMainWindow, settings: QSettings, space: Workspace, shares: Shares) -> None:
+def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> None:
     """Keep how the person has arranged a workspace; apart from all data."""
     settings.setValue(f"workspaces/{space.name}/state", window.saveState(_VERSION))
-    settings.setValue(f"workspaces/{space.name}/shares", json.dumps(shares))
 
 
-def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> Shares | None:
-    """Put the panels where they were kept; their shares, or None where nothing fitting was."""
+def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> bool:
+    """Put the panels where they were kept; False if nothing fitting was."""
     state = stored_bytes(settings, f"workspaces/{space.name}/state")
     if state is None:
-        return None
-    _clear(window)
-    if not window.restoreState(state, _VERSION):
-        return None
-    return _shares_in(stored_text(settings, f"workspaces/{space.name}/shares"))
-
-
-def _shares_in(text: str) -> Shares:
-    """Shares that were stored; without those that make no sense."""
-    try:
-        stored = json.loads(text)
-    except ValueError:
-        return {}
-    pairs = stored.items() if isinstance(stored, dict) else ()
-    return {str(name): (pair[0], pair[1]) for name, pair in pairs if _is_share(pair)}
-
-
-def _is_share(pair: object) -> bool:
-    if not (isinstance(pair, list) and len(pair) == 2):
         return False
-    return all(isinstance(one, float | int) and 0.0 < one <= 1.0 for one in pair)
+    _clear(window)
+    return window.restoreState(state, _VERSION)
 
 
 def forget_layout(settings: QSettings, space: Workspace) -> None:

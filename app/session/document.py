@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from stereotrack_core.doctor.before_tracking import hindrances
 from stereotrack_core.doctor.diagnose import glance
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import Finding, by_severity, examine
 from stereotrack_core.recording.folder import open_recording
@@ -24,10 +22,6 @@ from ..services.tasks.newest import LatestOnly
 from ..services.tasks.shared import Shared
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
-from .project_opening import applied_message, refused_message
-
-FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
-"""Gives what is corrected of the recording in a folder; called off the window's thread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,30 +29,7 @@ class Opened:
     """What opening a folder gives."""
 
     recording: Recording
-    """Corrected, where that was possible."""
     reader: FrameReader
-    corrections: Corrections | None = None
-    """What was corrected."""
-    refused: InputError | None = None
-    """Why the corrections that were asked for could not be applied."""
-
-
-def read_folder(folder: Path, corrections: Corrections | None = None) -> Opened:
-    """Open a recording folder, as its project corrects it, and decode its first frame set.
-
-    Raises
-    ------
-    InputError
-        If something about the folder makes it unusable.
-    """
-    recording = open_recording(folder)
-    if corrections is None:
-        return _with_first_frame(recording)
-    try:
-        opened = _with_first_frame(corrections.applied_to(recording))
-    except InputError as error:
-        return replace(_with_first_frame(recording), refused=error)
-    return replace(opened, corrections=corrections)
 
 
 def _looked_at(recording: Recording) -> tuple[Finding, ...]:
@@ -70,7 +41,15 @@ def _looked_at(recording: Recording) -> tuple[Finding, ...]:
         return (*found, Finding.of(error))
 
 
-def _with_first_frame(recording: Recording) -> Opened:
+def read_folder(folder: Path) -> Opened:
+    """Open a recording folder and decode its first frame set.
+
+    Raises
+    ------
+    InputError
+        If something about the folder makes it unusable.
+    """
+    recording = open_recording(folder)
     reader = FrameReader(recording)
     try:
         if reader.frame_count_so_far()[0] > 0:
@@ -112,7 +91,6 @@ class DocumentPresenter(QObject):
         self._reading: LatestOnly | None = None
         self._opening: Task | None = None
         self._start_frame = 0
-        self.corrections_finder: Callable[[], FindCorrections] = lambda: lambda _folder: None
         self.findings: tuple[Finding, ...] | None = None
         self._examined: tuple[Finding, ...] = ()
         self._measured: tuple[Finding, ...] | None = None
@@ -133,16 +111,6 @@ class DocumentPresenter(QObject):
         return self._opened.recording if self._opened is not None else None
 
     @property
-    def corrections(self) -> Corrections | None:
-        """What of the recording is not as in its folder."""
-        return self._opened.corrections if self._opened is not None else None
-
-    @property
-    def refused(self) -> bool:
-        """Whether there are corrections of the recording that could not be applied."""
-        return self._opened is not None and self._opened.refused is not None
-
-    @property
     def frame_set(self) -> FrameSet | None:
         """Images of the frame that shall be shown, once they are there."""
         there = self._frame_set is not None and self._frame_set.index == self.frame
@@ -158,27 +126,14 @@ class DocumentPresenter(QObject):
         """Whether frames go on by themselves."""
         return self._play_timer.isActive()
 
-    def open(
-        self,
-        folder: Path,
-        frame: int = 0,
-        corrections_of: FindCorrections | None = None,
-    ) -> None:
-        """Open a recording folder in the background and show `frame`.
-
-        Parameters
-        ----------
-        corrections_of : callable, optional
-            Gives what is corrected of it, in the background; by default what the attribute
-            ``corrections_finder`` gives.
-        """
-        find = corrections_of if corrections_of is not None else self.corrections_finder()
+    def open(self, folder: Path, frame: int = 0) -> None:
+        """Open a recording folder in the background and show `frame`."""
         if self._opening is not None:
             self._opening.cancel()
         self._start_frame = frame
         self._opening = self._tasks.begin(
             f"opening {folder.name}",
-            lambda task: _unless_cancelled(task, lambda: read_folder(folder, find(folder))),
+            lambda task: _unless_cancelled(task, lambda: read_folder(folder)),
             self._on_opened,
         )
         self._opening.failed.connect(self._on_not_opened)
@@ -284,10 +239,6 @@ class DocumentPresenter(QObject):
             self._count_timer.start()
         self._opening = None
         self.opened.emit()
-        if opened.refused is not None:
-            self.message.emit(refused_message(opened.refused, opened.recording.name))
-        elif opened.corrections is not None:
-            self.message.emit(applied_message(opened.corrections, opened.recording.name))
         if self.frame_count == 0 and final:
             self.message.emit(_no_frames(opened.recording))
         elif final and self._start_frame >= self.frame_count:

@@ -298,13 +298,7 @@ def _answer(asked: _Question) -> dict[RunEntry, Judgement]:
 
 
 class JudgementPresenter(QObject):
-    """Judgements by run, made in a thread of their own; a growing run is added frame by frame.
-
-    Attributes
-    ----------
-    besides : tuple of RunEntry
-        Runs that are judged though they are not in the list.
-    """
+    """Judgements by run, made in a thread of their own; a growing run is added frame by frame."""
 
     judged = Signal()
     """Runs are judged, or others are in the list, or shown in another way: told once for all that
@@ -317,7 +311,6 @@ class JudgementPresenter(QObject):
     def __init__(self, document: DocumentPresenter, runs: RunList, parent: QObject) -> None:
         super().__init__(parent)
         self._document, self._runs = document, runs
-        self.besides: tuple[RunEntry, ...] = ()
         self._known: dict[RunEntry, tuple[int, int, Truth | None, Judgement]] = {}
         self._wanted: Against | None = None
         self._recorded: Truth | None = None
@@ -408,7 +401,7 @@ class JudgementPresenter(QObject):
         if not self._worker.settled():
             self._timer.start(_SOON_MS)  # a run that grows would otherwise never be told of
             return
-        truth, entries = self.truth, {*self._runs.entries, *self.besides}
+        truth, entries = self.truth, set(self._runs.entries)
         if truth is not self._told:
             self._told = truth
             self.truth_changed.emit()
@@ -433,7 +426,7 @@ class JudgementPresenter(QObject):
     @Slot(object, object)
     def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
         for entry, judgement in found.items():
-            if entry in self._runs.entries or entry in self.besides:
+            if entry in self._runs.entries:
                 begun = asked.runs[entry][0].begun
                 self._known[entry] = begun, len(judgement.frame), asked.truth, judgement
         self.judged.emit()

@@ -32,7 +32,6 @@ class KeypointPresenter(QObject):
     ) -> None:
         super().__init__(parent)
         self._project, self._edits, self._tasks = project, edits, tasks
-        self._latest: dict[tuple[str, ...], DetectorState] = {}
         self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None
@@ -149,13 +148,16 @@ class KeypointPresenter(QObject):
 
         def written(states: tuple[DetectorState, DetectorState]) -> None:
             if project is self._project.project:
-                before, after = states
-                self._latest[after.sources] = after
-                put = partial(self._put, project)
-                self._edits.do(WindowEdit(words, put, before, after, "annotate", is_data=True))
+                self._edits.add(WindowEdit(words, partial(self._put, project), *states, "annotate"))
+                self._read_again()
                 done()
 
         return self._tasks.write(words, work, written)
+
+    def _put(self, project: Project, state: DetectorState) -> None:
+        """Undo or redo in the background, in the order of all that is written."""
+        task = self._tasks.write("saving predictions", lambda _: project.keypoints.put(state))
+        task.ended.connect(self._read_again)
 
     def bring(self, project: Project, plan: DetectorImport, done: Callable[[], object]) -> Task:
         """Write an import; see :meth:`write`."""
@@ -169,22 +171,6 @@ class KeypointPresenter(QObject):
             words = f"remove predictions of {source}"
             self.write(project, words, lambda: removal(project, source), done)
 
-    def _put(self, project: Project, state: DetectorState) -> None:
-        """Undo or redo in the background; a state that a later one replaces is not written."""
-        latest = self._latest
-        if latest.get(state.sources) is state:
-            self._read_again()
-            return
-        latest[state.sources] = state
-
-        def work(_task: Task) -> None:
-            if latest[state.sources] is state:
-                project.keypoints.put(state)
-
-        task = self._tasks.write("saving predictions", work)
-        task.ended.connect(self._read_again)
-        task.failed.connect(lambda _error: latest.pop(state.sources, None))
-
     def _read(self) -> tuple[Project, Mapping[str, int], tuple[str, ...]] | None:
         """What is known of the open project, which is asked once."""
         project = self._project.project
@@ -196,7 +182,7 @@ class KeypointPresenter(QObject):
 
     @Slot()
     def _on_project(self) -> None:
-        self._latest, self._detected = {}, None
+        self._detected = None
         self._read_again()
 
     @Slot()

@@ -14,22 +14,17 @@ from stereotrack_core.locks import user
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 
 from ..services.failures import message_of
 from ..services.stored import stored_text
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
-from .document import DocumentPresenter, FindCorrections
+from .document import DocumentPresenter
 from .project_opening import (
     OpenedProject,
     Wishes,
-    corrections_in,
-    corrections_of,
-    differ_message,
     open_project,
     project_of_recording,
-    same_corrections,
 )
 
 _ANNOTATOR = "annotator"
@@ -66,7 +61,6 @@ class ProjectPresenter(QObject):
         self._frame = 0
         self.makes = True
         self._edited.connect(self._on_edited)
-        document.corrections_finder = self._finder
         document.opened.connect(self.follow_recording)
         document.closed.connect(self.close)
 
@@ -156,7 +150,7 @@ class ProjectPresenter(QObject):
         if not waiting.project.read_only:
             waiting.project.use_recording(folder, even_another=even_another)
         self._waiting = OpenedProject(waiting.project, folder, (), waiting.in_use)
-        self._document.open(folder, self._frame, _corrected_by(waiting.project))
+        self._document.open(folder, self._frame)
 
     def give_up(self) -> None:
         """Do without the project that is being opened, or whose recording nobody knows."""
@@ -197,14 +191,8 @@ class ProjectPresenter(QObject):
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
         self.changed.emit(changed)
-        if changed.tables & {CHOICE.name, DESCRIPTION.name}:
-            self._tell_if_corrections_differ()
 
     # ---- following the document
-
-    def _finder(self) -> FindCorrections:
-        home = self.wishes().home
-        return lambda folder: corrections_of(folder, home)
 
     def _begin(
         self, title: str, work: Callable[[Task], object], done: Callable[[Any], None]
@@ -222,7 +210,7 @@ class ProjectPresenter(QObject):
         self._give_up_waiting()
         self._waiting = opened
         if opened.folder is not None:
-            self._document.open(opened.folder, self._frame, _corrected_by(opened.project))
+            self._document.open(opened.folder, self._frame)
             return
         for message in opened.messages:
             self.message.emit(message)
@@ -274,23 +262,6 @@ class ProjectPresenter(QObject):
         if opened is self._opened:
             for message in opened.messages:
                 self.message.emit(message)
-            self._tell_if_corrections_differ()
-
-    def _tell_if_corrections_differ(self) -> None:
-        """Say where the recording is not shown as the project asks for; it is not reopened."""
-        if self.project is None or self._document.refused:
-            return
-        try:
-            wanted = self.project.corrections()
-        except InputError as error:
-            self.message.emit(message_of(error))
-            return
-        if not same_corrections(wanted, self._document.corrections):
-            self.message.emit(differ_message(self.project.path.name, self._open_again))
-
-    def _open_again(self) -> None:
-        if self.path is not None:
-            self.open_file(self.path, self._document.frame)
 
     def _give_up_waiting(self) -> None:
         waiting, self._waiting = self._waiting, None
@@ -306,7 +277,3 @@ class ProjectPresenter(QObject):
     def _on_task_failed(self, error: Exception) -> None:
         self._problem = f"The project could not be opened: {message_of(error).what}."
         self.followed.emit()
-
-
-def _corrected_by(project: Project) -> FindCorrections:
-    return lambda _folder: corrections_in(project)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -167,7 +166,6 @@ class RunList(QObject):
         self.entries: tuple[RunEntry, ...] = ()
         self.active: RunEntry | None = None
         """The run whose model is drawn."""
-        self._places: WeakKeyDictionary[RunEntry, tuple[int, bool]] = WeakKeyDictionary()
         self._chosen: RunEntry | None = None
         self._made = 0
 
@@ -204,12 +202,9 @@ class RunList(QObject):
             if name not in taken:
                 return name
 
-    def free_name(self, wanted: str, *, besides: Iterable[RunEntry] = ()) -> str:
-        """Name that is wanted, or one with a number behind it where another run has it.
-
-        `besides`: runs that are not in the list now, and may come back.
-        """
-        taken = {entry.name for entry in (*self.entries, *besides)}
+    def free_name(self, wanted: str) -> str:
+        """Name that is wanted, or one with a number behind it where another run has it."""
+        taken = {entry.name for entry in self.entries}
         others = (f"{wanted} ({number})" for number in range(2, len(taken) + 3))
         return next(name for name in (wanted, *others) if name not in taken)
 
@@ -224,23 +219,12 @@ class RunList(QObject):
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; files are not touched."""
-        if entry in self.entries:
-            self._places[entry] = self.entries.index(entry), entry is self.active
         self.entries = tuple(kept for kept in self.entries if kept is not entry)
         self._chosen = None if self._chosen is entry else self._chosen
         if self.active is entry:
             self.active = self.entries[-1] if self.entries else None
             self.active_changed.emit()
         self.changed.emit()
-
-    def put_back(self, entry: RunEntry) -> None:
-        """Put a run back that was removed: to its place, and active where it was."""
-        place, active = self._places.get(entry, (len(self.entries), False))
-        if entry not in self.entries:
-            self.entries = (*self.entries[:place], entry, *self.entries[place:])
-            self.changed.emit()
-        if active or self.active is None:
-            self.activate(entry)
 
     def clear(self) -> None:
         """Forget all runs."""

@@ -94,14 +94,14 @@ class TrackControl(QObject):
         track = self._track
         self.take(Chosen(track.preset, track.base, settings), words)
 
-    def use_preset(self, name: str, settings: Settings, *, joined: bool = False) -> None:
-        """Take all values from a preset; `joined` to the stored edit that saved it."""
-        self.take(Chosen(name, settings, settings), f"use preset {name}", joined=joined)
+    def use_preset(self, name: str, settings: Settings) -> None:
+        """Take all values from a preset."""
+        self.take(Chosen(name, settings, settings), f"use preset {name}")
 
-    def take(self, chosen: Chosen, words: str = "", *, joined: bool = False) -> None:
+    def take(self, chosen: Chosen, words: str = "") -> None:
         """Use other settings, perhaps of another preset; `words` say what that is."""
         before = self._track.chosen
-        if chosen == before and not joined:  # nothing is another, but it is asked for again
+        if chosen == before:  # nothing is another, but it is asked for again
             self._track.take(chosen)
             return
         names = changed_names(before.settings, chosen.settings)
@@ -110,19 +110,12 @@ class TrackControl(QObject):
             WindowEdit(
                 words or _words(chosen, names), self._track.take, before, chosen,
                 "tune", "parameters", slot=("parameter", *names) if alone else None,
-            ),
-            joined=joined,
+            )
         )  # fmt: skip
 
     def choose_first_pose(self, name: str) -> None:
         """Begin the next run with a key of :data:`FIRST_POSES`."""
-        before = self.first_pose
-        if name != before:
-            words = f"set initial pose to {FIRST_POSES[name][0]}"
-            self._edits.do(WindowEdit(words, self._put_first_pose, before, name))
-
-    def _put_first_pose(self, first_pose: FirstPose) -> None:
-        self.first_pose = first_pose
+        self.first_pose = name
 
     def begins_with(self, name: str) -> bool:
         """Whether the next run begins with this key of :data:`FIRST_POSES`."""

@@ -98,7 +98,7 @@ def _guide(guide: Help) -> list[Command]:
     return [
         command("help", "Help on this panel", "Open the user guide at the panel under the cursor, "
                 "or at the one with the focus.", guide.show_for_panel, "F1", "help"),
-        command("guide", "User guide", "Show the contents of the user guide, and search it.",
+        command("guide", "User guide", "Show the contents of the user guide.",
                 guide.show_contents, "Ctrl+F1"),
         command("whats_this", "What is this?", "Click a control to see what it is for.",
                 guide.explain_control, "Shift+F1", "info"),

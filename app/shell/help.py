@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import QEvent, QObject, QPoint, Slot
+from PySide6.QtCore import QEvent, QObject, QPoint
 from PySide6.QtGui import QCursor, QHelpEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QWhatsThis, QWidget
 
 from ..context import Context
-from ..services.guide import CONTENTS, Guide, anchor_of
+from ..services.guide import CONTENTS, anchor_of, parts_of
 from ..widgets.forms.help_panel import HelpPanel
 from ..widgets.style.icons import data_folder
 
@@ -24,23 +24,19 @@ class Help(QObject):
     def __init__(self, window: QMainWindow, context: Context) -> None:
         super().__init__(window)
         self._window, self._docks = window, context.docks
-        self._guide = Guide(data_folder("docs"))
-        self.panel = HelpPanel(self._guide.folder, CONTENTS, anchor_of, window)
-        self.panel.searched.connect(self._search)
+        self.panel = HelpPanel(data_folder("docs"), CONTENTS, anchor_of, window)
 
     def explain(self, others: Mapping[str, QWidget]) -> None:
         """Let every panel, and other parts of the window by name, say what the guide says."""
-        docks = self._docks
+        docks, parts = self._docks, parts_of(data_folder("docs"))
         titled = {title: docks.dock(name) for name, title in docks.titles().items()}
         for title, widget in {**titled, **others}.items():
-            part = self._guide.parts[title]
-            widget.setProperty(_PAGE, part.address)
-            widget.setWhatsThis(part.snippet)
+            widget.setProperty(_PAGE, parts[title].address)
+            widget.setWhatsThis(parts[title].about)
 
     def show_contents(self) -> None:
-        """Open the guide at its contents, ready for words to look for."""
+        """Open the guide at its contents."""
         self._show(CONTENTS)
-        self.panel.search.setFocus()
 
     def show_for_panel(self) -> None:
         """Open the page of the panel under the cursor, or of the one with the focus."""
@@ -77,11 +73,6 @@ class Help(QObject):
         self.panel.open(address)
         self.panel.raise_()
         self.panel.activateWindow()
-
-    @Slot(str)
-    def _search(self, words: str) -> None:
-        hits = self._guide.search(words)
-        self.panel.show_hits([(hit.address, hit.title, hit.snippet) for hit in hits])
 
 
 def _page_of(widget: QWidget | None) -> str:

@@ -10,7 +10,6 @@ import numpy as np
 
 from stereotrack_core.calibrate.align import Alignment
 from stereotrack_core.calibrate.intrinsics import Intrinsics
-from stereotrack_core.calibrate.pairs import PairFit
 from stereotrack_core.calibrate.search import Search
 from stereotrack_core.calibrate.world import World
 from stereotrack_core.counting import counted
@@ -20,7 +19,6 @@ from stereotrack_core.geometry.camera import Camera
 Grade: TypeAlias = Literal["good", "doubtful", "bad"]
 
 _GOOD_PX, _POOR_PX = 0.4, 1.0  # held-out error of sharp pictures; of pictures that are not
-_GOOD_ROWS_PX = 0.5  # rows by which a matcher finds what belongs together
 _UNEVEN_M = 0.015  # standard deviation of what an alignment rests on
 _FEW_FOUND = 0.5  # share of the pictures in which the board should be found
 
@@ -124,48 +122,6 @@ def of_lenses(lenses: Mapping[str, Intrinsics | InputError]) -> Verdict:
     lens = {1: "the lens fits", 2: "both lenses fit"}.get(count, f"all {count} lenses fit")
     many = f"{lens} the board to {error:.2f} px or better in pictures that were left out"
     return _graded(many, error, [f for one in fits for f in one.findings])
-
-
-def of_pairs(pairs: Sequence[PairFit]) -> Verdict:
-    """Whether every two cameras agree; pairs that others connect need not be placed."""
-    placed = [one for one in pairs if not one.problem]
-    problems = [f"{one.first} and {one.second}: {one.problem}. {one.remedy}"
-                for one in pairs if one.problem]  # fmt: skip
-    if not placed:
-        advice = "Carry the board to where two cameras see it at the same time."
-        words = "Film again: no two cameras saw the board together."
-        return Verdict("bad", words, (*problems, advice))
-    remarks = [] if _are_connected(pairs) else problems
-    remarks += [
-        f"{one.first} and {one.second}: rows of the two images differ by {one.row_error_px:.2f} px "
-        "after rectification. Film again with more positions that both see."
-        for one in placed
-        if one.row_error_px > _GOOD_ROWS_PX
-    ]
-    remarks += [
-        f"{one.first} and {one.second}: their boards contradict each other by {one.rms_px:.1f} px. "
-        "Check that picture k of both shows the same instant, and film again with more positions "
-        f"that both see than {one.shared}."
-        for one in placed
-        if one.rms_px > _POOR_PX
-    ]
-    worst = max(placed, key=lambda one: one.rms_px)
-    which = f", the worst ({worst.first} and {worst.second})" if len(placed) > 1 else ""
-    many = f"{counted(len(placed), 'pair')} placed{which} to {worst.rms_px:.2f} px"
-    if remarks:
-        return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
-    return Verdict("good", f"Good: {many}.")
-
-
-def _are_connected(pairs: Sequence[PairFit]) -> bool:
-    """Whether a chain of placed pairs leads from every camera to every other one."""
-    groups = [{name} for name in {name for one in pairs for name in (one.first, one.second)}]
-    for one in pairs:
-        if not one.problem:
-            joined = [group for group in groups if group & {one.first, one.second}]
-            groups = [group for group in groups if group not in joined]
-            groups.append(set().union(*joined))
-    return len(groups) == 1
 
 
 def of_world(world: World) -> Verdict:

@@ -11,7 +11,6 @@ from typing import TypeAlias
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.changes import CameraChange, changes
 from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics
-from stereotrack_core.calibrate.pairs import PairFit, calibrate_pairs
 from stereotrack_core.calibrate.pictures import (
     Looked,
     Pictures,
@@ -206,27 +205,6 @@ class FitLenses:
             except InputError as error:
                 found[one.camera] = error
         return found
-
-
-@dataclass(frozen=True, eq=False)
-class FitPairs:
-    """Places every two cameras that saw the board together, with their lenses as they are."""
-
-    sightings: tuple[Sightings, ...]
-    cameras: Mapping[str, Camera]
-    board: Board
-    stereo: tuple[tuple[str, str], ...] = ()
-    """Names of left and right cameras side by side."""
-
-    def __call__(self, asker: Asker) -> tuple[PairFit, ...]:
-        """Do it in the process."""
-
-        def on_pair(done: int, count: int, words: str) -> None:
-            asker.tell(Progress(done / count, words))
-
-        return calibrate_pairs(
-            self.sightings, self.cameras, self.board, self.stereo, on_pair, asker.cancelled
-        )
 
 
 @dataclass(frozen=True, eq=False)

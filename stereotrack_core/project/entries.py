@@ -140,7 +140,7 @@ class SaveEntry(Edit):
 
 @dataclass(frozen=True)
 class DeleteEntry(Edit):
-    """Take a named thing away; its data stay in the file, so that this can be undone."""
+    """Take a named thing away; its data stay in the file, so that it can come back."""
 
     kind: ClassVar[str] = "delete"
     table: str

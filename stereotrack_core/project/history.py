@@ -1,7 +1,8 @@
 """Every edit that was ever made, from which undo and redo work without limit.
 
-Keeping a run is noted here as well, but is nothing that undo takes back: a run goes into the
-project by itself when it has come to its end, at a moment nobody chose. Deleting it is an edit.
+What happens to runs is not noted: a run goes into the project by itself when it is complete, at a
+moment nobody chose, and a run that was removed is restored. Files of earlier versions have noted
+it, and it is passed over.
 """
 
 from __future__ import annotations
@@ -27,9 +28,8 @@ from stereotrack_core.project.entries import store
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
 from stereotrack_core.project.validity import makes_sense
 
-How: TypeAlias = Literal["done", "undone", "dropped", "kept", "let go"]
-"""State of an edit: in effect, taken back, taken back and then followed by another edit; or the
-keeping of a run, which stays in effect, or was let go with what made it a run."""
+How: TypeAlias = Literal["done", "undone", "dropped"]
+"""State of an edit: in effect, taken back, or taken back and then followed by another edit."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,6 @@ class Entry:
     who: str
     at: str
     state: How
-    place: int = 0
-    """Of an edit that no project stores: its place among those that were made after the stored edit
-    of that number. 0: it is stored itself."""
-
-    @property
-    def order(self) -> tuple[int, int]:
-        """Sorts edits by when they were made."""
-        return self.number, self.place
 
 
 @dataclass(frozen=True)
@@ -59,8 +51,6 @@ class Changed:
     words: str
     how: Literal["done", "undone", "redone"]
     changes: tuple[Change, ...]
-    leaves_redo: bool = False
-    """Whether what was undone before can still be redone: a run was kept."""
 
     @property
     def tables(self) -> frozenset[str]:
@@ -76,29 +66,15 @@ class Changed:
         )
 
 
-_SAVE = "save"
-_KEEPS_A_RUN = (
-    f"kind = '{_SAVE}' AND EXISTS (SELECT 1 FROM edit_change WHERE edit = number AND place = 0"  # noqa: S608 - constants
-    f" AND changed_table = '{RUN.name}' AND before IS NULL)"
-)
 _EDITS = (
-    "SELECT number, kind, words, who, at, CASE"  # noqa: S608 - constants
-    f" WHEN state = 'done' AND {_KEEPS_A_RUN} THEN 'kept'"
-    f" WHEN state = 'undone' AND {_KEEPS_A_RUN} THEN 'let go' ELSE state END FROM edit"
+    "SELECT number, kind, words, who, at, state FROM edit WHERE NOT EXISTS"  # noqa: S608 - constants
+    f" (SELECT 1 FROM edit_change WHERE edit = number AND changed_table = '{RUN.name}')"
 )
 _NEXT = {
-    "undone": f"{_EDITS} WHERE state = 'undone' ORDER BY number LIMIT 1",
-    "done": f"{_EDITS} WHERE state = 'done' AND NOT ({_KEEPS_A_RUN}) ORDER BY number DESC LIMIT 1",
+    "undone": f"{_EDITS} AND state = 'undone' ORDER BY number LIMIT 1",
+    "done": f"{_EDITS} AND state = 'done' ORDER BY number DESC LIMIT 1",
 }
-_KEPT_AS = (
-    f"{_EDITS} JOIN edit_change ON edit = number WHERE state = 'done' AND {_KEEPS_A_RUN}"
-    " AND changed_key = ? ORDER BY number DESC LIMIT 1"
-)
 _DROP = "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
-_AGAIN = (
-    "SELECT 1 FROM edit JOIN edit_change ON edit = number"
-    " WHERE state = 'undone' AND changed_table = ? AND changed_key = ?"
-)
 
 
 class History:
@@ -115,15 +91,10 @@ class History:
         """What redo would make again."""
         return self._next("undone")
 
-    def newest(self) -> int:
-        """Number of the edit that was made last, whatever has become of it; 0 before the first."""
-        row = self._access.row("SELECT max(number) FROM edit")
-        return int(row[0] or 0) if row is not None else 0
-
     def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
         """The newest edits first, of those whose number is less than `before`."""
         rows = self._access.rows(
-            f"{_EDITS} WHERE number < ? ORDER BY number DESC LIMIT ?",
+            f"{_EDITS} AND number < ? ORDER BY number DESC LIMIT ?",
             (2**62 if before is None else before, limit),
         )
         return tuple(Entry(*row) for row in rows)
@@ -162,20 +133,13 @@ class History:
                         where=edit.words(),
                         remedy="Nothing was changed; enter another value.",
                     )
-            leaves_redo = _leaves_redo(database, edit, changes)
-            dropped = 0 if leaves_redo else database.execute(_DROP).rowcount
-            if not (
-                continues and not dropped and self._continued(database, edit.kind, changes, stamp)
-            ):
-                self._note(database, edit, changes, stamp)
+            if any(change.table is not RUN for change in changes):
+                dropped = database.execute(_DROP).rowcount
+                joined = continues and not dropped
+                if not (joined and self._continued(database, edit.kind, changes, stamp)):
+                    self._note(database, edit, changes, stamp)
             database.execute("INSERT OR IGNORE INTO annotator VALUES (?, ?)", (stamp.who, stamp.at))
-        return Changed(edit.words(), "done", changes, leaves_redo)
-
-    def drop_redo(self) -> None:
-        """Let what was undone stay so: something was done since that the project does not store."""
-        if self.to_redo() is not None:
-            with self._access.writing() as database:
-                database.execute(_DROP)
+        return Changed(edit.words(), "done", changes)
 
     def undo(self) -> Changed | None:
         """Take back the last edit that is in effect; None where there is none."""
@@ -184,43 +148,6 @@ class History:
     def redo(self) -> Changed | None:
         """Make the edit again that was taken back last; None where there is none."""
         return self._turn("undone")
-
-    def let_run_go(self, name: str) -> Changed | None:
-        """Take back that a run was kept by itself, as what made it a run is undone.
-
-        None where it was not kept that way. Redo keeps it again. InputError where it was changed
-        since.
-        """
-        row = self._access.row(_KEPT_AS, (as_json((name,)),))
-        return None if row is None else self._turned(Entry(*row), undoing=True)
-
-    def rename_kept_run(self, name: str, new: str) -> Changed | None:
-        """Let a run have been kept under another name, as its renaming before that is undone.
-
-        None where it was not kept by itself; InputError where the name is taken.
-        """
-        row = self._access.row(_KEPT_AS, (as_json((name,)),))
-        if row is None:
-            return None
-        entry = Entry(*row)
-        (kept,) = self.changes_of(entry.number)
-        with self._access.writing() as database:
-            if RUN.read(database, (new,)) is not None or RUN.read(database, kept.key) != kept.after:
-                raise InputError(
-                    f"the run cannot be called {new!r} again",
-                    where=name,
-                    remedy="The name is in use, or the run was changed since. Rename it in Runs.",
-                )
-            RUN.write(database, (new,), kept.after)
-            RUN.write(database, kept.key, None)
-            database.execute(
-                "UPDATE edit_change SET changed_key = ? WHERE edit = ?",
-                (as_json((new,)), entry.number),
-            )
-            words = f"{entry.words.removesuffix(name)}{new}"
-            database.execute("UPDATE edit SET words = ? WHERE number = ?", (words, entry.number))
-        changes = (Change(RUN, kept.key, kept.after, None), Change(RUN, (new,), None, kept.after))
-        return Changed(words, "done", changes, leaves_redo=True)
 
     def _turn(self, state: Literal["done", "undone"]) -> Changed | None:
         with self._access.alone():
@@ -288,12 +215,3 @@ class History:
         )
         database.execute("UPDATE edit SET at = ? WHERE number = ?", (stamp.at, last.number))
         return True
-
-
-def _leaves_redo(database: sqlite3.Connection, edit: Edit, changes: tuple[Change, ...]) -> bool:
-    """Whether what was taken back can still be made again after an edit: the keeping of a run."""
-    first = changes[0]
-    if edit.kind != _SAVE or first.table is not RUN or first.before is not None:
-        return False
-    again = database.execute(_AGAIN, (RUN.name, as_json(first.key))).fetchone()
-    return again is None  # else redo would find another run of that name

@@ -50,10 +50,6 @@ class StoredKeypoints:
         """Rows of one frame."""
         return self._rows("frame = ?", frame)
 
-    def within(self, frames: range) -> Keypoints:
-        """Rows of successive frames."""
-        return self._rows("frame >= ? AND frame < ?", frames.start, frames.stop)
-
     def replace(self, keypoints: Keypoints) -> int:
         """Let these be all rows of their detectors in their cameras; how many there are.
 

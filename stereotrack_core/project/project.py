@@ -38,8 +38,6 @@ from stereotrack_core.project.schema import (
     Table,
 )
 from stereotrack_core.project.setups import (
-    Corrections,
-    load_corrections,
     load_landmark_set,
     load_subject,
 )
@@ -109,6 +107,10 @@ class Project:
 
     def _unusable(self) -> Iterable[Finding]:
         """What was chosen and cannot be used."""
+        if (name := self.chosen(self.descriptions)) is not None:
+            what = f"it corrects the recording's description ({name}), which is not done any more"
+            remedy = "Correct the recording's own files, or the clicks may not fit its cameras."
+            yield Finding("warning", str(self.path), what, remedy)
         for entries, load in (
             (self.subjects, load_subject),
             (self.landmark_sets, load_landmark_set),
@@ -198,20 +200,6 @@ class Project:
         """Make the edit again that was taken back last; None where there is none."""
         return self._changing(self.history.redo)
 
-    def let_run_go(self, name: str) -> Changed | None:
-        """Take back that a run was kept by itself; see :meth:`History.let_run_go`."""
-        return self._changing(lambda: self.history.let_run_go(name))
-
-    def rename_kept_run(self, name: str, new: str) -> Changed | None:
-        """Let a run have been kept under another name; see :meth:`History.rename_kept_run`."""
-        return self._changing(lambda: self.history.rename_kept_run(name, new))
-
-    def drop_redo(self) -> None:
-        """Let what was undone stay so, after something that is not stored here was done."""
-        if not self.read_only:
-            with self._access.at_once():
-                self.history.drop_redo()
-
     def on_change(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after every change; the function returned ends that.
 
@@ -253,11 +241,6 @@ class Project:
         Measured by frames that were annotated again; `usual` is assumed while these are few.
         """
         return click_sigmas(self.clicks.repeat_differences(), self.landmark_set().names, usual)
-
-    def corrections(self) -> Corrections | None:
-        """The version of the recording's description that was chosen."""
-        name = self.chosen(self.descriptions)
-        return None if name is None else load_corrections(self.descriptions, name)
 
     def progress(self) -> Progress:
         """Keyframes done and flagged; "214 of 300 keyframes, 3 flagged"."""

@@ -211,8 +211,32 @@ def keep_run(name: str, run: Run, note: str = "", *, replacing: bool = False) ->
 
 
 def delete_run(name: str) -> DeleteEntry:
-    """The edit that takes a run out of the list; undoing it brings the run back."""
+    """The edit that takes a run out of the list; :class:`RestoreRun` brings it back."""
     return DeleteEntry(RUN.name, name)
+
+
+def removed_runs(runs: Entries) -> tuple[str, ...]:
+    """Names of the runs that were removed and can be restored, the last one removed last."""
+    return tuple(one.name for one in runs.all(with_deleted=True) if one.deleted)
+
+
+@dataclass(frozen=True)
+class RestoreRun(Edit):
+    """Bring back a run that was removed."""
+
+    kind: ClassVar[str] = "restore"
+    name: str
+
+    def words(self) -> str:
+        """``restore run accurate``."""
+        return f"restore run {self.name}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Its row."""
+        row = state.row(RUN, (self.name,))
+        if row is None or not row[-1]:
+            raise InputError(f"no run {self.name!r} was removed", remedy="Choose another one.")
+        yield Change(RUN, (self.name,), row, (*row[:2], stamp.who, stamp.at, 0))
 
 
 def load_run(runs: Entries, name: str) -> Run:

@@ -1,41 +1,32 @@
-"""References, subjects, sets of landmarks, parameters and corrections of a recording in a project.
+"""References, subjects, sets of landmarks and parameters in a project.
 
 They are saved by edits, and read back as they were.
 """
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
-from math import inf, isfinite
-from pathlib import Path
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from math import inf
 from typing import Any, ClassVar
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark_set_of
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.reference_npz import reference_bytes, reference_of_bytes
 from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
 from stereotrack_core.project.schema import (
     CHOICE,
-    DESCRIPTION,
     LANDMARK_SET,
     PARAMETER_SET,
     REFERENCE,
     SUBJECT,
 )
-from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.description import (
     LENGTHS,
-    Recording,
-    Stream,
     Subject,
-    View,
     subject_in,
 )
 
@@ -150,120 +141,3 @@ def load_parameters(sets: Entries, name: str) -> ParameterSet:
     facts = sets.get(name).facts
     with making_sense(sets.path):
         return ParameterSet(str(facts["preset"]), dict(facts["values"]))
-
-
-@dataclass(frozen=True, eq=False)
-class Corrections:
-    """What is different from the recording's folder, which is not touched.
-
-    Every version says everything that differs, so that versions can be compared and taken back one
-    by one. Streams are named ``N/left``.
-    """
-
-    reason: str  # how they were found, in words
-    time_offsets: Mapping[str, float] = field(default_factory=dict)
-    """Seconds by which a stream shows the scene later."""
-    first_frames: Mapping[str, int] = field(default_factory=dict)
-    """The stream's own frame that is frame 0 of the recording."""
-    stream_cameras: Mapping[str, str] = field(default_factory=dict)
-    """Name of the camera that a stream really shows (views that were swapped)."""
-    cameras: Mapping[str, Camera] = field(default_factory=dict)
-    """Cameras by name that are better calibrated."""
-
-    def applied_to(self, recording: Recording) -> Recording:
-        """The recording as it is with these corrections.
-
-        InputError where a stream or a camera is not in the recording.
-        """
-        streams = {f"{view.name}/{key}" for view in recording.views for key in view.streams()}
-        for names in (self.time_offsets, self.first_frames, self.stream_cameras):
-            _check_known("stream", set(names) - streams, recording)
-        cameras = {**recording.cameras, **self.cameras}
-        _check_known("camera", set(self.stream_cameras.values()) - set(cameras), recording)
-        return replace(
-            recording,
-            views=tuple(self._view(view) for view in recording.views),
-            cameras=cameras,
-            guessed=recording.guessed and bool(set(recording.cameras) - set(self.cameras)),
-        )
-
-    def _view(self, view: View) -> View:
-        changed: dict[str, Any] = {}
-        for key in ("image", "left", "depth", "mask"):
-            if (stream := getattr(view, key)) is not None:
-                own = "right" if key == "image" and view.kind == "stereo" else key
-                changed[key] = self._stream(f"{view.name}/{own}", stream)
-        return replace(view, **changed)
-
-    def _stream(self, name: str, stream: Stream) -> Stream:
-        return replace(
-            stream,
-            time_offset=self.time_offsets.get(name, stream.time_offset),
-            first_frame=self.first_frames.get(name, stream.first_frame),
-            camera=self.stream_cameras.get(name, stream.camera),
-        )
-
-
-def save_corrections(name: str, corrections: Corrections) -> SaveEntry:
-    """The edit that keeps corrections as a new version of the description."""
-    facts = {
-        "reason": corrections.reason,
-        "time_offsets": dict(corrections.time_offsets),
-        "first_frames": dict(corrections.first_frames),
-        "stream_cameras": dict(corrections.stream_cameras),
-        "calibration": _calibration_text(corrections.cameras),
-    }
-    return SaveEntry(DESCRIPTION.name, name, facts_as_json(facts))
-
-
-def load_corrections(descriptions: Entries, name: str) -> Corrections:
-    """A version of the description; InputError where there is none of that name."""
-    facts = descriptions.get(name).facts
-    with making_sense(descriptions.path):
-        return Corrections(
-            reason=str(facts["reason"]),
-            time_offsets={key: _seconds(x) for key, x in dict(facts["time_offsets"]).items()},
-            first_frames={key: int(x) for key, x in dict(facts["first_frames"]).items()},
-            stream_cameras={key: str(x) for key, x in dict(facts["stream_cameras"]).items()},
-            cameras=_cameras(str(facts["calibration"])),
-        )
-
-
-def _seconds(value: Any) -> float:
-    if not isfinite(seconds := float(value)):
-        raise ValueError("a time offset is not a number")
-    return seconds
-
-
-def _calibration_text(cameras: Mapping[str, Camera]) -> str:
-    if not cameras:
-        return ""
-    with _temporary_file() as path:
-        write_calibration(path, cameras)
-        return path.read_text(encoding="utf-8")
-
-
-def _cameras(text: str) -> Mapping[str, Camera]:
-    if not text:
-        return {}
-    with _temporary_file() as path:
-        path.write_text(text, encoding="utf-8")
-        try:
-            return read_calibration(path)
-        except InputError as error:  # which names the temporary file
-            raise ValueError(error.what) from error
-
-
-@contextmanager
-def _temporary_file() -> Iterator[Path]:
-    with tempfile.TemporaryDirectory() as folder:
-        yield Path(folder) / "calibration.toml"
-
-
-def _check_known(what: str, unknown: set[str], recording: Recording) -> None:
-    if unknown:
-        raise InputError(
-            f"the recording has no {what} {min(unknown)!r}",
-            where=recording.name,
-            remedy="These corrections belong to a different recording.",
-        )

@@ -57,7 +57,7 @@ class StudyRecording:
     recording: str
     """Folder, relative to the study file, with ``/``; absolute on another drive."""
     project: str = ""
-    """Project file whose corrections and reference are used; empty if there is none."""
+    """Project file whose reference is used; empty if there is none."""
     keypoints: str = ""
     """Project, or file of a detector, whose keypoints are measurements; empty if none are."""
     factors: Mapping[str, str] = field(default_factory=dict)

@@ -18,7 +18,6 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.measures import measured
 from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.folder import fingerprint, open_recording
@@ -55,7 +54,6 @@ class Job:
     """With frames and keypoints; without detections, which the recording has."""
     keep: str = ""
     """File for the complete run; empty: only measures are kept."""
-    corrections: Corrections | None = None
     """What a project corrects of the recording."""
     truth: LandmarkTrajectory | None = None
     """The project's reference; None: the recording's own."""
@@ -237,7 +235,7 @@ def recording_of(job: Job) -> Recording:
             where=job.folder,
             remedy="Start it again with the present recording.",
         )
-    return recording if job.corrections is None else job.corrections.applied_to(recording)
+    return recording
 
 
 def is_kept(job: Job) -> bool:

@@ -19,7 +19,7 @@ from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import Corrections, load_reference
+from stereotrack_core.project.setups import load_reference
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE
@@ -42,8 +42,7 @@ class Source:
 
     row: StudyRecording
     recording: Recording
-    """As the project corrects it, with the reference that counts."""
-    corrections: Corrections | None
+    """With the reference that counts."""
     keypoints: Keypoints | None
     frames: int
     truth: LandmarkTrajectory | None = None
@@ -76,15 +75,12 @@ def source_of(study: Study, row: StudyRecording) -> Source:
             where=row.recording,
             remedy=f"Move it back to {folder}, or write its place into the study file.",
         )
-    recording, corrections, truth = open_recording(folder), None, None
+    recording, truth = open_recording(folder), None
     if row.project:
         with Project.open(study.place(row.project), read_only=True) as project:
-            corrections = project.corrections()
             chosen = project.chosen(project.references)
             if chosen:
                 truth = load_reference(project.references, chosen).trajectory()
-    if corrections is not None:
-        recording = corrections.applied_to(recording)
     if truth is not None:
         recording = dataclasses.replace(recording, reference=truth)
     keypoints = None
@@ -93,7 +89,7 @@ def source_of(study: Study, row: StudyRecording) -> Source:
         keypoints = keypoints_in(path, recording, settings.layout, settings.person).keypoints
     with FrameReader(recording, read_ahead=0) as reader:
         count = reader.frame_count
-    return Source(row, recording, corrections, keypoints, count, truth)
+    return Source(row, recording, keypoints, count, truth)
 
 
 def jobs_of(study: Study, source: Source, points: Sequence[Point], *, keep: bool) -> list[Job]:
@@ -146,7 +142,6 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
         fingerprint=source.facts["fingerprint"],
         point=point,
         spec=RunSpec(settings, name, frames, views, seed, init, smooth, keypoints=keypoints),
-        corrections=source.corrections,
         truth=source.truth,
     )
 

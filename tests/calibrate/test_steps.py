@@ -1,4 +1,4 @@
-"""The steps that a window takes: pairs, changes against a calibration before, verdicts."""
+"""The steps that a window takes: changes against a calibration before, verdicts."""
 
 from dataclasses import replace
 
@@ -8,7 +8,6 @@ import pytest
 from stereotrack_core.calibrate import verdict
 from stereotrack_core.calibrate.changes import change_table, changes
 from stereotrack_core.calibrate.lens import RADIAL, Lens
-from stereotrack_core.calibrate.pairs import calibrate_pairs, stereo_names
 from stereotrack_core.calibrate.work import FitLenses, FitWorld
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -42,29 +41,6 @@ def scene():
     seen = [sightings_of(camera, boards, 3) for camera in cameras]
     alone = replace(seen[0], camera="far", frames=seen[0].frames + 100)
     return cameras, [*seen, alone]
-
-
-def test_pairs_are_placed_with_their_lenses_as_they_are(scene):
-    cameras, sightings = scene
-    known = {one.name: one for one in cameras}
-    (pair,) = calibrate_pairs(sightings, known, BOARD, stereo_names(list(known)))
-    assert (pair.first, pair.second, pair.problem) == ("N_left", "N_right", "")
-    assert pair.distance_m == pytest.approx(0.12, abs=0.002)
-    assert pair.angle_deg == pytest.approx(3.4, abs=0.3)
-    assert pair.row_error_px < 0.3
-    assert verdict.of_pairs([pair]).grade == "good"
-
-
-def test_a_pair_that_cannot_be_placed_says_why(scene):
-    cameras, sightings = scene
-    few = replace(sightings[1].only(np.arange(2)), frames=sightings[0].frames[:2])
-    (pair,) = calibrate_pairs([sightings[0], few], {one.name: one for one in cameras}, BOARD)
-    assert "in 2 pictures only" in pair.problem
-    said = verdict.of_pairs([pair])
-    assert said.grade == "bad"
-    assert "Film again" in said.sentences()
-    (pair,) = calibrate_pairs(sightings[:2], {"N_left": cameras[0]}, BOARD)
-    assert pair.problem == "the lens of N_right is not calibrated"
 
 
 def test_lenses_that_fail_do_not_keep_the_others_from_their_results(scene):

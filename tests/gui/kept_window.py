@@ -120,7 +120,7 @@ class KeptWindow:
         qtbot.waitUntil(window.context.tasks.settled)
         _put_back_choices(window, first.state)
         document = session.document
-        if self._key[0] == key[0] and document.recording is not None and not document.corrections:
+        if self._key[0] == key[0] and document.recording is not None:
             _with_another_project(window, qtbot, first, projects)
         else:
             session.document.close()

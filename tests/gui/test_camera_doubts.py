@@ -6,7 +6,6 @@ import pytest
 
 from app.features.annotate.clicking.landmark_rows import fit_words as words_of_frame
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -37,13 +36,6 @@ def rig_tips(window):
     items = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
     rows = [item.child(j) for item in items for j in range(item.childCount())]
     return {row.text(0): row.toolTip(0) for row in rows if row.toolTip(0)}
-
-
-def test_clicks_that_agree_accuse_no_camera(four, qtbot):
-    place(four, qtbot, true_clicks(four, range(3)))
-    assert four.context.session.cameras.now is None
-    assert four.messages.message is None
-    assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
 
 
 def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
@@ -103,21 +95,6 @@ def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
     assert four.context.session.cameras.now is None
     assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
     assert rig_tips(four) == {}
-
-
-def test_one_wrong_click_stays_a_wrong_click(four, qtbot):
-    clicks = list(true_clicks(four, range(3)))
-    wrong = next(i for i, one in enumerate(clicks) if one.camera == "O_right")
-    x, y = clicks[wrong].position
-    clicks[wrong] = Click(0, "O_right", clicks[wrong].landmark, (x + 60.0, y))
-    place(four, qtbot, clicks)
-    assert four.context.session.cameras.now is None
-    marks = four.context.docks.views.tiles["O"].camera.marks.clicks
-    assert [mark.landmark for mark in marks if mark.outlier] == [clicks[wrong].landmark]
-    assert (
-        NINE[clicks[wrong].landmark].label
-        in words_of_frame(four.features.annotate.clicking.facts.now())[0]
-    )
 
 
 def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared_recording):

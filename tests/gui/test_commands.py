@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QToolButton
 
 from app.services.actions import ActionRegistry
-from app.shell.command_lists import CommandPalette, ShortcutEditor, match_rank
+from app.shell.command_lists import CommandPalette, ShortcutEditor
 from stereotrack_core.tracking.presets import preset
 
 pytestmark = pytest.mark.window
@@ -57,17 +57,6 @@ def test_the_palette_lists_first_what_is_meant_and_can_be_done(window, qtbot):
     can = [book.action(command).isEnabled() for _, command in listed(palette, "op")]
     assert can == sorted(can, reverse=True)
     assert set(can) == {True, False}
-
-
-def test_workspaces_menus_and_keys_have_one_order(opened):
-    book, bars = opened.context.actions, opened.bars
-    spaces = [space.title for space in opened.context.docks.workspaces]
-    assert spaces == ["Calibrate", "Annotate", "Track", "Tune", "Review"]
-    assert [action.text() for action in bars.workspaces.actions()] == spaces
-    keys = [book.shortcut(f"workspace_{space.lower()}") for space in spaces]
-    assert keys == [f"Alt+{number}" for number in range(1, 6)]
-    menus = [action.text().replace("&", "") for action in opened.menuBar().actions()]
-    assert [menu for menu in menus if menu in spaces] == spaces[1:]
 
 
 def test_main_actions_are_named_and_what_has_no_room_is_offered(opened, qtbot):
@@ -128,15 +117,6 @@ def test_a_shortcut_is_changed_kept_and_never_stolen(newly_opened, qtbot, settin
     assert opened.context.session.document.frame == 1
 
 
-def test_matching_prefers_the_beginning(window):
-    play = window.context.actions.command("play")
-    assert match_rank("play / pause", play) == 0
-    assert match_rank("play", play) == 1
-    assert match_rank("pause", play) == 2
-    assert match_rank("frame rate", play) == 3
-    assert match_rank("xyz", play) is None
-
-
 @pytest.fixture
 def silent_dialogs(monkeypatch, tmp_path):
     """File dialogs that are cancelled."""
@@ -154,7 +134,7 @@ NEED_CLICKS = {
 
 LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
 
-NOT_HERE = {"quit", "demo", "close", "projects_beside", "repeat_run", "recent_1"}
+NOT_HERE = {"quit", "demo", "close", "projects_beside", "recent_1"}
 """Commands that would end the test or begin it anew, leave something beside the recording of
 others, or answer with a message when the test may be over."""
 
@@ -207,17 +187,6 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
     assert "save_run" in idle or not there
     assert not failures
     assert window.messages.message is None, window.messages.text()
-
-
-def test_mono_views_play_and_say_why_they_are_not_tracked(window, qtbot, shared_recording):
-    window.context.session.opening.open(shared_recording("seated-4cam-rotated"))
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    assert len(window.context.docks.views.tiles) == 4
-    assert {t.camera.picture.rotation for t in window.context.docks.views.tiles.values()} != {0}
-    action = window.context.actions.action("run")
-    assert not action.isEnabled()
-    assert "depth" in action.statusTip()
 
 
 def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failures, monkeypatch):

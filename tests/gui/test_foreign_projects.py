@@ -15,8 +15,6 @@ from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 from stereotrack_core.project.setups import (
-    Corrections,
-    save_corrections,
     save_landmark_set,
     save_subject,
 )
@@ -55,12 +53,11 @@ def whole(small_recording, tmp_path_factory):
         for edit in (
             save_subject(Subject("P", shoulder_width=0.4)),
             save_landmark_set(NINE),
-            save_corrections("1", Corrections("because", {"N/left": 0.04}, {"N/left": 2})),
             keep_run("accurate", run(), "a note"),
             PlaceClicks((Click(1, "N_right", "head", (100.0, 120.0)),)),
         ):
             project.apply(edit)
-        for table, name in (("subject", "P"), ("landmark_set", NINE.name), ("description", "1")):
+        for table, name in (("subject", "P"), ("landmark_set", NINE.name)):
             project.apply(Choose(table, name))
         for name in SETTINGS:
             project.view_settings.set(name, "anything")

@@ -15,8 +15,7 @@ from stereotrack_core.recording.importing.making import cameras_for
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from tests.gui.test_opening_files import drop, settle
-from tests.recording.importing.clips import WIDTH, clip, flashing, images, numbered
-from tests.recording.importing.test_video_files import raw_stream
+from tests.recording.importing.clips import clip, flashing, images
 
 pytestmark = pytest.mark.window
 BUTTON = QWizard.WizardButton
@@ -94,17 +93,6 @@ def test_a_folder_of_videos_becomes_a_recording_by_keyboard(window, qtbot, video
     assert "The calibration is a guess" in window.context.session.no_depth()
 
 
-def test_dropped_videos_are_copied_into_a_new_folder(window, qtbot, videos, wizard_of):
-    wizard = wizard_of(videos / "S.mp4", videos / "N_left.mp4")
-    assert [row.role.currentData() for row in wizard.sources.rows] == ["mono", "mono"]
-    to_the_end(wizard)
-    assert "2 files will be copied" in wizard.place.summary.text()
-    press(wizard, BUTTON.FinishButton)
-    recording = recording_of(window, qtbot)
-    assert recording.folder == videos / "videos-recording"
-    assert not (videos / "recording.toml").exists()
-
-
 def test_what_does_not_fit_together_is_said_in_place(videos, wizard_of):
     wizard = wizard_of(videos)
     left, _, _ = wizard.sources.rows
@@ -135,26 +123,6 @@ def test_images_need_a_frame_rate(window, qtbot, tmp_path, wizard_of):
     assert recording_of(window, qtbot).fps == 30.0
 
 
-def test_a_stream_without_a_rate_beside_one_that_states_it(window, qtbot, tmp_path, wizard_of):
-    (tmp_path / "videos").mkdir()
-    raw_stream(tmp_path / "videos" / "pi.h264", "libx264", frames=6)
-    clip(tmp_path / "videos" / "usb.mp4", frames=24, fps=20.0)
-    wizard = wizard_of(tmp_path / "videos")
-    press(wizard, BUTTON.NextButton)
-    page = wizard.timing
-    assert "pi does not state its frame rate" in page.words.text()
-    assert not wizard.button(BUTTON.NextButton).isEnabled()
-    page.rates["pi"].setFocus()
-    page.rates["pi"].selectAll()
-    QTest.keyClicks(page.rates["pi"], "5")
-    to_the_end(wizard)
-    press(wizard, BUTTON.FinishButton)
-    recording = recording_of(window, qtbot)
-    assert recording.fps == 20.0
-    frames = {view.name: view.image.frames for view in recording.views}
-    assert frames == {"pi": "pi.mp4", "usb": "usb.mp4"}  # the stated rate is kept
-
-
 def choose_method(wizard, qtbot, method):
     page = wizard.timing
     page.method.setFocus()
@@ -180,20 +148,6 @@ def test_cameras_are_synchronised_by_a_flash(window, qtbot, tmp_path, wizard_of)
     streams = [view.image for view in recording_of(window, qtbot).views]
     assert [one.first_frame for one in streams] == [0, 3]
     assert streams[1].time_offset == pytest.approx(0.25 / 25.0, abs=0.004)
-
-
-def test_what_cannot_be_synchronised_is_said(qtbot, tmp_path, wizard_of):
-    for name in "AB":
-        clip(tmp_path / "videos" / f"{name}.mp4", frames=4)
-    wizard = wizard_of(tmp_path / "videos")
-    press(wizard, BUTTON.NextButton)
-    choose_method(wizard, qtbot, "clap")
-    assert "A has no sound" in wizard.timing.words.text()
-    assert not wizard.button(BUTTON.NextButton).isEnabled()
-    wizard.timing.method.setFocus()
-    QTest.keyClick(wizard.timing.method, Qt.Key.Key_Home)
-    assert wizard.timing.words.text() == ""
-    assert wizard.button(BUTTON.NextButton).isEnabled()
 
 
 def test_cameras_of_a_calibration_are_matched(window, qtbot, videos, tmp_path, wizard_of):
@@ -234,18 +188,6 @@ def test_a_folder_in_which_nothing_can_be_made_is_said(videos, wizard_of, tmp_pa
     assert not wizard.button(BUTTON.FinishButton).isEnabled()
 
 
-def test_what_fails_while_it_is_made_is_said_and_nothing_is_left(qtbot, tmp_path, wizard_of):
-    path = clip(tmp_path / "videos" / "zed.mp4", lambda k: numbered(k, 2 * WIDTH))
-    wizard = wizard_of(tmp_path / "videos")
-    to_the_end(wizard)
-    path.write_bytes(b"no video any more")
-    press(wizard, BUTTON.FinishButton)
-    qtbot.waitUntil(lambda: "cannot be opened as a video" in wizard.place.words.text())
-    assert wizard.isVisible()
-    assert wizard.button(BUTTON.FinishButton).isEnabled()
-    assert sorted(one.name for one in (tmp_path / "videos").iterdir()) == ["zed.mp4"]
-
-
 def test_escape_leaves_nothing_behind(window, qtbot, videos, wizard_of):
     before = sorted(videos.iterdir())
     wizard = wizard_of(videos)
@@ -255,20 +197,6 @@ def test_escape_leaves_nothing_behind(window, qtbot, videos, wizard_of):
     assert sorted(videos.iterdir()) == before
     assert window.context.session.document.recording is None
     assert wizard_of(videos) is not None, "it can be opened again"
-
-
-def test_every_field_has_a_name_and_an_explanation(videos, wizard_of):
-    wizard = wizard_of(videos)
-    for row in wizard.sources.rows:
-        for field in (row.role, row.view, row.mirrored):
-            assert field.accessibleName()
-            assert field.toolTip()
-    timing, place = wizard.timing, wizard.place
-    calibration, slider = wizard.calibration, timing.preview.slider
-    fields = (timing.fps, timing.unit, timing.method, slider, place.name, place.folder)
-    for field in (*fields, calibration.unit, calibration.convention):
-        assert field.accessibleName()
-        assert field.toolTip()
 
 
 def test_the_preview_shows_what_is_synchronised(qtbot, tmp_path, wizard_of):

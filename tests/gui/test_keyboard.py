@@ -28,7 +28,6 @@ from PySide6.QtWidgets import (
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.project.clicks import place
 from tests.gui.hands import CTRL, NONE, key, view
-from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
 
@@ -199,18 +198,6 @@ def test_the_keys_of_a_command_that_cannot_be_done_say_why(opened, qtbot):
     QTest.keyClick(opened.features.tune.parameters.search, Qt.Key.Key_N, NONE)
     assert (opened.features.tune.parameters.search.text(), said()) == ("n", "")
     opened.features.tune.parameters.search.clear()
-
-
-def test_0_shows_all_frames_in_the_plot_of_errors(opened, qtbot):
-    docks = opened.context.docks
-    docks.show_named("review")
-    add_run(opened, "wild", off=0.05)
-    qtbot.waitUntil(opened.context.tasks.settled)
-    docks.timeline.set_visible_range(2.0, 6.0)
-    plot = opened.features.review.plot.plot
-    plot.setFocus()
-    QTest.keyClick(plot, Qt.Key.Key_0)
-    assert (docks.timeline.scale.first, docks.timeline.scale.last) == (0.0, 8.0)
 
 
 @pytest.fixture

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QLabel, QMessageBox, QToolTip, QWidget
+from PySide6.QtWidgets import QLabel, QToolTip, QWidget
 
 from app.widgets.forms.message import Message, MessageBar
-from app.widgets.plots.plots import label_axis, new_plot
 
 NAME = "<img src='x'><b>N</b>"
 
@@ -29,28 +28,11 @@ def test_labels_show_plain_text_unless_they_say_so(parent, qtbot):
     assert rich.textFormat() == Qt.TextFormat.RichText
 
 
-def test_questions_show_plain_text(parent, qtbot):
-    box = QMessageBox(parent)
-    box.setText(NAME)
-    box.setInformativeText(NAME)
-    box.show()
-    formats = {each.textFormat() for each in box.findChildren(QLabel) if each.text()}
-    assert formats == {Qt.TextFormat.PlainText}
-    box.close()
-
-
 def test_tooltips_show_plain_text(parent, qapp):
     QToolTip.showText(QPoint(5, 5), NAME, parent)
     tips = [each for each in qapp.topLevelWidgets() if each.metaObject().className() == "QTipLabel"]
     assert [(tip.text(), tip.textFormat()) for tip in tips] == [(NAME, Qt.TextFormat.PlainText)]
     QToolTip.hideText()
-
-
-def test_axes_show_plain_text(qtbot, dark):
-    plot = new_plot()
-    qtbot.addWidget(plot)
-    label_axis(plot, "left", NAME)
-    assert plot.getAxis("left").label.toPlainText().strip() == NAME
 
 
 def test_control_characters_are_spelled_out_in_messages():

@@ -166,19 +166,6 @@ def test_recents_stand_in_the_menu_with_their_dates(window, qtbot, folder, setti
     assert folder.is_dir()
 
 
-def test_damaged_dates_cost_no_recent_recording(window, folder, settings):
-    settings.setValue("recent", [str(folder)])
-    for damaged in (["tomorrow"], "2026-11-25T10:00:00", ["2026-11-25T10:00:00", "x"], 5):
-        settings.setValue("recent_dates", damaged)
-        assert window.context.session.opening.recent() == [folder]
-
-
-def test_what_the_window_cannot_open_is_not_taken(window, tmp_path):
-    text = tmp_path / "notes.txt"
-    text.write_text("no recording")
-    assert not drop(window, text)
-
-
 def test_a_viewer_at_the_end_stays_there_when_there_are_fewer_frames_than_estimated(
     window, qtbot, small_recording, monkeypatch
 ):

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
-import threading
 
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, QSettings, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.__main__ import main
-from app.session import project as project_file
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.project import Project
@@ -75,31 +73,6 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     assert len(window.context.session.project.project.clicks.at(3)) == 1
 
 
-def test_what_was_asked_for_last_is_opened(
-    window, qtbot, folder, small_recording, tmp_path, monkeypatch
-):
-    path = tmp_path / "mine.stereotrack"
-    Project.create(path, folder).close()
-    begun, go, open_it = threading.Event(), threading.Event(), project_file.open_project
-
-    def slowly(*what, **how):
-        opened = open_it(*what, **how)
-        begun.set()
-        assert go.wait(300)
-        return opened
-
-    monkeypatch.setattr(project_file, "open_project", slowly)
-    window.context.session.opening.open(path)
-    assert begun.wait(300)
-    window.context.session.opening.open(small_recording)
-    qtbot.waitUntil(lambda: window.context.session.document.recording is not None)
-    go.set()
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert window.context.session.document.recording.folder == small_recording
-    assert window.context.session.project.path != path
-    Project.open(path).close()  # nobody holds it any more
-
-
 def test_a_recording_that_was_read_when_another_one_was_asked_for_is_not_opened(
     window, qtbot, folder, small_recording
 ):
@@ -114,15 +87,6 @@ def test_a_recording_that_was_read_when_another_one_was_asked_for_is_not_opened(
     qtbot.waitUntil(lambda: bool(opened))
     qtbot.waitUntil(window.context.tasks.settled)
     assert opened == [small_recording]
-
-
-def test_the_menu_opens_a_project(window, qtbot, folder, tmp_path, monkeypatch):
-    path = tmp_path / "mine.stereotrack"
-    Project.create(path, folder).close()
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (str(path), ""))
-    window.context.actions.action("open_project").trigger()
-    ready(qtbot, window)
-    assert window.context.session.project.path == path
 
 
 def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, capsys):
@@ -147,16 +111,17 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     assert other.context.session.project.in_use
     assert not other.context.actions.action("undo").isEnabled()
     assert "another program" in other.context.actions.command("undo").why_not()
-    other.context.session.tracker.choose_first_pose("tpose")
+    before = other.context.session.track.settings
+    other.context.session.tracker.use(before.replaced(iterations=1))
 
     def active() -> bool:
         other.activateWindow()
         return other.isActiveWindow()
 
     qtbot.waitUntil(active)
-    assert other.context.actions.action("undo").text() == "Undo Set initial pose to T pose"
+    assert other.context.actions.action("undo").text() == "Undo Set iterations to 1"
     QTest.keyClick(other, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert other.context.session.tracker.first_pose == "auto", "what is not stored is undone"
+    assert other.context.session.track.settings == before, "what is not stored is undone"
     assert not other.context.actions.action("undo").isEnabled()
     clicked(other, landmark="left_hand")
     assert {c.landmark for c in window.context.session.project.project.clicks.at(0)} == {"head"}
@@ -222,20 +187,6 @@ def test_another_recording_is_not_taken_unasked(
     Project.open(path).close()  # nobody holds it any more
 
 
-def test_a_read_only_place_leads_to_the_documents(
-    window, qtbot, folder, settings, tmp_path, monkeypatch
-):
-    settings.remove("projects_folder")
-    documents = tmp_path / "documents"
-    for module in ("stereotrack_core.project.whereabouts", "app.session.project_opening"):
-        monkeypatch.setattr(f"{module}.documents_folder", lambda: documents)
-    monkeypatch.setattr("stereotrack_core.project.whereabouts.os.access", lambda *a: False)
-    open_path(qtbot, window, folder)
-    assert window.context.session.project.path == (documents / "walk.stereotrack").resolve()
-    assert "stored elsewhere" in window.messages.text()
-    assert str(documents) in window.messages.text()
-
-
 def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     open_path(qtbot, window, folder)
     book = window.context.actions
@@ -257,32 +208,3 @@ def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     assert window.context.session.document.frame == 6
     assert len(window.context.session.project.project.clicks.at(6)) == 1
     assert not book.action("redo").isEnabled()
-
-
-def test_who_annotates_is_a_setting(window, qtbot, folder, settings):
-    open_path(qtbot, window, folder)
-    window.context.actions.action("annotator").trigger()
-    dialog = next(one for one in window.findChildren(QInputDialog) if one.isVisible())
-    dialog.setTextValue("Somebody Else")
-    dialog.accept()
-    clicked(window)
-    assert window.context.session.project.project.clicks.at(0)[0].who == "Somebody Else"
-    assert settings.value("annotator") == "Somebody Else"
-
-
-def test_a_damaged_project_is_refused_with_its_backup(window, qtbot, folder, tmp_path):
-    path = tmp_path / "walk.stereotrack"
-    backup = path.with_name("walk.format1.stereotrack")
-    with Project.create(path, folder) as project:
-        project.apply(place(Click(0, "N_right", "head", (10.0, 20.0))))
-        project.save_copy(backup)
-    whole = bytearray(path.read_bytes())
-    whole[len(whole) // 2 :] = b"\xff" * (len(whole) - len(whole) // 2)
-    path.write_bytes(whole)
-    window.context.session.opening.open(path)
-    qtbot.waitUntil(lambda: window.messages.message is not None)
-    assert "the project file is damaged" in window.messages.text()
-    assert f"stereotrack open {backup}" in window.messages.text()
-    assert path.read_bytes() == whole
-    open_path(qtbot, window, backup)
-    assert window.context.session.project.project.clicks.count() == 1

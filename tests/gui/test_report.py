@@ -21,12 +21,6 @@ def with_run(opened, tmp_path):
     return opened
 
 
-def test_there_is_nothing_to_report_without_a_run(opened):
-    action = opened.context.actions.action("report")
-    opened.context.actions.refresh()
-    assert not action.isEnabled()
-
-
 @pytest.mark.parametrize("name", ["page.html", "page.pdf"])
 def test_the_report_is_made_in_the_background(with_run, qtbot, tmp_path, name):
     path = tmp_path / name

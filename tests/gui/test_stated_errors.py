@@ -13,7 +13,6 @@ from app.session.comparison import compared
 from app.session.judgement import heading_words, judged, score_words
 from app.session.runs import RunEntry, entry_of_run
 from app.session.truth import project_truth, recorded_truth
-from app.widgets.plots.limb_plots import ErrorPlot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import reference_quality
@@ -93,21 +92,6 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
     assert judged(entry.now(), None).quality == {}
 
 
-@pytest.mark.window
-def test_the_heading_is_short_where_there_is_no_room(qtbot):
-    plot = ErrorPlot(title="angular error")
-    qtbot.addWidget(plot)
-    plot.set_heading(
-        "angular error, reference uncertainty 2.3° (arms)", "reference ± 2.3°", "Against it."
-    )
-    plot.resize(1200, 200)
-    with qtbot.waitExposed(plot):
-        plot.show()
-    assert plot.heading == "angular error, reference uncertainty 2.3° (arms)"
-    plot.resize(plot.legend.wanted_width + 160, 200)
-    qtbot.waitUntil(lambda: plot.heading == "reference ± 2.3°", timeout=2_000)
-
-
 def trigger(window, qtbot, name):
     window.context.actions.refresh()
     action = window.context.actions.action(name)
@@ -173,25 +157,3 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert window.context.session.judging.truth.against == "project", "it is kept with the project"
-
-
-@pytest.mark.window
-def test_views_draw_what_errors_are_measured_against_but_the_project_s_while_annotating(
-    annotating, qtbot
-):
-    window, project = annotating, annotating.context.session.project.project
-    recorded = window.context.session.document.recording.reference
-    project.apply(save_reference("by hand", stating(recorded, shift=0.1)))
-    project.apply(Choose(REFERENCE.name, "by hand"))
-    qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    np.testing.assert_allclose(
-        window.context.session.instant.told.reference, recorded.points[0] + 0.1
-    )
-    window.context.docks.show_named("track")
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    np.testing.assert_allclose(window.context.session.instant.told.reference, recorded.points[0])
-    trigger(window, qtbot, "errors_against_project")
-    np.testing.assert_allclose(
-        window.context.session.instant.told.reference, recorded.points[0] + 0.1
-    )

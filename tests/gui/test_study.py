@@ -6,10 +6,8 @@ import dataclasses
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, Qt, QUrl
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
 from app.features.study import controller as controller_module
-from app.features.study.results import ResultsPanel
 from app.features.study.settings_form import SettingsForm
 from app.session.opening import dropped_paths
 from stereotrack_core.errors import InputError
@@ -173,37 +171,6 @@ def test_fields_say_the_settings(shown, qtbot):
     form.seeds.setText("a")
     with pytest.raises(InputError, match="list of seeds"):
         form.settings()
-
-
-def test_points_tell_their_runs(shown, qtbot, table, tmp_path):
-    results = shown(ResultsPanel(), 900, 640)
-    results.show_table(table)
-    assert results.across.currentData() == "data_points"
-    assert results.second.currentData() == "preset"
-    assert "mean and standard deviation over seed" in results.averaged_label.text()
-    results.second.setCurrentIndex(0)
-    results.draw()
-    QApplication.processEvents()
-    with qtbot.waitSignal(results.plot.rows_chosen) as chosen:
-        view = results.plot._plot.viewport()
-        where = view.mapFrom(results.plot, results.plot.place_of(900, 6.0))
-        QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=where)
-    assert len(chosen.args[0]) == 4, "the mean's mark stands for all its runs"
-    assert "data points 900" in results.chosen_label.text()
-    assert "forearms 6.0" in results.chosen_label.text()
-    with qtbot.waitSignal(results.applied) as taken:
-        QTest.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
-    assert taken.args[0] == {"data_points": "900"}
-    QTest.mouseClick(results.best_button, Qt.MouseButton.LeftButton)
-    assert "data points 900, preset accurate – 2 runs" in results.chosen_label.text()
-    results.save_picture(tmp_path / "curves.svg")
-    assert (tmp_path / "curves.svg").stat().st_size > 2000
-    results.measure.setCurrentIndex(results.measure.findData("lost"))
-    with table.open("a", newline="") as file:
-        csv.writer(file).writerow(("r", 1200, "fast", 0, "done", 4.0, 1.0, "y"))
-    results.follow(table)
-    assert "13 runs" in results.file_label.text(), "a table that grows is read again"
-    assert results.measure.currentData() == "lost"
 
 
 def test_a_study_can_be_dropped_on_the_window(study):  # noqa: F811

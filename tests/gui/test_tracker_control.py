@@ -13,13 +13,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from stereotrack_core.experiments.run_process import Preparing, Tracked
 from stereotrack_core.project.exporting.formats import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.second_look import LOOKING_AGAIN
-from tests.gui.hands import Paintings
 
 pytestmark = pytest.mark.window
 LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
@@ -104,54 +101,6 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     assert by_window.meta.pop("made") != by_core.meta.pop("made")
     assert seconds > 0
     assert by_window.meta == by_core.meta
-
-
-def test_the_first_pose_is_found_without_help_or_taken_for_a_t_pose(opened, qtbot):
-    choose_usual(opened)
-    opened.context.actions.refresh()
-    assert opened.context.actions.action("first_pose_auto").isChecked()
-    trigger(opened, "first_pose_tpose")
-    opened.context.actions.refresh()
-    assert not opened.context.actions.action("first_pose_auto").isChecked()
-    trigger(opened, "step")
-    qtbot.waitUntil(
-        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
-    )
-    assert opened.context.session.runs.active.origin.spec.init == "tpose"
-    assert opened.context.session.runs.active.frames[0].tracked
-
-
-def test_step_tracks_one_frame_and_holds(opened, qtbot):
-    trigger(opened, "step")
-    qtbot.waitUntil(
-        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
-    )
-    opened.context.actions.refresh()
-    trigger(opened, "step")
-    qtbot.waitUntil(
-        lambda: tracked(opened) == 2 and opened.context.session.track.paused, timeout=60_000
-    )
-    assert opened.context.session.document.frame == 1
-    opened.context.actions.refresh()
-    assert "paused at 2 of 8" in opened.status.state.text()
-    assert opened.context.session.track.left_words().endswith(" left"), "as soon as one may know"
-
-
-@unix
-def test_the_status_says_that_frames_are_looked_at_again(opened, qtbot):
-    track = opened.context.session.track
-    trigger(opened, "step")
-    qtbot.waitUntil(lambda: track.paused)
-    with standing_still(opened):
-        track.go_on()
-        told = track._live.task.told
-        told.emit([Preparing(LOOKING_AGAIN, 3, 12)])
-        opened.context.actions.refresh()
-        assert LOOKING_AGAIN in opened.status.state.text()
-        assert "tracking 1 of 8" in opened.status.state.text()
-        told.emit([Tracked(track.entry.frames[0], 1.0)])
-        opened.context.actions.refresh()
-        assert LOOKING_AGAIN not in opened.status.state.text()
 
 
 @unix
@@ -301,27 +250,3 @@ def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     for process in multiprocessing.active_children():
         if process.pid == number:
             process.join()
-
-
-def test_a_frame_is_drawn_once_by_each_view_however_late_its_points_are(opened, qtbot):
-    window, session = opened, opened.context.session
-    window.context.docks.show_named("track")
-    qtbot.waitUntil(window.context.tasks.settled)
-    trigger(window, "step")
-    qtbot.waitUntil(lambda: session.track.paused)
-    qtbot.waitUntil(window.context.tasks.settled)
-    views = [Paintings(tile.camera) for tile in window.context.docks.views.tiles.values()]
-    timeline = Paintings(window.context.docks.timeline.viewport())
-    told = []
-    session.instant.ready.connect(lambda instant: told.append(instant.cloud))
-    window.context.actions.refresh()
-    trigger(window, "step")
-    qtbot.waitUntil(lambda: session.track.paused)
-    qtbot.waitUntil(window.context.tasks.settled)
-    qtbot.waitUntil(lambda: told[-1] is not None and bool(told[-1].depths))
-    assert [view.count for view in views] == [1, 1]
-    assert timeline.count <= 2, "the frame is another, and the run has grown"
-    session.document.go_to(4)
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert told[-1].frame == 4
-    assert [view.count for view in views] == [2, 2]

@@ -8,8 +8,8 @@ import weakref
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDropEvent, QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -43,13 +43,6 @@ def test_the_welcome_page_offers_ways_to_begin(window):
     assert "no recording" in window.status.state.text()
 
 
-def test_opening_shows_all_views_at_frame_zero(opened):
-    assert set(opened.context.docks.views.tiles) == {"N", "S"}
-    assert shown(opened) == {0}
-    assert opened.windowTitle().startswith("small")
-    assert opened.features.calibrate.findings.verdict.text()
-
-
 def test_a_folder_without_a_recording_is_said_and_nothing_is_lost(opened, qtbot, tmp_path):
     opened.context.session.opening.open(tmp_path)
     qtbot.waitUntil(lambda: opened.messages.message is not None, timeout=10_000)
@@ -57,21 +50,6 @@ def test_a_folder_without_a_recording_is_said_and_nothing_is_lost(opened, qtbot,
     assert str(tmp_path) in words
     assert "Traceback" not in words
     assert opened.context.session.document.recording is not None
-
-
-def test_a_dropped_folder_is_opened(window, qtbot, small_recording):
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(small_recording))])
-    event = QDropEvent(
-        QPointF(200, 200),
-        Qt.DropAction.CopyAction,
-        data,
-        Qt.MouseButton.LeftButton,
-        Qt.KeyboardModifier.NoModifier,
-    )
-    window.dropEvent(event)
-    qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=30_000)
-    assert window.context.session.opening.recent() == [small_recording.resolve()]
 
 
 def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
@@ -191,18 +169,6 @@ def test_every_workspace_fits_the_smallest_screen(opened, qtbot, name):
         assert tile.camera.height() >= 100, "a view is squeezed"
 
 
-def test_a_changed_workspace_is_kept_and_can_be_reset(opened, qtbot):
-    book = opened.context.actions
-    book.action("workspace_review").trigger()
-    assert not opened.context.docks.dock("numbers").isHidden()
-    book.action("panel_numbers").trigger()
-    book.action("workspace_tune").trigger()
-    book.action("workspace_review").trigger()
-    assert opened.context.docks.dock("numbers").isHidden()
-    book.action("workspace_reset").trigger()
-    assert not opened.context.docks.dock("numbers").isHidden()
-
-
 def test_a_workspace_comes_back_as_it_was_left(opened):
     def shown():
         docks = opened.context.docks
@@ -221,14 +187,6 @@ def test_m_shows_the_active_view_alone(opened, qtbot):
     assert not opened.context.docks.views.tiles["N"].isVisible()
     press(qtbot, opened, Qt.Key.Key_M)
     assert opened.context.docks.views.tiles["N"].isVisible()
-
-
-def test_keys_switch_overlays_one_by_one(opened, qtbot):
-    before = opened.context.view_state.display.overlays
-    press(qtbot, opened, Qt.Key.Key_R)
-    assert opened.context.view_state.display.overlays == before ^ {"reference"}
-    press(qtbot, opened, Qt.Key.Key_D)
-    assert opened.context.view_state.display.overlays == before ^ {"reference", "points"}
 
 
 def test_the_reference_is_painted_where_the_camera_sees_it(opened, qtbot):

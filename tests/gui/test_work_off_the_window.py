@@ -8,7 +8,7 @@ from PySide6.QtCore import QCoreApplication
 
 from app.services.tasks.newest import LatestOnly
 from app.services.tasks.shared import Shared
-from app.services.tasks.task import Task, TaskList, how_far, wait_for_threads
+from app.services.tasks.task import TaskList, wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
 
 PATIENCE_S = 300.0
@@ -146,28 +146,3 @@ def test_what_is_shared_is_closed_by_whoever_leaves_it_last():
     alone = Shared("a reader", lambda: closed.append("in parallel"))
     alone.close()
     assert closed == [user, "in parallel"]
-
-
-@pytest.mark.parametrize(
-    ("share", "seconds", "words"),
-    [
-        (0.0, 9.0, ""),
-        (0.01, 9.0, ""),
-        (0.25, 10.0, "25 %, about 30 s left"),
-        (0.5, 600.0, "50 %, about 10 min left"),
-        (0.95, 2.0, "95 %, under a second left"),
-        (1.0, 9.0, ""),
-    ],
-)
-def test_percent_and_time_left(share, seconds, words):
-    assert how_far(share, seconds) == words
-
-
-def test_work_that_lasts_says_how_far_it_is(qapp, monkeypatch):
-    now = [100.0]
-    monkeypatch.setattr("app.services.tasks.task.time.monotonic", lambda: now[0])
-    task = Task("writing report", lambda _task: None)
-    task.report(0.5, "reading images")
-    assert task.says() == "writing report, reading images", "nobody could read more so soon"
-    now[0] += 20.0
-    assert task.says() == "writing report, reading images, 50 %, about 20 s left"

@@ -80,15 +80,6 @@ def test_without_the_right_to_install_the_one_command_is_printed(monkeypatch, ca
     assert module.main(["--window"]) == 1
 
 
-def test_what_is_needed_even_without_a_screen_stops_the_installation(monkeypatch, capsys):
-    module = tool("system_libraries", monkeypatch)
-    monkeypatch.setattr(module.debian, "install", lambda packages: False)
-    monkeypatch.setattr(module, "missing_now", lambda: ({"libEGL.so.1"}, set()))
-    monkeypatch.setattr(module.sys, "platform", "linux")
-    assert module.main([]) == 1
-    assert "sudo apt-get install libegl1" in capsys.readouterr().err
-
-
 @pytest.fixture
 def fake_pythons(tmp_path: Path):
     """A folder for PATH with commands that behave as given."""
@@ -119,24 +110,6 @@ def test_a_python_that_refuses_to_run_is_passed_over(fake_pythons):
     refuses = "echo 'pyenv: command not found' >&2; exit 127"
     environment = fake_pythons(python3_13=refuses, python3_12=f'exec "{sys.executable}" "$@"')
     assert found_python(environment).stdout.strip() == "python3.12"
-
-
-@pytest.mark.skipif(os.name != "posix", reason="a shell script")
-def test_a_python_that_was_asked_for_is_the_only_one_tried(fake_pythons):
-    environment = {**fake_pythons(old="exit 1"), "PYTHON": "old"}
-    found = found_python(environment)
-    assert found.returncode == 1
-    assert "none was found as old" in found.stderr
-
-
-@pytest.mark.skipif(os.name != "posix", reason="a shell script")
-def test_a_python_of_one_version_can_be_asked_for(fake_pythons):
-    environment = {**fake_pythons(python=f'exec "{sys.executable}" "$@"'), "PYTHON": "python"}
-    running, another = "{}.{}".format(*sys.version_info), f"3.{sys.version_info[1] + 1}"
-    assert found_python(environment, running).stdout.strip() == "python"
-    refused = found_python(environment, another)
-    assert refused.returncode == 1
-    assert refused.stderr.strip() == f"no Python {another} was found as python"
 
 
 def test_the_oldest_versions_are_those_that_are_declared(monkeypatch):

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import platform
 import re
 import tomllib
-from importlib.metadata import Distribution, distributions
 from pathlib import Path
 
-import pytest
 from packaging.markers import default_environment
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -63,24 +60,3 @@ def test_the_opencv_that_breaks_qt_is_not_in_the_lock():
     names = {canonicalize_name(row.name) for row in locked()}
     assert "opencv-python-headless" in names
     assert not names & {"opencv-python", "opencv-contrib-python"}
-
-
-def oldest_glibc(distribution: Distribution) -> tuple[int, int]:
-    """The oldest glibc that an installed wheel runs with; (0, 0) where it needs none."""
-    wheel = distribution.read_text("WHEEL") or ""
-    tags = re.findall(r"^Tag: .*-manylinux_(\d+)_(\d+)_", wheel, flags=re.MULTILINE)
-    return min(((int(major), int(minor)) for major, minor in tags), default=(0, 0))
-
-
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="manylinux is of Linux with glibc")
-def test_the_readme_names_the_glibc_that_the_locked_wheels_need():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    machine = platform.machine()
-    (stated,) = re.findall(rf"glibc (\d+\.\d+) or newer\s+on {machine}\b", readme)
-    versions = {canonicalize_name(row.name): next(iter(row.specifier)).version for row in locked()}
-    needed = {
-        f"{one.name} {one.version}": oldest_glibc(one)
-        for one in distributions()
-        if versions.get(canonicalize_name(one.name)) == one.version
-    }
-    assert "{}.{}".format(*max(needed.values())) == stated, needed

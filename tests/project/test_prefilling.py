@@ -16,7 +16,6 @@ from stereotrack_core.project.prefilling import (
     fill_in,
     set_accepted_sigma,
 )
-from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.keypoints import keypoints_of
 
@@ -57,26 +56,6 @@ def test_some_frames_can_be_kept_anew_and_the_others_stay(project):
     assert len(project.predictions.of_source("run a")) == 1
     with pytest.raises(ValueError, match="not all"):
         project.predictions.replace("fit", [predicted(1, source="run a")])
-
-
-def test_a_selection_is_taken_by_one_edit_and_can_be_undone(project):
-    many = [
-        predicted(frame, landmark=landmark, sigma=sigma)
-        for frame in range(3)
-        for landmark, sigma in (("left_elbow", 2.0), ("left_hand", 8.0))
-    ]
-    project.predictions.replace("fit", many)
-    project.apply(PlaceClicks((Click(1, "N_right", "left_elbow", (1.0, 2.0)),)))
-    edit = project.predictions.acceptance("fit", range(2), {"left_elbow"})
-    project.apply(edit)
-    clicks = {click.key: click for click in project.clicks.all()}
-    assert {key.frame for key in clicks} == {0, 1}
-    assert clicks[ClickKey(0, "N_right", "left_elbow")].origin == "accepted"
-    assert clicks[ClickKey(1, "N_right", "left_elbow")].position == (1.0, 2.0)
-    project.undo()
-    assert project.clicks.count() == 1
-    assert project.predictions.acceptance("fit", landmarks={"head"}) is None
-    assert project.predictions.acceptance("other") is None
 
 
 def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(project):
@@ -124,16 +103,6 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(project):
     assert project.clicks.get(unsure[1].key) is None, "nobody knows how certain it is"
 
 
-def test_files_of_single_cameras_of_one_detector_stay_together(project):
-    def of(camera, x):
-        return keypoints_of([(0, camera, "nose", x, 1.0, 1.0, "rtm", 0)])
-
-    project.keypoints.replace(of("N_right", 1.0))
-    project.keypoints.replace(of("S_cam", 2.0))
-    project.keypoints.replace(of("S_cam", 3.0))
-    assert project.keypoints.all().place[:, 0].tolist() == [1.0, 3.0]
-
-
 def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     project.predictions.replace("fit", [predicted(0)])
     project.apply(project.predictions.acceptance("fit"))
@@ -142,12 +111,3 @@ def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     assert project.clicks.get(key).origin == "hand"
     project.undo()
     assert project.clicks.get(key).origin == "accepted"
-
-
-def test_a_project_for_reading_takes_none(project, project_path):
-    project.close()
-    with (
-        Project.open(project_path, read_only=True) as reading,
-        pytest.raises(InputError, match="read"),
-    ):
-        reading.predictions.replace("fit", [predicted(0)])

@@ -17,15 +17,13 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import MoveClicks, place
+from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import ProjectDamaged, make_database
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.whereabouts import project_path_for
 
 PROGRAM = Path(__file__).with_name("clicking_process.py")
 click = runpy.run_path(str(PROGRAM))["click"]
 CLICKS, SOME = 300, 80
-PAGE = 8192
 
 
 class Clicker:
@@ -114,25 +112,6 @@ def test_a_copy_after_a_kill_has_every_click(path, clicker, tmp_path):
     check_has(alone(path, tmp_path / "copy"), CLICKS)
 
 
-def test_a_project_that_is_moved_and_then_killed_has_every_click(path, clicker, tmp_path):
-    clicker.clicks(5)
-    moved = path.rename(tmp_path / "moved.stereotrack")
-    clicker.kill()
-    check_has(moved, 5)
-
-
-def test_a_copy_while_clicks_are_being_written_has_what_was_acknowledged(path, clicker, tmp_path):
-    """Nobody waits for anybody: copies made in the middle of an edit say so."""
-    clicker.tell(times=CLICKS)
-    moments = random.Random(6).sample(range(CLICKS), 20)
-    for number in range(CLICKS):
-        assert clicker.hears() == str(number)
-        if number in moments:
-            copy = alone(path, tmp_path / f"{number}")
-            with suppress(ProjectDamaged), Project.open(copy) as project:
-                assert project.clicks.keys() >= {click(k).key for k in range(number + 1)}
-
-
 def test_an_edit_that_a_kill_ended_is_taken_back(crashed):
     assert journal_of(crashed).stat().st_size
     with Project.open(crashed, read_only=True) as reading:
@@ -197,79 +176,6 @@ def test_a_backup_in_the_place_of_a_crashed_project_is_not_spoilt(crashed, tmp_p
     with Project.open(crashed) as project:
         assert project.clicks.count() == 20
         assert project.notes == ()
-
-
-def test_nothing_new_is_put_beside_what_a_crash_has_left(crashed, tmp_path):
-    moved = crashed.rename(tmp_path / "moved.stereotrack")
-    with pytest.raises(
-        InputError, match=r"walk\.stereotrack-journal: it belongs to an earlier project"
-    ):
-        make_database(crashed)
-    assert project_path_for(crashed.with_name("walk")).name == "walk-2.stereotrack"
-    assert not crashed.exists()
-    journal_of(crashed).rename(journal_of(moved))
-    with Project.open(moved) as project:
-        assert project.clicks.count() == SOME
-        journal_of(crashed).write_bytes(b"something")
-        with pytest.raises(InputError, match="it belongs to an earlier project"):
-            project.save_copy(crashed)
-
-
-@pytest.fixture(scope="module")
-def stages(tmp_path_factory) -> list[bytes]:
-    """The file after each of some edits: single clicks, moves, and pages that come to be full."""
-    path = tmp_path_factory.mktemp("stages") / "walk.stereotrack"
-    make_database(path)
-    stages = []
-    with Project.open(path, who="A") as project:
-        for number in range(60):
-            project.apply(place(click(number)))
-            if number >= 40:
-                stages.append(path.read_bytes())
-        for number in range(10):
-            project.apply(MoveClicks((click(number).key,), (1.0, 0.0)))
-            stages.append(path.read_bytes())
-    return stages
-
-
-def said_in(content: bytes) -> frozenset[tuple[object, ...]]:
-    """What a whole project says of its clicks, and its edits."""
-    with closing(sqlite3.connect(":memory:")) as database:
-        database.deserialize(content)
-        rows = database.execute("SELECT frame, camera, landmark, x, y FROM click").fetchall()
-        return frozenset([*rows, *database.execute("SELECT number, words FROM edit")])
-
-
-def mixed(before: bytes, after: bytes, later: set[int]) -> bytes:
-    """The file before an edit with these pages of after it; a page in between is still empty."""
-    end = PAGE * (max(later) + 1)
-    content = bytearray(before.ljust(end, b"\0"))
-    for number in later:
-        content[number * PAGE : (number + 1) * PAGE] = after[number * PAGE : (number + 1) * PAGE]
-    return bytes(content)
-
-
-@pytest.mark.parametrize("apart", [1, 7])
-def test_no_mixture_of_pages_is_taken_for_whole(stages, tmp_path, apart):
-    """A copy reads page after page while edits go on: its first pages are older than its last.
-
-    Or an edit is half written. Whatever is mixed is as after one of the edits, or is said to be
-    damaged.
-    """
-    choose = random.Random(apart)
-    path, said = tmp_path / "copy.stereotrack", 0
-    states = [said_in(stage) for stage in stages]
-    for first, (before, after) in enumerate(zip(stages, stages[apart:], strict=False)):
-        differ = [k for k in range(len(after) // PAGE) if mixed(before, after, {k}) != before]
-        cut, some = choose.randrange(len(differ)), choose.sample(differ, len(differ) // 2)
-        for later in (set(differ[cut:]), set(some)):
-            path.write_bytes(mixed(before, after, later))
-            try:
-                with Project.open(path):
-                    assert said_in(path.read_bytes()) in states[first : first + apart + 1]
-            except ProjectDamaged:
-                said += 1
-    assert said
 
 
 def test_what_is_read_meanwhile_does_not_stop_the_writer_for_good(path, monkeypatch):

@@ -97,14 +97,6 @@ def content(project: Project) -> tuple[object, ...]:
     )
 
 
-def test_a_new_edit_ends_redo_but_stays_in_the_history(project):
-    project.apply(place(ELBOW))
-    project.undo()
-    project.apply(place(OTHER))
-    assert project.redo() is None
-    assert [entry.state for entry in project.history.entries()] == ["done", "dropped"]
-
-
 def test_edits_are_told_in_words(project):
     project.apply(place(ELBOW))
     assert project.history.to_undo().words == "place left elbow in N_right, frame 1"
@@ -115,27 +107,6 @@ def test_edits_are_told_in_words(project):
     assert words == "mark left elbow in N_right, frame 1, as guessed"
     project.undo()
     assert project.history.to_redo().words == words
-
-
-def test_a_deletion_is_a_fact(project, project_path):
-    project.apply(place(ELBOW))
-    project.apply(DeleteClicks((ELBOW.key,)))
-    project.close()
-    with Project.open(project_path) as again:
-        assert again.clicks.at(1) == ()
-        assert again.clicks.count() == 0
-        assert said(again.clicks.deleted_at(1)) == {ELBOW.key: replace(ELBOW, deleted=True)}
-        assert again.clicks.get(ELBOW.key).deleted
-        again.undo()
-        assert said(again.clicks.at(1)) == {ELBOW.key: ELBOW}
-
-
-def test_what_changes_nothing_is_no_edit(project):
-    project.apply(place(ELBOW))
-    assert project.apply(MoveClicks((OTHER.key,), (1, 1))) is None
-    assert project.apply(DeleteClicks((OTHER.key,))) is None
-    assert project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.SEEN)) is None
-    assert len(project.history.entries()) == 1
 
 
 def test_outside_takes_the_place_away_and_seen_does_not_invent_one(project):
@@ -166,14 +137,6 @@ def test_nudges_become_one_edit_but_not_with_what_was_before_an_undo(project):
     project.undo()
     project.undo()
     assert project.clicks.get(ELBOW.key).position == ELBOW.position
-
-
-def test_swapping_a_landmark_with_none_moves_it(project):
-    project.apply(place(ELBOW))
-    project.apply(SwapLandmarks(1, "N_right", "left_elbow", "right_elbow"))
-    assert [click.landmark for click in project.clicks.at(1)] == ["right_elbow"]
-    assert project.clicks.at(1)[0].position == ELBOW.position
-    assert project.clicks.get(ELBOW.key).deleted
 
 
 def test_an_edit_that_fails_in_part_does_nothing(project):
@@ -267,15 +230,6 @@ def test_accepted_predictions_never_replace_what_a_person_said(project):
     project.apply(AcceptPredictions((predicted[1],), even_deleted=True))
     assert project.clicks.at(2)[0].position == (50.0, 2.0)
     assert project.apply(AcceptPredictions((predicted[0],), even_deleted=True)) is None
-
-
-def test_second_readings_are_kept_apart(project):
-    project.apply(place(ELBOW))
-    again = replace(ELBOW, position=(12.0, 19.0))
-    project.apply(BlindRepeat(1, PlaceClicks((again,))))
-    assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
-    assert said(project.clicks.again_at(1, 1)) == {ELBOW.key: again}
-    assert project.clicks.again_at(2, 1) == ()
 
 
 def test_edits_of_a_second_reading_do_what_they_do_to_the_first(project):

@@ -10,18 +10,12 @@ import pytest
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import (
-    Corrections,
-    ParameterSet,
-    load_parameters,
     load_reference,
     load_subject,
-    save_corrections,
     save_landmark_set,
-    save_parameters,
     save_reference,
     save_subject,
 )
@@ -65,19 +59,6 @@ def test_a_reference_of_another_set_gives_the_landmarks_it_shares():
     np.testing.assert_array_equal(trajectory.points[:, LANDMARKS.index("head")], points[:, 1])
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"points": np.zeros((4, 8, 3))},
-        {"covariance": np.zeros((4, 9, 3))},
-        {"frame": np.array([0, 1, 1, 2])},
-    ],
-)
-def test_a_reference_that_contradicts_itself_is_refused(wrong):
-    with pytest.raises(ValueError, match=r"shape|ascend"):
-        replace(reference(), **wrong)
-
-
 def test_subjects_are_saved_chosen_and_taken_away(project):
     assert project.subject() is None
     project.apply(save_subject(SUBJECT))
@@ -110,50 +91,6 @@ def test_the_nine_landmarks_are_there_without_saying_so(project):
     assert project.landmark_set() == NINE
 
 
-def test_parameters_come_back(project):
-    parameters = ParameterSet("accurate", {"model_points": 40, "gate": 2.5, "mode": "x"})
-    project.apply(save_parameters("mine", parameters))
-    assert load_parameters(project.parameter_sets, "mine") == parameters
-
-
-def test_corrections_change_the_description_and_nothing_else(project, recording):
-    camera = recording.cameras["S_cam"]
-    moved = replace(camera, camera_from_world=RigidTransform(np.eye(3), np.array([0.1, 0, 2.0])))
-    corrections = Corrections(
-        "found from the movement",
-        time_offsets={"S/image": 0.04},
-        first_frames={"N/left": 2},
-        stream_cameras={"N/left": "N_right", "N/right": "N_left"},
-        cameras={"S_cam": moved},
-    )
-    project.apply(save_corrections("1", corrections))
-    assert project.corrections() is None
-    project.apply(Choose("description", "1"))
-    corrected = project.corrections().applied_to(recording)
-    assert corrected.view("S").image == replace(recording.view("S").image, time_offset=0.04)
-    assert corrected.view("N").left.first_frame == 2
-    assert corrected.view("N").image.first_frame == 0
-    assert corrected.reference_camera(corrected.view("N")).name == "N_left"
-    np.testing.assert_allclose(
-        corrected.cameras["S_cam"].camera_from_world.matrix(), moved.camera_from_world.matrix()
-    )
-    np.testing.assert_array_equal(corrected.cameras["N_left"].matrix, camera.matrix)
-    assert replace(corrected, views=(), cameras={}) is not recording
-    assert corrected.folder == recording.folder
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (Corrections("x", time_offsets={"S/left": 1.0}), "no stream 'S/left'"),
-        (Corrections("x", stream_cameras={"S/image": "W"}), "no camera 'W'"),
-    ],
-)
-def test_corrections_of_another_recording_are_refused(recording, wrong, said):
-    with pytest.raises(InputError, match=said):
-        wrong.applied_to(recording)
-
-
 def test_view_settings_are_kept_but_are_no_edits(project, project_path):
     project.view_settings.set("frame", 17)
     project.view_settings.set("switches", {"epipolar": True})
@@ -165,3 +102,11 @@ def test_view_settings_are_kept_but_are_no_edits(project, project_path):
         assert again.history.entries() == ()
         with pytest.raises(InputError, match="write-protected"):
             again.view_settings.set("frame", 3)
+
+
+def test_a_project_that_corrects_its_recording_says_that_this_is_not_done(project, project_path):
+    project.apply(SaveEntry("description", "better", "{}"))
+    project.apply(Choose("description", "better"))
+    project.close()
+    with Project.open(project_path) as again:
+        assert "which is not done any more" in again.notes[-1].what

@@ -34,16 +34,6 @@ def old(project, project_path):
     return project_path
 
 
-def test_reading_changes_nothing(old):
-    before = old.read_bytes()
-    with Project.open(old, read_only=True) as project:
-        assert project.clicks.count() == 1
-        assert project.keypoints.sources() == {}
-        assert len(project.keypoints.all()) == 0
-    assert old.read_bytes() == before
-    assert sorted(path.name for path in old.parent.glob("*.stereotrack")) == [old.name]
-
-
 def test_writing_brings_it_up_to_date_and_keeps_a_copy(old):
     copy = old.with_name("walk.format1.stereotrack")
     with Project.open(old) as project:

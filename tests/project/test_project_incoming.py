@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from stereotrack_core.annotation.agreement import agreement, differences
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, MarkClicks, PlaceClicks
+from stereotrack_core.project.clicks import DeleteClicks, MarkClicks, PlaceClicks
 from stereotrack_core.project.merging import incoming
 from stereotrack_core.project.project import Project
 
@@ -57,14 +56,6 @@ def test_two_projects_are_merged_by_one_edit(project, second_project):
     assert project.clicks.count() == 4
 
 
-def test_merging_again_changes_nothing(project, second_project):
-    theirs = second_project.clicks.all(with_deleted=True)
-    project.apply(incoming(project.clicks.all(with_deleted=True), theirs, "second").edit())
-    again = incoming(project.clicks.all(with_deleted=True), theirs, "second")
-    assert (again.new, again.conflicts) == ((), ())
-    assert project.apply(again.edit()) is None
-
-
 def test_a_deleted_click_does_not_come_back_by_itself(project):
     project.apply(PlaceClicks((A,)))
     project.apply(DeleteClicks((A.key,)))
@@ -75,16 +66,6 @@ def test_a_deleted_click_does_not_come_back_by_itself(project):
     assert project.clicks.count() == 0
     project.apply(found.edit("theirs"))
     assert project.clicks.count() == 1
-
-
-def test_their_deletion_is_a_question_too(project):
-    project.apply(PlaceClicks((A,)))
-    gone = replace(A, deleted=True)
-    found = incoming(project.clicks.all(), [gone, replace(gone, frame=5)], "second")
-    assert (found.new, len(found.conflicts)) == ((), 1)
-    project.apply(found.edit("theirs"))
-    assert project.clicks.get(A.key).deleted
-    assert project.clicks.get(replace(A, frame=5).key) is None
 
 
 def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path):
@@ -101,18 +82,6 @@ def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path)
     moved = replace(clicks[0], position=(30.0, 20.0))
     (conflict,) = incoming(mine, [moved], path.name, unstated=("flag", "sigma")).conflicts
     assert (conflict.second.flag, conflict.second.sigma) == ("uncertain", 5.0)
-
-
-def test_a_second_reading_is_compared_without_touching_the_first(project):
-    project.apply(PlaceClicks((A, B, C)))
-    again = [replace(click, position=(13.0, 24.0)) for click in (A, B)]
-    project.apply(BlindRepeat(1, PlaceClicks(tuple(again))))
-    assert positions(project) == {0: A.position, 1: B.position, 2: C.position}
-    repeats = project.clicks.again(1)
-    first = [project.clicks.get(click.key) for click in repeats]
-    found = agreement(differences(first, repeats))
-    assert (found.count, found.median, found.disputed) == (2, 5.0, 0)
-    assert found.sigma == 2.5
 
 
 def test_a_file_of_places_alone_does_not_contradict_how_a_landmark_is_seen():

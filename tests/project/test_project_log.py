@@ -7,7 +7,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 
 import pytest
 
@@ -15,7 +15,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks, place
 from stereotrack_core.project.connection import LogWriter
-from stereotrack_core.project.database import ProjectDamaged, make_database
+from stereotrack_core.project.database import make_database
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 
@@ -83,14 +83,6 @@ def test_what_is_there_is_read_while_a_long_edit_is_made(edited):
     assert edited.apply(place(click(4))) is not None
 
 
-def test_another_thread_waits_for_its_turn(edited):
-    with editing(edited):
-        waiting = threading.Thread(target=edited.apply, args=(place(click(4)),))
-        waiting.start()
-    waiting.join(PATIENCE_S)
-    assert edited.clicks.count() == 101
-
-
 def test_one_file_is_left_by_who_closes_it(path, edited):
     edited.apply(place(click(3)))
     assert path.with_name(f"{path.name}-wal").exists()
@@ -123,27 +115,6 @@ def test_a_copy_has_what_was_edited_before_the_last_moment(path, edited, tmp_pat
             found = project.clicks.count()
             assert "copied or moved while" in project.notes[0].what
     assert found == 50
-
-
-def test_who_edits_without_a_pause_has_copies_too(path, edited, tmp_path, monkeypatch):
-    monkeypatch.setattr("stereotrack_core.project.connection._PAUSE_SECONDS", 0.01)
-    monkeypatch.setattr("stereotrack_core.project.connection._MOST_PAUSES", 3)
-    ended = threading.Event()
-
-    def edit():
-        frame = 0
-        while not ended.is_set():
-            edited.apply(place(click(frame := frame + 1)))
-
-    thread, end, found = threading.Thread(target=edit), time.monotonic() + PATIENCE_S, False
-    thread.start()
-    while not found and time.monotonic() < end:
-        copy = shutil.copyfile(path, tmp_path / "copy.stereotrack")
-        with suppress(ProjectDamaged), Project.open(copy, read_only=True) as project:
-            found = project.clicks.count() > 0
-    ended.set()
-    thread.join()
-    assert found
 
 
 def test_a_crash_leaves_all_of_it_beside_the_file(path, tmp_path, monkeypatch):

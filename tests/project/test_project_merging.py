@@ -33,10 +33,6 @@ def test_each_click_as_decided_and_undone_at_once(project, compared):
     assert project.clicks.get(keys[2]).position == (1.0, 10.0)
 
 
-def test_new_clicks_can_be_left(compared):
-    assert compared.edit({}, with_new=False).clicks == ()
-
-
 def test_a_mean_is_as_doubtful_as_the_worse_of_both(project):
     project.apply(place(click(0, 2.0, sigma=2.0, flag=UNCERTAIN)))
     theirs = click(0, 4.0, sigma=2.0, visibility=Visibility.GUESSED)

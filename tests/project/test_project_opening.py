@@ -75,13 +75,6 @@ def test_a_crashed_owner_does_not_stand_in_the_way(held, project_path):
         assert again.notes == ()
 
 
-def test_the_same_program_cannot_open_it_twice(project, project_path):
-    with pytest.raises(InputError, match="already open"):
-        Project.open(project_path)
-    project.close()
-    Project.open(project_path).close()
-
-
 def test_nothing_is_left_beside_a_closed_project(project, project_path):
     before = {project_path.name, "walk"}
     assert lock_path(project_path).exists()
@@ -130,29 +123,6 @@ def test_a_copy_is_whole_and_the_project_goes_on(project, project_path, tmp_path
         assert saved.clicks.count() == 1
 
 
-def test_reading_leaves_nothing_behind(project, project_path):
-    project.close()
-    before = project_path.read_bytes()
-    with Project.open(project_path, read_only=True) as reading:
-        reading.clicks.all()
-    assert project_path.read_bytes() == before
-    assert {path.name for path in project_path.parent.iterdir()} == {project_path.name, "walk"}
-
-
-def test_a_reader_does_not_disturb_opening_and_closing(project, project_path):
-    project.apply(place(ELBOW))
-    with Project.open(project_path, read_only=True) as reading:
-        project.apply(place(Click(2, "S_cam", "head", (1.0, 1.0))))
-        assert reading.clicks.count() == 2
-        project.close()
-        assert reading.clicks.count() == 2
-        with Project.open(project_path) as again:
-            assert again.notes == ()
-            again.undo()
-            assert reading.clicks.count() == 1
-        assert reading.clicks.count() == 1
-
-
 def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_path, monkeypatch):
     def no_locks(file: object, operation: int) -> None:
         raise OSError(errno.ENOLCK, "no locks available")
@@ -162,16 +132,6 @@ def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_p
     with Project.open(project_path), pytest.raises(InputError, match="force unlock the project"):
         Project.open(project_path)
     Project.open(project_path).close()
-
-
-def test_closing_ends_well_where_nothing_can_be_written(project, project_path):
-    project.apply(place(ELBOW))
-    with project._access.alone() as database:
-        database.execute("PRAGMA query_only = ON")
-    project.close()
-    with Project.open(project_path) as again:
-        assert "all edits until then are saved" in again.notes[0].what
-        assert again.clicks.count() == 1
 
 
 def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, monkeypatch):
@@ -217,16 +177,6 @@ def test_other_files_are_refused(tmp_path, content, said):
     for read_only in (False, True):
         with pytest.raises(InputError, match=said):
             Project.open(path, read_only=read_only)
-
-
-def test_a_database_of_something_else_is_refused_and_left_alone(tmp_path):
-    path = tmp_path / "some.stereotrack"
-    with closing(sqlite3.connect(path)) as database:
-        database.execute("CREATE TABLE mine (a)")
-    before = path.read_bytes()
-    with pytest.raises(InputError, match="not a stereotrack project"):
-        Project.open(path)
-    assert path.read_bytes() == before
 
 
 def test_a_project_is_not_made_over_another_file(recording, tmp_path):

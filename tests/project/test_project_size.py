@@ -14,37 +14,6 @@ from stereotrack_core.project.project import Project
 
 LANDMARKS = tuple(f"landmark_{i}" for i in range(9))
 CAMERAS = ("N_right", "N_left", "S_cam", "W_right")
-STATEMENTS: dict[str, tuple[str, ...]] = {
-    "clicks of a frame": ("SELECT * FROM click WHERE frame = 5 AND deleted = 0",),
-    "one click": (
-        "SELECT * FROM click WHERE frame = 5 AND camera = 'a' AND landmark = 'b'",
-        "DELETE FROM click WHERE frame = 5 AND camera = 'a' AND landmark = 'b'",
-    ),
-    "a stretch": ("SELECT * FROM click WHERE frame >= 5 AND frame < 9 ORDER BY frame",),
-    "a lane": ("SELECT * FROM click WHERE landmark = 'b' AND camera = 'a' ORDER BY frame",),
-    "what is doubted": (
-        "SELECT DISTINCT frame FROM click WHERE flag = 'a' AND flag <> '' AND deleted = 0",
-    ),
-    "predictions": (
-        "SELECT * FROM prediction WHERE frame = 5",
-        "DELETE FROM prediction WHERE source = 'run'",
-    ),
-    "second readings": ("SELECT * FROM repeat_click WHERE round = 1 AND frame = 5",),
-    "undo": (
-        "SELECT * FROM edit WHERE state = 'done' ORDER BY number DESC LIMIT 1",
-        "UPDATE edit SET state = 'dropped' WHERE state = 'undone'",
-        "SELECT * FROM edit_change WHERE edit = 5 ORDER BY place",
-    ),
-    "the history": ("SELECT * FROM edit WHERE number < 90 ORDER BY number DESC LIMIT 9",),
-}
-
-
-@pytest.mark.parametrize("what", STATEMENTS)
-def test_nothing_reads_a_whole_table_or_sorts_it(project, what):
-    for statement in STATEMENTS[what]:
-        plan = [row[3] for row in project._access.rows(f"EXPLAIN QUERY PLAN {statement}")]
-        assert plan
-        assert all(step.startswith("SEARCH") for step in plan), plan
 
 
 def test_the_statements_above_are_those_that_are_used(project, monkeypatch):

@@ -1,19 +1,16 @@
-"""Runs are kept complete, listed without being read, renamed, noted, deleted; all can be undone."""
+"""Runs are kept complete, listed without being read, renamed, noted, removed and restored."""
 
 from __future__ import annotations
 
 import sqlite3
-import time
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
+from stereotrack_core.interop.run_npz import run_bytes
 from stereotrack_core.project import entries
 from stereotrack_core.project.clicks import MoveClicks, place
 from stereotrack_core.project.database import ProjectDamaged
@@ -22,14 +19,15 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import (
     NoteRun,
     RenameRun,
+    RestoreRun,
     beside,
     delete_run,
-    facts_of_meta,
     free_name,
     keep_run,
     kept_runs,
     load_run,
     place_for_run,
+    removed_runs,
     run_facts,
     take_in,
     unfinished_runs,
@@ -101,13 +99,6 @@ def test_a_run_comes_back_bit_by_bit_after_the_project_was_closed(project, proje
         assert_same(load_run(again.runs, "accurate"), run())
 
 
-@settings(max_examples=20)
-@given(st.integers(0, 5), st.integers(0, 2**32))
-def test_the_bytes_of_a_run_are_a_run_file(frames, seed):
-    made = run(frames + 1, seed)
-    assert_same(run_of_bytes(run_bytes(made), "here"), made)
-
-
 def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
     project.apply(keep_run("one", run(iterations=2, data_points=401), "a note"))
     monkeypatch.setattr(entries, "fetch", lambda *_: pytest.fail("numbers were read"))
@@ -147,110 +138,55 @@ def test_runs_of_one_name_are_not_mixed_up(project):
     assert free_name(project.runs, "accurate") == "accurate (3)"
 
 
-def test_a_run_is_replaced_only_where_that_is_said_and_comes_back(project):
-    project.apply(keep_run("accurate", run()))
-    project.apply(keep_run("accurate", run(seed=9), replacing=True))
-    assert_same(load_run(project.runs, "accurate"), run(seed=9))
-    project.undo()
-    assert_same(load_run(project.runs, "accurate"), run())
-
-
-def test_deleting_is_a_fact_that_can_be_undone(project):
+def test_a_run_is_removed_and_restored(project):
     project.apply(keep_run("accurate", run()))
     changed = project.apply(delete_run("accurate"))
     assert changed.words == "delete run accurate"
-    assert kept_runs(project.runs) == ()
+    assert (kept_runs(project.runs), removed_runs(project.runs)) == ((), ("accurate",))
     with pytest.raises(InputError, match="no run 'accurate'"):
         load_run(project.runs, "accurate")
-    project.undo()
+    project.apply(RestoreRun("accurate"))
     assert_same(load_run(project.runs, "accurate"), run())
-    project.redo()
-    assert kept_runs(project.runs) == ()
+    assert removed_runs(project.runs) == ()
+    with pytest.raises(InputError, match="was removed"):
+        project.apply(RestoreRun("accurate"))
 
 
-def test_undo_passes_by_a_run_that_was_kept_and_takes_back_what_a_person_did(project):
-    project.apply(place(CLICK))
-    project.apply(keep_run("accurate", run()))
-    assert project.history.to_undo().words == "place head in N, frame 1"
-    assert [entry.state for entry in project.history.entries()] == ["kept", "done"]
-    project.undo()
-    assert (project.clicks.count(), len(kept_runs(project.runs))) == (0, 1)
-    assert project.undo() is None
-    project.redo()
-    assert (project.clicks.count(), len(kept_runs(project.runs))) == (1, 1)
-    project.apply(delete_run("accurate"))
-    assert kept_runs(project.runs) == ()
-    assert project.history.to_undo().words == "delete run accurate"
-    project.undo()
-    assert_same(load_run(project.runs, "accurate"), run())
-
-
-def test_a_run_that_comes_to_its_end_meanwhile_leaves_redo_as_it_is(project):
-    project.apply(place(CLICK))
-    project.undo()
-    project.apply(keep_run("accurate", run()))
-    assert project.history.to_redo().words == "place head in N, frame 1"
-    project.redo()
-    assert project.clicks.count() == 1
-    project.undo()
-    assert (project.clicks.count(), len(kept_runs(project.runs))) == (0, 1)
-
-
-def test_small_steps_around_a_run_that_was_kept_stay_one_edit(project):
+def test_runs_are_nothing_that_undo_and_redo_know_of(project):
     step = MoveClicks((CLICK.key,), (0.5, 0.0))
     project.apply(place(CLICK))
     project.apply(step, continues=True)
     project.apply(keep_run("accurate", run()))
     project.apply(step, continues=True)
-    assert project.clicks.at(1)[0].position == (2.0, 2.0)
+    assert project.clicks.at(1)[0].position == (2.0, 2.0), "small steps around it stay one edit"
     project.undo()
+    project.apply(RenameRun("accurate", "better"))
+    project.apply(delete_run("better"))
     assert project.clicks.at(1)[0].position == (1.0, 2.0)
+    assert [entry.state for entry in project.history.entries()] == ["undone", "done"]
+    project.redo()
+    with sqlite3.connect(project.path) as database:
+        assert contradiction(database) == ""
 
 
-def test_a_name_that_redo_would_use_again_is_taken_by_the_run_alone(project):
-    """Redo is given up there rather than found to contradict what the project holds."""
-    project.apply(keep_run("one", run()))
-    project.apply(RenameRun("one", "two"))
-    project.undo()
-    project.apply(keep_run("two", run(seed=9)))
-    assert project.history.to_redo() is None
-    assert project.redo() is None
-    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
-
-
-def test_a_run_that_was_kept_is_let_go_and_kept_again_by_redo(project):
+def test_what_earlier_versions_noted_of_runs_is_passed_over(project, project_path):
     project.apply(place(CLICK))
     project.apply(keep_run("accurate", run()))
-    (before,) = kept_runs(project.runs)
-    assert project.let_run_go("accurate").words == "save run accurate"
-    assert kept_runs(project.runs) == ()
-    assert [entry.state for entry in project.history.entries()] == ["let go", "done"]
-    assert project.let_run_go("accurate") is None
-    with sqlite3.connect(project.path) as database:
-        assert contradiction(database) == ""
-    project.redo()
-    assert kept_runs(project.runs) == (before,)
-    assert_same(load_run(project.runs, "accurate"), run())
-
-
-def test_a_run_that_was_kept_gets_the_name_that_it_had_before(project):
-    project.apply(place(CLICK))
-    project.undo()
-    project.apply(keep_run("two", run()))
-    (before,) = kept_runs(project.runs)
-    changed = project.rename_kept_run("two", "one")
-    assert (changed.words, changed.leaves_redo) == ("save run one", True)
-    assert kept_runs(project.runs) == (replace(before, name="one"),)
-    assert project.history.to_redo().words == "place head in N, frame 1"
-    with sqlite3.connect(project.path) as database:
-        assert contradiction(database) == ""
-    project.apply(keep_run("two", run(seed=9)))
-    with pytest.raises(InputError, match="cannot be called"):
-        project.rename_kept_run("two", "one")
-    assert project.rename_kept_run("none", "three") is None
-    project.apply(delete_run("one"))
-    project.undo()
-    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
+    with project._access.writing() as database:
+        for number, state in ((2, "done"), (3, "undone")):
+            database.execute(
+                "INSERT INTO edit VALUES (?, 'save', 'save run', 'A', ?, ?)",
+                (number, "2026-01-02T03:04:05+00:00", state),
+            )
+            database.execute(
+                "INSERT INTO edit_change VALUES (?, 0, 'run', '[\"old\"]', NULL, NULL)", (number,)
+            )
+    project.close()
+    with Project.open(project_path) as again:
+        assert again.history.to_redo() is None
+        assert again.undo().words == "place head in N, frame 1"
+        assert again.undo() is None
+        assert len(kept_runs(again.runs)) == 1
 
 
 def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
@@ -260,9 +196,7 @@ def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
     (after,) = kept_runs(project.runs)
     assert after == replace(before, name="better")
     assert_same(load_run(project.runs, "better"), run())
-    project.undo()
-    assert kept_runs(project.runs) == (before,)
-    assert project.apply(RenameRun("first", "first")) is None
+    assert project.apply(RenameRun("better", "better")) is None
 
 
 def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
@@ -280,10 +214,6 @@ def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
     project.apply(delete_run("two"))
     project.apply(RenameRun("one", "two"))
     assert_same(load_run(project.runs, "two"), run())
-    project.undo()
-    project.undo()
-    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
-    assert_same(load_run(project.runs, "two"), run(seed=9))
 
 
 def test_a_note_is_written_changed_and_taken_away(project):
@@ -292,8 +222,6 @@ def test_a_note_is_written_changed_and_taken_away(project):
     assert kept_runs(project.runs)[0].facts.note == "lost at 120"
     project.apply(NoteRun("one", ""))
     assert kept_runs(project.runs)[0].facts.note == ""
-    project.undo()
-    assert kept_runs(project.runs)[0].facts.note == "lost at 120"
     assert_same(load_run(project.runs, "one"), run())
 
 
@@ -313,21 +241,6 @@ def test_few_facts_are_read_and_senseless_ones_are_damage(project):
     project.apply(SaveEntry("run", "odd", facts_as_json({"frames": "many"}), run_bytes(run())))
     with pytest.raises(ProjectDamaged):
         kept_runs(project.runs)
-
-
-@pytest.mark.parametrize(
-    ("meta", "detector"),
-    [
-        ({"detector": "blazepose", "keypoints": None}, "blazepose"),
-        ({"detector": "", "keypoints": {"sources": ["openpose", "rtm"]}}, "openpose, rtm"),
-        ({}, ""),
-    ],
-)
-def test_facts_name_the_detector_that_a_run_used(meta, detector):
-    facts = run_facts(facts_of_meta(meta, np.arange(3), 3))
-    assert facts.detector == detector
-    told = {row.what: row.first for row in beside(facts, facts)}
-    assert told["pose detector"] == (detector or "none")
 
 
 def test_two_runs_differ_in_what_they_were_made_with():
@@ -360,15 +273,3 @@ def test_a_run_that_was_killed_before_its_first_frame_leaves_nothing(project, co
     assert take_in(project, path) is None
     assert not path.exists()
     assert kept_runs(project.runs) == ()
-
-
-def test_long_runs_are_kept_and_listed_quickly(project):
-    made = [run(2000, seed=seed, n=24) for seed in range(3)]
-    begun = time.process_time()
-    for number, one in enumerate(made):
-        project.apply(keep_run(f"run {number}", one))
-    keeping = (time.process_time() - begun) / len(made)
-    begun = time.process_time()
-    assert len(kept_runs(project.runs)) == len(made)
-    listing = time.process_time() - begun
-    assert listing < keeping

@@ -77,7 +77,7 @@ def plan(cones):
         asked = {"frames": "0:4", "seeds": ",".join(map(str, seeds)), **more}
         study = Study(Path("sweep.csv"), settings=settings(changes, **asked))
         row = StudyRecording(str(recording.folder))
-        return jobs_of(study, Source(row, recording, None, None, FRAMES), points, keep=False)
+        return jobs_of(study, Source(row, recording, None, FRAMES), points, keep=False)
 
     return jobs
 

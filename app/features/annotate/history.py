@@ -1,12 +1,12 @@
-"""Going to any place in the history by undo and redo."""
+"""Going to any place in the project's history by undo and redo."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from stereotrack_core.project.history import Entry
-
-from ...session.edits import EditStack
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.history import Changed, Entry
+from stereotrack_core.project.project import Project
 
 _SLICE_MS = 25
 
@@ -18,14 +18,20 @@ class HistoryPresenter(QObject):
     """So many edits have been undone or redone since the jump began."""
     arrived = Signal()
     """The jump has ended: it is there, was stopped, or failed."""
+    failed = Signal(object)
 
-    def __init__(self, edits: EditStack, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._edits = edits
-        self._target: tuple[int, int] | None = None
+        self._project: Project | None = None
+        self._target: int | None = None
         self._count = 0
         self._timer = QTimer(self, interval=0)
         self._timer.timeout.connect(self._go_on)
+
+    def set_project(self, project: Project | None) -> None:
+        """Go through another project's history from now on."""
+        self.stop()
+        self._project = project
 
     @property
     def jumping(self) -> bool:
@@ -35,7 +41,7 @@ class HistoryPresenter(QObject):
     @Slot(object)
     def jump_to(self, entry: Entry | None) -> None:
         """Let this edit be the last one in effect; None: take everything back."""
-        self._target, self._count = (0, 0) if entry is None else entry.order, 0
+        self._target, self._count = 0 if entry is None else entry.number, 0
         self._timer.start()
 
     @Slot()
@@ -51,18 +57,26 @@ class HistoryPresenter(QObject):
         clock = QElapsedTimer()
         clock.start()
         while self._target is not None and clock.elapsed() < _SLICE_MS:
-            if not self._step(self._target):
+            try:
+                there = self._step(self._target) is None
+            except InputError as error:
+                self.failed.emit(error)
+                there = True
+            if there:
                 self.stop()
                 return
             self._count += 1
         if self._target is not None:
             self.moved.emit(self._count)
 
-    def _step(self, target: tuple[int, int]) -> bool:
-        """Undo or redo one edit; False where the target is reached, or nothing can be done."""
-        last, following = self._edits.to_undo(), self._edits.to_redo()
-        if last is not None and last.order > target:
-            return self._edits.step(back=True) is not None
-        if following is not None and following.order <= target:
-            return self._edits.step(back=False) is not None
-        return False
+    def _step(self, target: int) -> Changed | None:
+        """Undo or redo one edit; None where the target is reached, or nothing can be done."""
+        project = self._project
+        if project is None:
+            return None
+        last, following = project.history.to_undo(), project.history.to_redo()
+        if last is not None and last.number > target:
+            return project.undo()
+        if following is not None and following.number <= target:
+            return project.redo()
+        return None

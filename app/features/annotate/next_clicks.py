@@ -24,7 +24,6 @@ from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...services.tasks.newest import LatestOnly
-from ...session.edits import EditStack, WindowEdit
 
 WANTED_DEG = 3.0
 """Angle by which limbs may be off where nobody has said otherwise."""
@@ -114,9 +113,8 @@ class NextPresenter(QObject):
     wanted_changed = Signal(float)
     failed = Signal(object)
 
-    def __init__(self, edits: EditStack, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._edits = edits
         self._project: Project | None = None
         self._cameras: Mapping[str, Camera] = {}
         self._fit: TrajectoryFit | None = None
@@ -166,12 +164,6 @@ class NextPresenter(QObject):
         self._ask()
 
     @Slot(float)
-    def choose_wanted(self, degrees: float) -> None:
-        """Set another target uncertainty, as an edit."""
-        words, before = f"set target uncertainty to {degrees:g}°", self.wanted_deg
-        put, where = self.set_wanted, ("annotate", "next")
-        self._edits.do(WindowEdit(words, put, before, degrees, *where, slot="target uncertainty"))
-
     def set_wanted(self, degrees: float) -> None:
         """Be content when limbs are off by no more than this."""
         self.wanted_deg = degrees

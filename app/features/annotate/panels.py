@@ -79,8 +79,8 @@ class AnnotationPanels(QObject):
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
         self.repeats: BlindRepeats | None = None
-        self.history = HistoryPresenter(edits, self)
-        self.next = NextPresenter(edits, self)
+        self.history = HistoryPresenter(self)
+        self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
         self._back_to: int | None = None
         self._forget: Callable[[], None] | None = None
@@ -104,7 +104,7 @@ class AnnotationPanels(QObject):
         self.history.moved.connect(self.history_panel.show_going)
         self.history.arrived.connect(self._on_arrived)
         self.next_panel.visit_requested.connect(self.click_requested)
-        self.next_panel.wanted_changed.connect(self.next.choose_wanted)
+        self.next_panel.wanted_changed.connect(self.next.set_wanted)
         self.next.wanted_changed.connect(self.next_panel.show_wanted)
         self.next_panel.limited.connect(self._on_limited)
         self.next_panel.fit_requested.connect(self._on_fit_wanted)
@@ -115,7 +115,7 @@ class AnnotationPanels(QObject):
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.ended.connect(self.finish_repeat)
         self.edits.changed.connect(self.history_panel.follow)
-        for source in (self.next, self.reference):
+        for source in (self.next, self.reference, self.history):
             source.failed.connect(self._on_failed)
 
     # ---- the project
@@ -135,8 +135,8 @@ class AnnotationPanels(QObject):
             self._forget = self.project.on_change(self._edited.emit)
             self.bar.set_filter(_stored_filter(self.project))
         self.repeats = BlindRepeats(self.project) if self.project is not None else None
-        self.history.stop()
-        self.history_panel.show_edits(self.edits.entries if self.project is not None else None)
+        self.history.set_project(self.project)
+        self.history_panel.show_edits(self.project.history.entries if self.project else None)
         self.next.set_project(self.project, click_cameras(recording))
         self.next_panel.show_wanted(self.next.wanted_deg)
         self._make_lanes()

@@ -116,7 +116,7 @@ class AligningController(QObject):
 
     def _edit(self, words: str, clicks: PointClicks) -> None:
         before = self._calibration.state.axes.clicks
-        edit = WindowEdit(words, self._put_clicks, before, clicks, "calibrate", is_data=True)
+        edit = WindowEdit(words, self._put_clicks, before, clicks, "calibrate")
         self._context.session.edits.do(edit)
 
     def _put_clicks(self, clicks: PointClicks) -> None:

@@ -107,11 +107,6 @@ class RecordingChecks(QObject):
     def _why_not_correct(self) -> str:
         if self.running:
             return "The recording is being checked already."
-        if self._document.corrections is not None:
-            return (
-                "The recording is shown with the corrections of its project, so that it is not "
-                "known whether its files are wrong. Check the recording without the project."
-            )
         return ""
 
     def _correct(self, folder: Path, finding: Finding) -> None:

@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.calibrate import work
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.pairs import stereo_names
 from stereotrack_core.calibrate.work import LookedAt, Progress, Source
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import read_calibration
@@ -180,8 +179,6 @@ class CalibrationController(QObject):
                 self.find()
             case "lenses":
                 self._fit_lenses()
-            case "pairs":
-                self._fit_pairs()
             case "world":
                 self._fit_world()
 
@@ -230,16 +227,6 @@ class CalibrationController(QObject):
         sightings = tuple(one for one in state.sightings if one.camera not in state.given)
         todo = work.FitLenses(sightings, self._found_board(), state.model)
         self.begin("lenses", todo, lambda result: self.change(lenses=self._made(result, state)))
-
-    def _fit_pairs(self) -> None:
-        state = self.state
-        cameras = state.lens_cameras
-        names = [one.camera for one in state.sources]
-        recorded = state.recording.stereo if state.recording is not None else ()
-        stereo = tuple(dict.fromkeys(
-            (*stereo_names(names), *(p for p in recorded if set(p) <= set(names)))))  # fmt: skip
-        todo = work.FitPairs(state.sightings, cameras, self._found_board(), stereo)
-        self.begin("pairs", todo, lambda result: self.change(pairs=self._made(result, state)))
 
     def _fit_world(self) -> None:
         state = self.state
@@ -372,8 +359,7 @@ class CalibrationController(QObject):
     @Slot()
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
-        corrected = self._context.session.document.corrections is not None
-        known = None if recording is None else _recorded(recording, corrected=corrected)
+        known = None if recording is None else _recorded(recording)
         before = self.state.axes
         if known is None or known.folder == self.state.saved_into:
             axes = Axes() if self.state.world is None else before  # it is turned already
@@ -390,7 +376,7 @@ class CalibrationController(QObject):
         self.reading.close()
 
 
-def _recorded(recording: Recording, *, corrected: bool) -> Recorded:
+def _recorded(recording: Recording) -> Recorded:
     """What matters of a recording: the cameras that its views use."""
     views = recording.views
     used = {stream.camera for view in views for stream in view.streams().values() if stream.camera}
@@ -398,8 +384,6 @@ def _recorded(recording: Recording, *, corrected: bool) -> Recorded:
         recording.folder,
         recording.name,
         {name: one for name, one in recording.cameras.items() if name in used},
-        tuple((view.left.camera, view.image.camera) for view in views if view.left),
         any(view.kind != "mono" for view in views),
         recording.guessed,
-        corrected,
     )

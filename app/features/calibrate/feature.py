@@ -4,13 +4,6 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Slot
 
-from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.volume import WorkingSpace, working_space
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import usable_views
-
 from ...context import Context
 from ...services.layout import Workspace
 from ...widgets.forms.message import Message
@@ -44,9 +37,6 @@ class CalibrateController(QObject):
         self._told: Message | None = None
         self._told_cameras: tuple[str, ...] = ()
         session = context.session
-        self._asked: Recording | None = None
-        """Whose working volume is known, or looked for."""
-        self.rig.shown.connect(self._look_for_space)
         session.opened.connect(self._show_recording)
         session.closed.connect(self._show_recording)
         session.document.findings_changed.connect(self._show_findings)
@@ -55,31 +45,8 @@ class CalibrateController(QObject):
 
     @Slot()
     def _show_recording(self) -> None:
-        self.rig.show_space(None)
         self.rig.show_rig(self._session.document.recording)
-        if self.rig.isVisible():
-            self._look_for_space()
         self.findings.show_findings(None)
-
-    @Slot()
-    def _look_for_space(self) -> None:
-        """Find out where the person is looked for; only once somebody wants to see it."""
-        recording = self._session.document.recording
-        if recording is None or recording is self._asked:
-            return
-        self._asked = recording
-        parameters = self._session.clouds.parameters
-        self._context.tasks.begin(
-            "finding the working volume",
-            lambda _task: (recording, _space_of(recording, parameters)),
-            self._on_space,
-        )
-
-    @Slot(object)
-    def _on_space(self, found: tuple[Recording, WorkingSpace | None]) -> None:
-        recording, space = found
-        if recording is self._session.document.recording:
-            self.rig.show_space(space)
 
     @Slot()
     def _show_findings(self) -> None:
@@ -106,18 +73,6 @@ class CalibrateController(QObject):
             )
             if self._told is not None:
                 notifier.show(self._told)
-
-
-def _space_of(recording: Recording, parameters: DepthParameters) -> WorkingSpace | None:
-    """Where the person is looked for; None where no depth can be measured."""
-    if recording.guessed:
-        return None
-    try:
-        views = usable_views(recording, None)
-        with FrameReader(recording, views=views, colour=False, read_ahead=0) as reader:
-            return working_space(recording, parameters, reader, views)
-    except InputError:
-        return None  # told by the recording checks
 
 
 def register(context: Context) -> CalibrateController:

@@ -14,7 +14,6 @@ from stereotrack_core.recording.writing import keep_beside
 from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.tables import Table
 
-from .shown import pair_table
 from .state import Calibration, Recorded, StepName
 
 
@@ -47,7 +46,7 @@ def report_tables(state: Calibration) -> Sequence[Table]:
         world = state.world.result
         changed = change_table(state.changes) if state.changes else None
         left_out = left_out_table([out for one in world.sightings for out in one.left_out])
-        tables = [*world_tables(world), pair_table(state), turned, changed, left_out]
+        tables = [*world_tables(world), turned, changed, left_out]
     return [one for one in tables if one is not None]
 
 
@@ -57,8 +56,6 @@ def why_not_into(state: Calibration) -> str:
         return "No recording is open."
     if state.recording.guessed:
         return "The cameras of the recording are guessed, so that there is nothing to replace."
-    if state.of_recording and state.recording.corrected:
-        return "The project corrects the cameras of this recording. Save the calibration to a file."
     if state.world is None and not (state.of_recording and state.cameras):
         return "Place all cameras first, or choose what the world is turned by."
     missing = [name for name in state.recording.cameras if name not in state.cameras]

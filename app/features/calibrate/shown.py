@@ -54,10 +54,6 @@ _HINTS: dict[StepName, tuple[str, tuple[str, ...]]] = {
         "Calculate the lenses.",
         ("Each camera is calibrated from its own pictures; all lens models are tried.",),
     ),
-    "pairs": (
-        "Place every two cameras that saw the board together.",
-        ("The errors show which pair is wrong before all cameras are placed. Optional.",),
-    ),
     "world": (
         "Place all cameras in one world.",
         ("All cameras and all boards are adjusted together.",),
@@ -207,32 +203,6 @@ def short_lens_table(state: Calibration) -> Table | None:
     kept = [k for k, name in enumerate(whole.columns) if name != ">principal point"]
     rows = [[row[k] for k in kept] for row in whole.rows]
     return Table(whole.title, [whole.columns[k] for k in kept], rows)
-
-
-def pair_table(state: Calibration) -> Table | None:
-    """Errors of the pairs."""
-    if state.pairs is None:
-        return None
-    rows: list[tuple[str, ...]] = [
-        (
-            f"{one.first} – {one.second}",
-            str(one.shared),
-            number(one.rms_px, 2),
-            number(one.held_out_px, 2),
-            number(one.row_error_px, 2),
-            number(1000 * one.distance_m, 0),
-            number(one.angle_deg),
-            one.problem,
-        )
-        for one in state.pairs.result
-    ]
-    headings: tuple[str, ...] = (
-        "pair", ">shared", ">rms (px)", ">held out (px)", ">rows (px)", ">distance (mm)",
-        ">angle (°)", "remark",
-    )  # fmt: skip
-    if not any(row[-1] for row in rows):
-        headings, rows = headings[:-1], [row[:-1] for row in rows]
-    return Table("Pairs", headings, rows)
 
 
 def scene_shown(state: Calibration) -> SceneContent:

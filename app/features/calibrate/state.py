@@ -14,7 +14,6 @@ from stereotrack_core.calibrate.align import Alignment, aligned, from_cameras
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.changes import CameraChange
 from stereotrack_core.calibrate.intrinsics import Intrinsics
-from stereotrack_core.calibrate.pairs import PairFit
 from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.calibrate.verdict import Verdict
@@ -31,12 +30,11 @@ from .axes import (
     alignment_by_floor,
 )
 
-StepName: TypeAlias = Literal["board", "pictures", "lenses", "pairs", "world", "axes", "save"]
+StepName: TypeAlias = Literal["board", "pictures", "lenses", "world", "axes", "save"]
 STEPS: dict[StepName, str] = {
     "board": "Board",
     "pictures": "Pictures",
     "lenses": "Lenses",
-    "pairs": "Pairs",
     "world": "All cameras",
     "axes": "Axes and floor",
     "save": "Save",
@@ -47,7 +45,6 @@ DOING: dict[StepName, str] = {
     "board": "Recognising the board",
     "pictures": "Searching for the board",
     "lenses": "Calculating the lenses",
-    "pairs": "Placing the pairs",
     "world": "Placing all cameras",
     "axes": "Looking for the floor",
     "save": "Comparing with the recording",
@@ -86,14 +83,10 @@ class Recorded:
     folder: Path
     name: str
     cameras: Mapping[str, Camera] = field(compare=False)
-    stereo: tuple[tuple[str, str], ...] = ()
-    """Left and right cameras of its stereo views."""
     has_depth: bool = False
     """Whether a view measures depth, in which the floor may be seen."""
     guessed: bool = False
     """Whether the cameras are guessed, so that there is no world to turn."""
-    corrected: bool = False
-    """Whether the project corrects the recording, so that its files are not what is shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +108,6 @@ class Calibration:
     unticked: frozenset[Shot] = frozenset()
     found: Found | None = None
     lenses: Made[Mapping[str, LensResult]] | None = None
-    pairs: Made[tuple[PairFit, ...]] | None = None
     world: Made[World] | None = None
     axes: Axes = field(default_factory=Axes)
     """What the world is turned by."""
@@ -295,9 +287,6 @@ class Calibration:
                 if not wanted:
                     return self.is_done("pictures")
                 return wanted <= self.fits.keys() and self.is_current(self.lenses)
-            case "pairs":
-                placed = self.pairs is not None and any(not p.problem for p in self.pairs.result)
-                return placed and self.is_current(self.pairs)
             case "world":
                 return self.is_current(self.world)
             case "axes":
@@ -310,7 +299,7 @@ class Calibration:
 
     def is_stale(self, step: StepName) -> bool:
         """Whether a step was calculated before other pictures were ticked."""
-        made = {"lenses": self.lenses, "pairs": self.pairs, "world": self.world}.get(step)
+        made = {"lenses": self.lenses, "world": self.world}.get(step)
         return made is not None and not self.is_current(made)
 
     def why_not(self, step: StepName) -> str:
@@ -326,7 +315,7 @@ class Calibration:
         for earlier, words in needed.items():
             if order.index(step) > order.index(earlier) and not self.is_done(earlier):
                 return words
-        if step in ("pairs", "world", "axes"):
+        if step in ("world", "axes"):
             return self._why_no_world(step)
         if step == "save" and not self.cameras:
             return "Nothing is calculated that could be saved."
@@ -339,8 +328,6 @@ class Calibration:
             return str(self.found.apart)
         if self.found is not None and self.found.search.mirrored:
             return "Mirrored pictures have no place in a world. Film again without mirroring."
-        if step == "pairs" and not self.lens_cameras:
-            return "Calculate the lenses first."
         if step == "axes" and self.world is None:
             return "Place all cameras first."
         return ""
@@ -360,8 +347,6 @@ class Calibration:
         lenses = {} if self.lenses is None else self.lenses.result
         if step == "lenses" and (own := {k: v for k, v in lenses.items() if k not in self.given}):
             return verdict.of_lenses(own)
-        if step == "pairs" and self.pairs is not None:
-            return verdict.of_pairs(self.pairs.result)
         if step in ("axes", "save") and isinstance(self.alignment, InputError):
             return verdict.of_no_alignment(self.alignment)
         if isinstance(self.alignment, Alignment) and (step == "axes" or self.of_recording):

@@ -8,6 +8,7 @@ from stereotrack_core.project.history import Entry
 
 from ...context import Context
 from ...services.actions import Command, Menu
+from ...session.edits import WindowEdit
 from ...session.recents import MOST_RECENT
 from ...session.session import Session
 from .files import FileController
@@ -96,18 +97,18 @@ def _recents(session: Session, files: FileController) -> list[Command]:
 
 
 def _edits(session: Session, projects: ProjectController) -> list[Command]:
-    def said(verb: str, entry: Entry | None) -> str:
+    def said(verb: str, entry: Entry | WindowEdit | None) -> str:
         return verb if entry is None else f"{verb} {entry.words[:1].upper()}{entry.words[1:]}"
 
-    def nothing(entry: Entry | None, verb: str) -> str:
+    def nothing(entry: Entry | WindowEdit | None, verb: str) -> str:
         none = session.no_edit() or f"There is nothing to {verb}."
         return none if entry is None else ""
 
     edits, command = session.edits, Menu("&Edit").command
     return [
         command("undo", "Undo", "Undo what was done last, and show where: clicks and other edits "
-                "of the project without limit, parameters and trials as long as the recording is "
-                "open.", edits.undo, "Ctrl+Z", "undo",
+                "of the project without limit, parameters as long as the recording is open.",
+                edits.undo, "Ctrl+Z", "undo",
                 why_not=lambda: nothing(edits.to_undo(), "undo"),
                 says=lambda: said("Undo", edits.to_undo())),
         command("redo", "Redo", "Redo what was undone last.", edits.redo, "Ctrl+Shift+Z", "redo",

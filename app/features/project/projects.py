@@ -12,7 +12,7 @@ from stereotrack_core.locks import user
 from stereotrack_core.project.whereabouts import SUFFIX
 
 from ...context import Context
-from ...session.edits import Moved, WindowEdit
+from ...session.edits import Moved
 from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
 
 _FILTER = f"Projects (*{SUFFIX})"
@@ -94,17 +94,8 @@ class ProjectController(QObject):
         dialog.setWindowTitle("Annotator")
         dialog.setLabelText("Name to store your edits under:")
         dialog.setTextValue(self._session.project.annotator or user())
-        dialog.textValueSelected.connect(self._set_annotator)
+        dialog.textValueSelected.connect(self._session.project.set_annotator)
         dialog.open()
-
-    @Slot(str)
-    def _set_annotator(self, name: str) -> None:
-        project = self._session.project
-        words = f"set annotator to {name.strip() or user()}"
-        before = project.annotator
-        if name.strip() != before:
-            edit = WindowEdit(words, project.set_annotator, before, name.strip())
-            self._session.edits.do(edit)
 
     @Slot(object)
     def _on_missing(self, path: Path) -> None:
@@ -156,7 +147,6 @@ class ProjectController(QObject):
         workspace = panel = ""
         if edit is not None:
             workspace, panel = edit.workspace, edit.panel
-            frames = frozenset() if edit.frame is None else frozenset({edit.frame})
         if changed is not None:
             frames = frozenset(k for name in _WITH_FRAMES for k in changed.frames(name))
             places = (_SEEN_IN[name] for name in sorted(changed.tables) if name in _SEEN_IN)

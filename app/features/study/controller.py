@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, Slot
-from PySide6.QtWidgets import QDialog, QInputDialog
+from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -33,9 +33,7 @@ from stereotrack_core.study.workers import LocalWorkers
 from ...context import Context
 from ...services.tasks.task import Task
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
-from ...widgets.style.building import vbox
 from .panel import apply_to_panel, ask_for_folders, panel_settings, study_of_open
-from .results import ResultsPanel
 from .window import StudyWindow
 from .work import Work
 
@@ -57,7 +55,6 @@ class StudyController(QObject):
         self._before: list[Study] = []
         self._content = b""
         self.window: StudyWindow | None = None
-        self.results: ResultsPanel | None = None
         context.session.opening.study_wanted.connect(self.open_study)
 
     @property
@@ -98,26 +95,6 @@ class StudyController(QObject):
             self.open_study(path)
             if self.window is not None:
                 self.window.tabs.setCurrentWidget(self.window.form)
-
-    def ask_for_results(self) -> None:
-        """Let the person choose a table of a sweep, and plot it."""
-        parent, start = self._context.docks.dialog_parent, self._folder()
-        ask_to_open(parent, "Open sweep results", start, "Table (*.csv)", self.show_results)
-
-    @Slot(object)
-    def show_results(self, table: Path) -> None:
-        """Plot a table that belongs to no study."""
-        if self.results is None:
-            dialog = QDialog(self._context.docks.dialog_parent)
-            self.results = ResultsPanel(dialog)
-            self.results.applied.connect(self._apply)
-            dialog.setLayout(vbox(self.results))
-            dialog.resize(900, 600)
-        panel = self.results
-        if self._context.notifier.attempt(lambda: panel.show_table(table)):
-            panel.window().setWindowTitle(f"Sweep results: {table.name}")
-            panel.window().show()
-            panel.window().raise_()
 
     @Slot(object)
     def open_study(self, path: Path) -> None:
@@ -163,7 +140,6 @@ class StudyController(QObject):
         window.export_wanted.connect(self._ask_where_to_export)
         window.refresh_wanted.connect(self.refresh)
         window.stop_wanted.connect(self.work.stop)
-        window.came_back.connect(self._look)
         window.form.panel_wanted.connect(self._take_panel)
         window.results.applied.connect(self._apply)
         return window
@@ -305,13 +281,6 @@ class StudyController(QObject):
             window.say(str(error), error=True)
             return False
         return True
-
-    @Slot()
-    def _look(self) -> None:
-        """Read a study that another program has changed, when the person comes back to it."""
-        window = self.window
-        if window is not None and _content(window.study.path) not in (self._content, b""):
-            self.refresh()
 
     @Slot(object)
     def track(self, recordings: tuple[str, ...]) -> None:

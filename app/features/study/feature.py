@@ -31,11 +31,6 @@ def register(context: Context) -> StudyController:
                 studies.sweep, "Ctrl+Alt+S", "grid", section=True,
                 why_not=context.session.no_recording,
             ),
-            Command(
-                "sweep_results", "&Track", "Sweep results …",
-                "Plot a table that `stereotrack sweep` has written: a measure over one parameter.",
-                studies.ask_for_results, "Ctrl+Alt+R", "table",
-            ),
         ]
     )  # fmt: skip
     return studies

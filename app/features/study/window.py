@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import (
-    QEvent,
     QItemSelection,
     QItemSelectionModel,
     QSortFilterProxyModel,
@@ -122,8 +121,6 @@ class StudyWindow(QDialog):
     """Tuples of the names of recordings."""
     refresh_wanted = Signal()
     stop_wanted = Signal()
-    came_back = Signal()
-    """The person has come back from another window."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -323,11 +320,6 @@ class StudyWindow(QDialog):
     def _on_edited(self, recording: str, factor: str, value: str) -> None:
         selected = tuple(row.row.recording for row in self.selected())
         self.edited.emit(selected if recording in selected else (recording,), factor, value)
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.came_back.emit()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if _folders(event):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
@@ -12,24 +10,17 @@ from weakref import ref
 from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.counting import counted
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import RunFacts, beside
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import Run, TrackedFrame
-from stereotrack_core.tracking.repeating import StoredSpec, sameness, stored_spec, what_differs
-from stereotrack_core.tracking.run import track
 
 from ...context import Context
-from ...services.tasks.task import Task
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
-from ...session.edits import WindowEdit
 from ...session.judgement import Judgement, score_words
-from ...session.runs import RunEntry, entry_of_run
+from ...session.runs import RunEntry
 from ...session.tracker import FIRST_POSES
 from ...session.truth import Against
-from ...widgets.forms.message import Message
 from ...widgets.tables.comparison_panel import ComparisonPanel
 from ...widgets.tables.panels import NumbersPanel
 from ...widgets.tables.runs_panel import RunDetails, RunRow, RunsPanel
@@ -57,7 +48,6 @@ class RunsController(QObject):
         self._project: Project | None = None
         self._offered: tuple[RunEntry, ...] = ()
         self._compared: tuple[object, ComparedRuns] | None = None
-        self._repeating: Task | None = None
         self._finished: RunEntry | None = None
         self._connect()
         context.tasks.watch(self.keeper.settled)
@@ -127,13 +117,6 @@ class RunsController(QObject):
             self._session.judging.judge_against("project" if stored == "project" else None)
 
     def judge_against(self, against: Against) -> None:
-        """Measure errors of runs against another reference; an edit."""
-        before, truth = self._session.judging.wanted, self._session.judging.truth
-        if truth is None or truth.against != against:
-            words = f"measure errors against the {against}'s reference"
-            self._session.edits.do(WindowEdit(words, self._put_against, before, against))
-
-    def _put_against(self, against: Against | None) -> None:
         """Measure errors against another reference, and keep that with the project."""
         project = self._session.project.project
         if project is not None and not project.read_only:
@@ -222,17 +205,6 @@ class RunsController(QObject):
         except InputError as error:
             self._context.notifier.error(error)
 
-    def why_not_repeat(self) -> str:
-        """Why the active run cannot be repeated now, as a sentence; empty where it can."""
-        active = self._session.runs.active
-        if self._repeats():
-            return "A run is already being reproduced. Wait for it."
-        if active is not None and active is self._session.track.entry:
-            return "This run is in progress. Stop it first."
-        if active is not None and active.run() is None:
-            return "How this run was made is not known."
-        return ""
-
     def why_not_keep(self) -> str:
         """Why the active run cannot be put into the project now."""
         active = self._session.runs.active
@@ -241,47 +213,6 @@ class RunsController(QObject):
         if active is not None and active is self._session.track.entry:
             return "The run is stored automatically when it is complete."
         return ""
-
-    # ---- reproducing
-
-    def _repeats(self) -> bool:
-        return self._repeating is not None and self._repeating in self._context.tasks.tasks
-
-    def repeat(self, entry: RunEntry) -> None:
-        """Track a run again, as it was tracked, and say whether it came out equal.
-
-        Raises
-        ------
-        InputError
-            Where it does not say how.
-        """
-        recording, run = self._session.document.recording, entry.run()
-        if recording is None or run is None or self._repeats():
-            return
-        stored = stored_spec(run)
-        if not stored.states_first_pose:
-            raise InputError(
-                "the run does not state its initial pose",
-                where=entry.name,
-                remedy="Runs made with this version state it. Track again.",
-            )
-        self._repeating = self._context.tasks.begin(
-            f"reproducing {entry.name}",
-            lambda task: _repeated(task, run, stored, recording),
-            partial(self._on_repeated, entry, run),
-        )
-
-    def _on_repeated(self, first: RunEntry, run: Run, found: tuple[Run, tuple[str, ...]]) -> None:
-        recording, (again, differs) = self._session.document.recording, found
-        if recording is None or first not in self._session.runs.entries:
-            return
-        entry = entry_of_run(again, recording.folder)
-        entry.name, entry.path = f"{first.name} again", None
-        self._session.runs.add(entry, active=False)
-        same = sameness(run, again)
-        severity, why = ("note", "") if same.equal else ("warning", " ".join(differs))
-        said = Message(severity, same.words.rstrip("."), entry.name, why)
-        self._context.notifier.show(said)
 
     # ---- details
 
@@ -366,30 +297,3 @@ def _when(made: str) -> str:
         return ""
     today = datetime.now(UTC).astimezone().date()
     return f"{then:%H:%M}" if then.date() == today else f"{then:%Y-%m-%d}"
-
-
-def _repeated(
-    task: Task, run: Run, stored: StoredSpec, recording: Recording
-) -> tuple[Run, tuple[str, ...]]:
-    """The run once more, and why it may have come out otherwise."""
-    stored.check_without_clicks()
-    detections, otherwise = stored.detections_in(recording)
-    keypoints, _ = stored.keypoints_or_stored(None)
-    differs = (*what_differs(run, recording), *filter(None, (otherwise,)))
-    begun, done, first = time.perf_counter(), 0, stored.spec.frames_of(0).start
-
-    def note(frame: TrackedFrame) -> None:
-        nonlocal done
-        done = frame.frame - first + 1  # frames may come again
-        task.report(done / stored.count, f"frame {done} of {stored.count}")
-
-    again = track(
-        stored.applied_to(recording),
-        dataclasses.replace(stored.spec, detections=detections, keypoints=keypoints),
-        on_frame=note,
-        cancelled=lambda: task.token.cancelled() or done == stored.count,
-    )
-    if task.token.cancelled():
-        raise Cancelled
-    meta = {**again.meta, "wall_seconds": time.perf_counter() - begun}
-    return dataclasses.replace(again, meta=meta), differs

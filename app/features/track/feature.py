@@ -55,6 +55,9 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         active = session.runs.active is track.entry
         return "This run is in progress. Stop it first." if active else ""
 
+    def not_removed() -> str:
+        return "" if runs.keeper.removed else "No run was removed from the project."
+
     return [
         Command(
             "run", _MENU, "Run", "Track the recording from the first frame, or resume a paused "
@@ -117,12 +120,6 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
             or ("" if len(session.runs.entries) > 1 else "There is only one run."),
         ),
         Command(
-            "repeat_run", _MENU, "Reproduce run", "Track again with the stored settings of the "
-            "run, and check whether the results are equal.",
-            partial(runs.with_active, runs.repeat), "Alt+F8", "redo",
-            lambda: session.no_run() or session.tracker_works() or runs.why_not_repeat(),
-        ),
-        Command(
             "run_details", _MENU, "Run details …", "Show how the active run was made, and "
             "compare it with another run.", runs.show_details, "Alt+Return", "settings",
             session.no_run,
@@ -130,16 +127,22 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         Command(
             "keep_run", _MENU, "Store run in project",
             "Store a run that was opened from a file in the project. Runs tracked here are stored "
-            "automatically. Undo leaves it stored; Remove run deletes it.",
+            "automatically.",
             partial(runs.with_active, runs.keeper.keep), icon="save",
             why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep(),
         ),
         Command(
             "remove_run", _MENU, "Remove run",
-            "Remove the active run from the list. If the project stores it, it is deleted there. "
-            "You can undo this. Files are not deleted.",
+            "Remove the active run from the list and from the project; Restore run brings it "
+            "back. Files are not deleted.",
             partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
             lambda: session.no_run() or in_progress(),
+        ),
+        Command(
+            "restore_run", _MENU, "Restore run",
+            "Bring back the run that was removed last from the project.",
+            runs.keeper.restore, icon="undo",
+            why_not=lambda: session.no_edit() or not_removed(),
         ),
         *_against(session, runs),
     ]  # fmt: skip

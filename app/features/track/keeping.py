@@ -1,12 +1,13 @@
 """Runs of the window and runs of the project are the same ones.
 
 A run that has come to its end goes into the project by itself; what the project has is in the
-list, and is read when it is to be shown. Edits are followed, also where they are taken back.
+list, and is read when it is to be shown.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,12 +17,12 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import (
     KeptRun,
     NoteRun,
     RenameRun,
+    RestoreRun,
     RunFacts,
     TakenIn,
     delete_run,
@@ -31,32 +32,28 @@ from stereotrack_core.project.runs import (
     kept_runs,
     load_run,
     place_for_run,
+    removed_runs,
     run_facts,
     take_in,
     unfinished_runs,
 )
-from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
-from ...session.edits import WindowEdit
 from ...session.runs import RunEntry, frames_of_run
 from ...session.session import Session
 from ...widgets.forms.message import Message
 
 _SHOWN = "runs_shown"
-_HERE = ("track", "runs")
-"""Workspace and panel that show runs."""
 
 
 class RunKeeper(QObject):
     """Keeps runs in the project, and lists those that it has.
 
     Work in other threads gets what a run holds, and gives what the project says; entries are
-    changed in the window's thread alone. Edits that are made meanwhile are followed after it, since
-    only then it is known whose row is whose.
+    changed in the window's thread alone.
     """
 
     message = Signal(object)
@@ -66,14 +63,11 @@ class RunKeeper(QObject):
         super().__init__(parent)
         self._document, self._tasks = session.document, tasks
         self._project, self._runs, self._track = session.project, session.runs, session.track
-        self._edits = session.edits
-        self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._busy: dict[RunEntry, Task] = {}
-        self._behind = False
         self._tried: WeakSet[RunEntry] = WeakSet()
         self._wanted: WeakSet[RunEntry] = WeakSet()
-        self._deleted: dict[str, RunEntry] = {}
         self._listed: Project | None = None
+        self._removed: list[str] = []
         self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
         self._taking: Task | None = None
         session.track.place_for_run = self._place_for_run
@@ -84,7 +78,6 @@ class RunKeeper(QObject):
             project.opened, session.track.state_changed, runs.changed, runs.active_changed,
         ):  # fmt: skip
             signal.connect(self._look_soon)
-        project.changed.connect(self._on_edited)
         project.closing.connect(self._keep_what_is_left)
         project.closed.connect(self._forget)
 
@@ -135,44 +128,45 @@ class RunKeeper(QObject):
 
     def rename(self, entry: RunEntry, name: str) -> None:
         """Give a run another name, in the project too."""
-        before, name = entry.name, name.strip()
-        if not name or name == before:
+        name = name.strip()
+        if not name or name == entry.name:
             return
-        if entry.kept:
-            self._project.apply(RenameRun(entry.kept, name))
-            self._runs.tell()  # where it was refused, the list shows the old name again
-        else:
-            put = partial(self._put_name, entry)
-            words = f"rename run {before} to {name}"
-            self._edits.do(WindowEdit(words, put, before, name, *_HERE, is_data=True))
-
-    def _put_name(self, entry: RunEntry, name: str) -> None:
-        """Give a run another name; where the project keeps it by now, it does so under that."""
-        project = self._project.project
-        if entry.kept and project is not None:
-            project.rename_kept_run(entry.kept, name)
-        self._runs.rename(entry, name)
+        if not entry.kept:
+            self._runs.rename(entry, name)
+            return
+        if self._project.apply(RenameRun(entry.kept, name)) is not None:
+            entry.kept = entry.name = name
+        self._runs.tell()  # where it was refused, the list shows the old name again
 
     def note(self, entry: RunEntry, note: str) -> None:
         """Write something about a run that the project keeps."""
-        if entry.kept:
-            self._project.apply(NoteRun(entry.kept, note))
+        if entry.kept and self._project.apply(NoteRun(entry.kept, note)) is not None:
+            if entry.facts is not None:
+                entry.facts = replace(entry.facts, note=note.strip())
+            self._runs.tell()
 
     def remove(self, entry: RunEntry) -> None:
-        """Take a run from the list; one that the project keeps is deleted there, with undo."""
+        """Take a run from the list; one that the project keeps can be restored."""
         if entry in self._busy:
             return
         if entry.kept:
-            self._project.apply(delete_run(entry.kept))
-        else:
-            words, put = f"remove run {entry.name}", partial(self._put_listed, entry)
-            self._edits.do(WindowEdit(words, put, True, False, *_HERE, is_data=True))
+            if self._project.apply(delete_run(entry.kept)) is None:
+                return
+            self._removed.append(entry.kept)
+        self._runs.remove(entry)
 
-    def _put_listed(self, entry: RunEntry, listed: bool) -> None:
-        if listed:
-            self._runs.put_back(entry)
-        else:
-            self._runs.remove(entry)
+    @property
+    def removed(self) -> bool:
+        """Whether a run was removed from the project, and can be restored."""
+        return bool(self._removed)
+
+    def restore(self) -> None:
+        """Bring back the run that was removed last."""
+        project = self._project.project
+        if project is not None and self._removed:
+            name = self._removed.pop()
+            if self._project.apply(RestoreRun(name)) is not None:
+                self._list(project, shown=[name])
 
     # ---- following what happens
 
@@ -191,10 +185,6 @@ class RunKeeper(QObject):
             self._list(project)
             self._take_in_what_is_left(project)
         if not project.read_only:
-            for entry in self._runs.entries:  # it was made a run, and that was undone
-                if entry.kept and entry.kind == "trial" and entry not in self._wanted:
-                    name, entry.kept, entry.facts = entry.kept, "", None
-                    project.let_run_go(name)
             busy = any(one.facts is None for one in self._busy)
             for entry in self._to_keep()[: not busy]:  # the next one when this one has its name
                 work = partial(_kept, project, entry.name, entry.now())
@@ -244,10 +234,9 @@ class RunKeeper(QObject):
         self._tried.discard(entry)
         self._runs.tell()
         if wanted != asked:  # a person has renamed it meanwhile
-            self._put_name(entry, wanted)
+            self.rename(entry, wanted)
 
     def _take_row(self, entry: RunEntry, row: KeptRun) -> None:
-        self._content[entry] = row.content
         entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
 
     def _on_read(
@@ -267,16 +256,16 @@ class RunKeeper(QObject):
     def _on_ended(self) -> None:
         under_way = self._tasks.tasks
         self._busy = {key: task for key, task in self._busy.items() if task in under_way}
-        self._follow()
         self._look_soon()
 
-    def _list(self, project: Project) -> None:
-        """Put the runs of the project that has just been opened into the list."""
+    def _list(self, project: Project, shown: list[str] | None = None) -> None:
+        """Put runs of the project that are not in the list into it, and show some of them."""
         kept = self._kept(project)
         if not kept:
             return
-        stored = project.view_settings.get(_SHOWN)
-        shown = stored if isinstance(stored, list) else [kept[-1].name]
+        if shown is None:
+            stored = project.view_settings.get(_SHOWN)
+            shown = stored if isinstance(stored, list) else [kept[-1].name]
         own = {entry.kept for entry in self._runs.entries}
         for one in kept:
             if one.name not in own:
@@ -303,7 +292,9 @@ class RunKeeper(QObject):
         runs, refusals = taken
         for refusal in refusals:
             self.message.emit(message_of(refusal))
-        if runs:
+        project = self._project.project
+        if runs and project is not None:
+            self._list(project, shown=[one.name for one in runs])
             count = "a run" if len(runs) == 1 else f"{len(runs)} runs"
             what = f"the program ended during {count}; the frames tracked so far were stored"
             remedy = "To continue a run, go to its last frame and run the tracker from there."
@@ -316,6 +307,7 @@ class RunKeeper(QObject):
 
     def _kept(self, project: Project) -> tuple[KeptRun, ...]:
         try:
+            self._removed = list(removed_runs(project.runs))
             return kept_runs(project.runs)
         except InputError as error:
             self.message.emit(message_of(error))
@@ -326,56 +318,11 @@ class RunKeeper(QObject):
         subject = recording.subject if recording is not None else None
         first, last = facts.first, facts.last
         wanted = range(first, last + 1) if first is not None and last is not None else range(0)
-        entry = RunEntry(
+        return RunEntry(
             kept.name, facts.preset, None, body_of_subject(subject), wanted,
             visible=visible, kept=kept.name, facts=facts,
             wall_seconds=facts.wall_seconds or 0.0,
         )  # fmt: skip
-        self._content[entry] = kept.content
-        return entry
-
-    @Slot(object)
-    def _on_edited(self, changed: Changed) -> None:
-        self._behind |= RUN.name in changed.tables
-        self._follow()
-
-    def _follow(self) -> None:
-        """Let the list say what the project says, as soon as nothing is being kept or read."""
-        project = self._project.project
-        if project is None or project is not self._listed or self._busy or not self._behind:
-            return
-        self._behind = False
-        rows = {one.name: one for one in self._kept(project)}
-        mine = {entry.kept: entry for entry in self._runs.entries if entry.kept}
-        new = {name: one for name, one in rows.items() if name not in mine}
-        for name, entry in mine.items():
-            row = rows.get(name)
-            if row is None:  # renamed, where another one has its content
-                content = self._content.get(entry)
-                renamed = next((one.name for one in new.values() if one.content == content), "")
-                row = new.pop(renamed, None)
-            if row is None:
-                entry.kept = ""
-                self._deleted[self._content[entry]] = entry
-                self._runs.remove(entry)
-            else:
-                self._take_row(entry, row)
-        for one in new.values():
-            self._take_new(one)
-        self._runs.tell()
-
-    def _take_new(self, one: KeptRun) -> None:
-        """List a run of the project; the same entry where one was deleted, or is a run again."""
-        known = (*self._deleted.values(), *self._runs.entries)
-        same = (each for each in known if self._content.get(each) == one.content and not each.kept)
-        entry = next(same, None)
-        if entry is None:
-            self._runs.add(self._entry_of(one, visible=True), active=self._runs.active is None)
-            return
-        self._deleted.pop(one.content, None)
-        self._take_row(entry, one)
-        if entry not in self._runs.entries:
-            self._runs.put_back(entry)
 
     def _remember_shown(self, project: Project) -> None:
         active = self._runs.active
@@ -403,9 +350,8 @@ class RunKeeper(QObject):
 
     @Slot()
     def _forget(self) -> None:
-        self._listed, self._behind = None, False
+        self._listed, self._removed = None, []
         self._tried.clear()
-        self._deleted.clear()
 
 
 def _from_file(entry: RunEntry) -> bool:

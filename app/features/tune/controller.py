@@ -1,4 +1,4 @@
-"""What the Tune workspace does: trials beside the run, and values of one parameter."""
+"""What the Tune workspace does: trials beside the run."""
 
 from __future__ import annotations
 
@@ -6,11 +6,8 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Slot
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import ParameterRow
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.tuning.series import all_values, spread_values
 from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Trial
 
@@ -18,12 +15,10 @@ from ...context import Context
 from ...services.actions import ActionRegistry
 from ...session.runs import RunEntry
 from ...widgets.forms.parameter_panel import ParameterPanel
-from ...widgets.forms.series_panel import SeriesPanel
 from ...widgets.tables.panels import TrialsPanel
 from .numbers import trial_table
 from .presets import PresetWork
 from .runner import TrialRunner
-from .series import SeriesPresenter
 from .trials import TrialPresenter, settings_of
 
 _TRIAL_BUTTONS = ("trial_use", "trial_run", "trial_adopt", "trial_dismiss")
@@ -47,13 +42,10 @@ class TuneController(QObject):
         self._context, self._session = context, context.session
         session = context.session
         self.parameters, self.panel = ParameterPanel(), TrialsPanel()
-        self.series_panel = SeriesPanel()
         context.docks.add("parameters", "Parameters", self.parameters)
         context.docks.add("trials", "Trials", self.panel)
-        context.docks.add("series", "Parameter series", self.series_panel)
         self.runner = TrialRunner(session, context.tasks, self._to_prepare)
         self.trials = TrialPresenter(session, self.runner, self.stretch)
-        self.series = SeriesPresenter(session, self.runner, self.trials)
         self.trials.live = bool(context.settings.value("tune/live", True, type=bool))
         self.presets = PresetWork(context, self.parameters)
         self.parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
@@ -65,7 +57,7 @@ class TuneController(QObject):
 
     def _connect(self) -> None:
         """What a person does in the panels."""
-        parameters, panel, series = self.parameters, self.panel, self.series_panel
+        parameters, panel = self.parameters, self.panel
         parameters.settings_changed.connect(self._session.tracker.use)
         parameters.preset_requested.connect(self.presets.use)
         parameters.against_requested.connect(self._on_compared)
@@ -74,12 +66,6 @@ class TuneController(QObject):
         panel.chosen.connect(self._on_trial_chosen)
         panel.base_chosen.connect(lambda row: self.compare_with(self._entry(row)))
         panel.dismissed.connect(lambda row: self.trials.discard(self._entry(row)))
-        track = self._session.track
-        series.row_chosen.connect(lambda row: series.set_value(track.settings.values()[row.name]))
-        series.begin_requested.connect(self._on_series)
-        series.cancel_requested.connect(self.series.cancel)
-        series.shown.connect(self.series.show)
-        series.taken.connect(self._on_taken)
 
     def _follow(self) -> None:
         """What the panels show."""
@@ -91,9 +77,7 @@ class TuneController(QObject):
         self.trials.arrived.connect(session.instant.tell_soon)
         for changed in (session.runs.active_changed, selected, docks.workspace_changed):
             changed.connect(self.runner.make_clouds_soon)
-        self.series.changed.connect(self.show_series)
-        for presenter in (self.trials, self.series):
-            presenter.changed.connect(context.actions.refresh_soon)
+        self.trials.changed.connect(context.actions.refresh_soon)
         session.track.settings_changed.connect(self._on_settings)
         session.judging.judged.connect(lambda: docks.redraw.soon(self.show))
         session.runs.active_changed.connect(self.show_settings)
@@ -115,7 +99,7 @@ class TuneController(QObject):
 
     def settled(self) -> bool:
         """Whether everything that was changed has been tried."""
-        return self.trials.settled() and not self.series.running
+        return self.trials.settled()
 
     def stretch(self) -> range:
         """Frames to try on: the selection, else what is visible, else two seconds here."""
@@ -195,15 +179,6 @@ class TuneController(QObject):
         panel.show_progress(*done)
 
     @Slot()
-    def show_series(self) -> None:
-        """Show what the values of one parameter give."""
-        series = self.series
-        name = "" if series.row is None else series.row.name
-        self.series_panel.show_series(
-            name, series.values(), series.shown, share=series.share, running=series.running
-        )
-
-    @Slot()
     def show_settings(self) -> None:
         """Show the settings, and how they differ from what they are compared with."""
         track, panel = self._session.track, self.parameters
@@ -222,13 +197,11 @@ class TuneController(QObject):
     @Slot()
     def _show_acting(self) -> None:
         """Leave out parameters that do nothing in the open recording."""
-        recording, rows = self._session.document.recording, self._session.track.settings.rows()
+        recording = self._session.document.recording
         if recording is None or gives_depth(recording):
             self.parameters.set_acting(lambda _name: True, "")
         else:
             self.parameters.set_acting(acts_without_depth, _WITHOUT_DEPTH)
-            rows = tuple(row for row in rows if acts_without_depth(row.name))
-        self.series_panel.set_rows(rows)
 
     @Slot(str)
     def _on_compared(self, word: str) -> None:
@@ -279,28 +252,6 @@ class TuneController(QObject):
         if entry.settings is not None:
             self._session.tracker.use(entry.settings, f"use settings of trial {entry.name}")
 
-    # ---- one parameter
-
-    @Slot(object, float, float, int, bool)
-    def _on_series(
-        self, row: ParameterRow, low: float, high: float, count: int, by_factors: bool
-    ) -> None:
-        try:
-            values = all_values(row) or spread_values(row, low, high, count, by_factors=by_factors)
-        except InputError as refusal:
-            self.series_panel.refuse(f"{refusal.what}. {refusal.remedy}")
-            return
-        self._mark()
-        self.series.begin(row, values, self._session.track.settings)
-
-    @Slot(int)
-    def _on_taken(self, place: int) -> None:
-        row, tried = self.series.row, self.series.tried
-        if row is not None and 0 <= place < len(tried):
-            self.series.show(None)
-            settings = self._session.track.settings
-            self._session.tracker.use(settings.replaced(**{row.name: tried[place].value}))
-
     # ---- coming and going
 
     def offer(self, actions: ActionRegistry) -> None:
@@ -318,4 +269,3 @@ class TuneController(QObject):
         self._against = None
         self.runner.cancel()
         self.trials.stop()
-        self.series.clear()

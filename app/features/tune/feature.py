@@ -1,4 +1,4 @@
-"""Tune: trials beside a run, values of one parameter, and presets."""
+"""Tune: trials beside a run, and presets."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def register(context: Context) -> TuneController:
             side=(
                 ("scene",),
                 ("parameters",),
-                ("trials", "series", "comparison", "runs", "inside"),
+                ("trials", "comparison", "runs", "inside"),
             ),
             bottom=("plot", "timeline"),
             side_share=0.40,
@@ -97,12 +97,12 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
         ),
         Command(
             "trial_dismiss", _MENU, "Discard trial",
-            "Discard the selected trial. You can undo this.",
+            "Discard the selected trial.",
             partial(chosen, tuning.trials.discard), "Alt+Del", "delete", no_trial, section=True,
         ),
         Command(
             "trial_dismiss_all", _MENU, "Discard all trials",
-            "Discard all trials. You can undo this.",
+            "Discard all trials.",
             tuning.trials.discard_all, "Alt+Shift+Del", "delete", no_trial,
         ),
         Command(

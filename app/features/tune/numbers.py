@@ -34,11 +34,6 @@ class Summary:
     missing: int
     """Frames that are not tracked."""
 
-    @property
-    def order(self) -> tuple[float, float]:
-        """Key by which the best comes first: who loses the person is never the best."""
-        return float(self.missing), np.inf if np.isnan(self.arms) else self.arms
-
 
 def summary_of(judgement: Judgement, frames: IntArray | None = None) -> Summary:
     """Numbers of a run over some frames, or over all that it has."""

@@ -92,10 +92,9 @@ class PresetShelf(QObject):
             return f"{name.strip()} is a built-in preset. Choose another name."
         return ""
 
-    def keep(self, own: UserPreset) -> bool:
-        """Keep a preset in the project; whether that was an edit: one may be there already."""
-        edit = save_parameters(own.name, ParameterSet(own.base, own.values))
-        return self._project.apply(edit) is not None
+    def keep(self, own: UserPreset) -> None:
+        """Keep a preset in the project."""
+        self._project.apply(save_parameters(own.name, ParameterSet(own.base, own.values)))
 
     def delete(self, name: str) -> None:
         """Take a preset away; that can be undone."""
@@ -177,11 +176,10 @@ class PresetWork(QObject):
         self._parameters.set_preset(self._session.track.preset)
 
     @Slot(str)
-    def use(self, name: str, *, joined: bool = False) -> None:
-        """Take all values from a preset; `joined` where that is a part of saving it."""
+    def use(self, name: str) -> None:
+        """Take all values from a preset."""
         try:
-            settings = self.shelf.settings(name)
-            self._session.tracker.use_preset(name, settings, joined=joined)
+            self._session.tracker.use_preset(name, self.shelf.settings(name))
         except InputError as error:
             self._context.notifier.error(error)
         self._parameters.set_preset(self._session.track.preset)
@@ -214,10 +212,11 @@ class PresetWork(QObject):
             self._context.notifier.say(f"Preset {name} saved in the project.", 4000)
 
     def _keep_and_use(self, own: UserPreset) -> bool:
-        saved = self.shelf.keep(own)
-        if saved or own.name in self.shelf.own:
-            self.use(own.name, joined=saved)
-        return own.name in self.shelf.own
+        self.shelf.keep(own)
+        kept = own.name in self.shelf.own
+        if kept:
+            self.use(own.name)
+        return kept
 
     def load(self) -> None:
         """Take a preset from a file into the project."""

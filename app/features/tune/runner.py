@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -26,47 +26,39 @@ from ...session.session import Session
 _PAUSE_MS = 400
 
 
-class Trials(QObject):
-    """Trials that are tracked one after the other; their entries get the frames."""
+class Tracked(QObject):
+    """A trial that is tracked; its entry gets the frames."""
 
     grown = Signal(object)
-    """Mapping from the entries that have more to the numbers of these frames."""
+    """Numbers of the frames that have come, some of them again."""
     ended = Signal()
-    """Nothing more comes; why they failed, if they did, the window has told."""
+    """Nothing more comes; why it failed, if it did, the window has told."""
 
-    def __init__(self, tried: Sequence[tuple[RunEntry, Trial]], task: Task) -> None:
+    def __init__(self, entry: RunEntry, trial: Trial, task: Task) -> None:
         super().__init__()
-        self._entries = [entry for entry, _ in tried]
-        self._count = sum(len(trial.stretch) for _, trial in tried)
-        self._task = task
+        self._entry, self._count, self._task = entry, len(trial.stretch), task
         self._task.told.connect(self._take)
         self._task.ended.connect(self.ended)
 
     def cancel(self) -> None:
-        """Say that they are no longer wanted: nothing more is told of them. Returns at once."""
+        """Say that it is no longer wanted: nothing more is told of it. Returns at once."""
         self.blockSignals(True)
         self._task.told.disconnect(self._take)
         self._task.cancel()
 
     @Slot(list)
     def _take(self, words: list[Any]) -> None:
-        grown: dict[RunEntry, list[int]] = {}
-        place = 0
+        entry, grown = self._entry, list[int]()
         for word in words:
             match word:
                 case TrialBegun():
-                    entry = self._entries[word.place]
                     entry.body, entry.origin = word.body, word.origin
                 case TrialFrame():
-                    place, entry = word.place, self._entries[word.place]
                     entry.wall_seconds = word.seconds
                     entry.frames[word.frame.frame] = word.frame
-                    grown.setdefault(entry, []).append(word.frame.frame)
+                    grown.append(word.frame.frame)
         if grown:
-            done = sum(len(entry.frames) for entry in self._entries)  # some come again
-            several = len(self._entries) > 1
-            of = f"{place} of {len(self._entries)} values" if several else ""
-            self._task.report(done / self._count, of)
+            self._task.report(len(entry.frames) / self._count)
             self.grown.emit(grown)
 
 
@@ -104,16 +96,15 @@ class TrialRunner(QObject):
         deep = any(view.kind != "mono" for view in views)
         self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"), deep)
 
-    def track(self, title: str, tried: Sequence[tuple[RunEntry, Trial]]) -> Trials:
-        """Have trials tracked, when those before have ended; their entries get the frames."""
+    def track(self, title: str, entry: RunEntry, trial: Trial) -> Tracked:
+        """Have a trial tracked, when the one before has ended; its entry gets the frames."""
         self.cancel()
         kept = self._session.kept
         assert kept is not None  # noqa: S101 - there are no trials without
-        todo = TrackTrials(kept, tuple(trial for _, trial in tried))
-        process = self._session.processes.trials
+        todo, process = TrackTrials(kept, (trial,)), self._session.processes.trials
         task = self._tasks.begin(title, lambda task: process(todo, task.tell, task.token.cancelled))
         task.told.connect(partial(self._remember, kept))
-        return Trials(tried, task)
+        return Tracked(entry, trial, task)
 
     @Slot()
     def make_clouds_soon(self, _what: object = None) -> None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
-from weakref import WeakKeyDictionary, WeakSet
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -19,16 +18,12 @@ from stereotrack_core.tracking.stored import began_of, shape_of_meta
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
 from stereotrack_core.tracking.tuning.trial import Start, Trial, start_before
 
-from ...session.edits import WindowEdit
-from ...session.runs import Kind, RunEntry
+from ...session.runs import RunEntry
 from ...session.session import Session
-from .runner import TrialRunner, Trials
+from .runner import Tracked, TrialRunner
 
 _PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
-
-_HERE = ("tune", "trials")
-"""Workspace and panel that show trials."""
 
 
 class TrialPresenter(QObject):
@@ -48,8 +43,6 @@ class TrialPresenter(QObject):
 
     arrived = Signal()
     """A trial has the frame that is shown."""
-    begins = Signal()
-    """A trial is about to be tracked: whatever else is tried ends."""
     changed = Signal()
     """What is said of the trials is different."""
     grew = Signal()
@@ -61,13 +54,10 @@ class TrialPresenter(QObject):
         self._runner, self._stretch = runner, stretch
         self.live = True
         self.running: RunEntry | None = None
-        self._trials: Trials | None = None
+        self._trials: Tracked | None = None
         self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
-        self._asked: WeakKeyDictionary[RunEntry, WindowEdit] = WeakKeyDictionary()
-        self._broken: WeakSet[RunEntry] = WeakSet()
-        self._shown: WeakSet[RunEntry] = WeakSet()
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
-        self._pause.timeout.connect(self.try_now)
+        self._pause.timeout.connect(self.run)
         self._runs.changed.connect(self._on_runs)
 
     # ---- facts
@@ -137,51 +127,39 @@ class TrialPresenter(QObject):
             self._pause.start()
         self.changed.emit()
 
-    def run(self) -> None:
-        """Track the stretch with the settings as they are; an edit."""
-        entry = self._next()
-        if entry is not None and entry.kind == "trial":
-            self._asked[entry] = self._edit(f"run trial {entry.name}", (entry,), listed=True)
-            self._session.edits.do(self._asked[entry])
-        elif entry is not None:  # without a run to compare with it is the first one
-            self._put((entry,), listed=True)
-
     @Slot()
-    def try_now(self) -> None:
-        """Track the stretch with the settings as they are, as a part of their change."""
+    def run(self) -> None:
+        """Track the stretch with the settings as they are."""
         entry = self._next()
-        if entry is not None:
-            self._put((entry,), listed=True)
+        if entry is not None:  # without a run to compare with it is the first one
+            self._runs.add(entry, active=self._runs.active is None)
+            self._begin(entry)
+            self.changed.emit()
 
     def cancel(self) -> None:
         """End the trial in progress, and forget it."""
-        entry = self.running
+        entry = self._leave()
         if entry is not None:
-            self._put((entry,), listed=False)
-            if entry in self._asked:
-                self._session.edits.withdraw(self._asked[entry])
-        self._pause.stop()
+            self._runs.remove(entry)
 
     def discard(self, entry: RunEntry | None) -> None:
-        """Take a trial away; what is none stays. An edit."""
+        """Take a trial away; what is none stays."""
         if entry is not None and entry in self.entries:
-            words = f"discard trial {entry.name}"
-            self._session.edits.do(self._edit(words, (entry,), listed=False))
+            self._runs.remove(entry)
 
     def discard_all(self) -> None:
-        """Take all trials away; an edit."""
-        if self.entries:
-            self._session.edits.do(self._edit("discard all trials", self.entries, listed=False))
+        """Take all trials away."""
+        for entry in self.entries:
+            self._runs.remove(entry)
 
     def make_run(self, entry: RunEntry) -> None:
-        """Make a trial the active run, over the frames that it has; an edit."""
+        """Make a trial the active run, over the frames that it has."""
         if entry is not self.running and entry in self.entries:
-            words, put = f"make trial {entry.name} the active run", partial(self._put_kind, entry)
-            name = entry.name
             if entry.settings is not None:
-                name = self._runs.next_name(self._session.track.name_of(entry.settings))
-            before, after = ("trial", entry.name, self._runs.active), ("run", name, entry)
-            self._session.edits.do(WindowEdit(words, put, before, after, *_HERE, is_data=True))
+                entry.name = self._runs.next_name(self._session.track.name_of(entry.settings))
+            entry.kind = "run"
+            self._runs.activate(entry)
+            self._runs.tell()
 
     def stop(self) -> None:
         """Forget everything, as another recording comes."""
@@ -190,45 +168,13 @@ class TrialPresenter(QObject):
 
     # ---- inside
 
-    def _edit(self, words: str, entries: tuple[RunEntry, ...], *, listed: bool) -> WindowEdit:
-        put = partial(self._put, entries)
-        return WindowEdit(words, lambda value: put(listed=value), not listed, listed, *_HERE)
-
-    def _put(self, entries: tuple[RunEntry, ...], *, listed: bool) -> None:
-        """Show trials, or take them away; one that was not done to its end is tracked then."""
-        if not listed:
-            for entry in reversed(entries):
-                if entry is self.running:
-                    self._leave()
-                    self._broken.add(entry)
-                self._runs.remove(entry)
-        for entry in entries if listed else ():
-            new = entry not in self._shown
-            if new:
-                self._shown.add(entry)
-                self._runs.add(entry, active=self._runs.active is None)
-            else:
-                self._runs.put_back(entry)
-            if new or entry in self._broken:
-                self._begin(entry)
-        self.changed.emit()
-
     def _begin(self, entry: RunEntry) -> None:
         self.cancel()
-        self.begins.emit()
-        self._broken.discard(entry)
-        entry.frames.clear()
         self.running = entry
         title = f"tracking the trial {entry.name}"
-        self._trials = self._runner.track(title, [(entry, self._made[entry])])
+        self._trials = self._runner.track(title, entry, self._made[entry])
         self._trials.grown.connect(self._on_grown)
         self._trials.ended.connect(self._on_ended)
-
-    def _put_kind(self, entry: RunEntry, how: tuple[Kind, str, RunEntry | None]) -> None:
-        entry.kind, entry.name, active = how
-        if active in self._runs.entries:
-            self._runs.activate(active)
-        self._runs.tell()
 
     def _next(self) -> RunEntry | None:
         """A new trial with the settings as they are; None where there is one already."""
@@ -262,7 +208,7 @@ class TrialPresenter(QObject):
         else:
             own = settings_of(base)
             changes = changes_in_words(own, trial.settings) if own is not None else ""
-            name = self._runs.free_name(changes or as_run, besides=self._made)
+            name = self._runs.free_name(changes or as_run)
             entry = entry_of(self._session, name, trial)
         self._made[entry] = trial
         return entry
@@ -284,13 +230,12 @@ class TrialPresenter(QObject):
         self.changed.emit()
 
     @Slot(object)
-    def _on_grown(self, grown: dict[RunEntry, list[int]]) -> None:
-        for entry, frames in grown.items():
-            if self._session.document.frame in frames:
-                self.arrived.emit()
-            if len(entry.frames) == len(frames):
-                # the first frame is shown at once, those after it now and then
-                self._session.judging.judge()
+    def _on_grown(self, frames: list[int]) -> None:
+        if self._session.document.frame in frames:
+            self.arrived.emit()
+        if self.running is not None and len(self.running.frames) == len(frames):
+            # the first frame is shown at once, those after it now and then
+            self._session.judging.judge()
         self._runs.grew.emit()
         self.grew.emit()
 

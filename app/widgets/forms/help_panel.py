@@ -1,11 +1,11 @@
-"""A window with the pages of the user guide, and a search over all of them."""
+"""A window with the pages of the user guide."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QUrl, Signal, Slot
+from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import (
     QColor,
     QImage,
@@ -21,15 +21,11 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import (
     QFrame,
-    QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-    QStackedWidget,
     QTextBrowser,
     QWidget,
 )
 
-from ..style.building import empty_label, hbox, tool_button, vbox
+from ..style.building import hbox, tool_button, vbox
 from ..style.theme import current_theme
 
 _ADDRESS = Qt.ItemDataRole.UserRole
@@ -141,96 +137,37 @@ class Page(QTextBrowser):
 
 
 class HelpPanel(QWidget):
-    """A page of the user guide below a search, in a window beside its parent.
-
-    What is found takes the page's place.
+    """A page of the user guide, in a window beside its parent.
 
     `home` is the page that is shown first.
     """
-
-    searched = Signal(str)
-    """Words to be looked for; :meth:`show_hits` shows where they are."""
 
     def __init__(
         self, folder: Path, home: str, anchor_of: Callable[[str], str], parent: QWidget
     ) -> None:
         super().__init__(parent, Qt.WindowType.Tool)  # so that workspaces leave it alone
         self.setWindowTitle("User guide")
-        self._home = home
         self.page = Page(folder, anchor_of)
-        self.search = QLineEdit()
-        self.search.setPlaceholderText("Search the user guide")
-        self.search.setAccessibleName("Search the user guide")
-        self.search.setClearButtonEnabled(True)
-        self.hits = QListWidget()
-        self.hits.setAccessibleName("Sections found")
-        self.hits.setFrameShape(QFrame.Shape.NoFrame)
-        self.hits.setWordWrap(True)
-        self.hits.setSpacing(3)
-        self._none = empty_label("No section contains all of these words.")
-        self.stack = QStackedWidget()
-        for each in (self.page, self.hits, self._none):
-            self.stack.addWidget(each)
         self.back = tool_button("Previous page", "previous")
         self.forward = tool_button("Next page", "next")
         self.contents = tool_button("Contents of the user guide", "help")
-        buttons = hbox(self.contents, self.back, self.forward, (self.search, 1))
-        self.setLayout(vbox(buttons, (self.stack, 1), margins=(4, 4, 0, 0)))
-        self._connect()
-
-    def _connect(self) -> None:
-        page = self.page
-        for button, do in (
-            (self.back, page.backward),
-            (self.forward, page.forward),
-            (self.contents, lambda: self.open(self._home)),
+        buttons = hbox(self.contents, self.back, self.forward, None)
+        self.setLayout(vbox(buttons, (self.page, 1), margins=(4, 4, 0, 0)))
+        self.contents.clicked.connect(lambda: self.page.open(home))
+        for button, do, there in (
+            (self.back, self.page.backward, self.page.backwardAvailable),
+            (self.forward, self.page.forward, self.page.forwardAvailable),
         ):
-            button.clicked.connect(self.search.clear)
+            button.setEnabled(False)
             button.clicked.connect(do)
-        self.back.setEnabled(False)
-        self.forward.setEnabled(False)
-        page.backwardAvailable.connect(self.back.setEnabled)
-        page.forwardAvailable.connect(self.forward.setEnabled)
-        self.search.textChanged.connect(self._on_typed)
-        self.search.returnPressed.connect(self._on_return)
-        for chosen in (self.hits.itemClicked, self.hits.itemActivated):
-            chosen.connect(self._on_chosen)
+            there.connect(button.setEnabled)
 
     def open(self, address: str) -> None:
         """Show a page at a heading, such as ``tuning.md#undo``."""
-        self.search.clear()
         self.page.open(address)
-
-    def show_hits(self, hits: Sequence[tuple[str, str, str]]) -> None:
-        """List sections by address, title and some words of each."""
-        self.hits.clear()
-        for address, title, snippet in hits:
-            item = QListWidgetItem(f"{title}\n{snippet}")
-            item.setData(_ADDRESS, address)
-            self.hits.addItem(item)
-        self.hits.setCurrentRow(0)
-        self.stack.setCurrentWidget(self.hits if hits else self._none)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:
             super().keyPressEvent(event)
-
-    @Slot(str)
-    def _on_typed(self, text: str) -> None:
-        if text.strip():
-            self.searched.emit(text)
-        else:
-            self.stack.setCurrentWidget(self.page)
-
-    @Slot()
-    def _on_return(self) -> None:
-        item = self.hits.currentItem()
-        if item is not None and self.stack.currentWidget() is self.hits:
-            self._on_chosen(item)
-
-    @Slot(QListWidgetItem)
-    def _on_chosen(self, item: QListWidgetItem) -> None:
-        self.open(item.data(_ADDRESS))
-        self.page.setFocus()

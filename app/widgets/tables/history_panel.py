@@ -1,4 +1,4 @@
-"""The history: every edit in words, of the project and of the window; a click goes there."""
+"""The history: every edit of the project in words; a click goes there."""
 
 from __future__ import annotations
 
@@ -74,19 +74,15 @@ class HistoryPanel(QWidget):
 
 
 Fetch: TypeAlias = Callable[[int, int | None], tuple[Entry, ...]]
-"""From a number of stored edits and the number that they are older than to these edits, newest
-first, with what the window did after them."""
+"""From a number of edits and the number that they are older than to these edits, newest first."""
 
 _PAGE = 200
 _TIPS = {
     "done": "Applied. Click to undo everything after it.",
     "undone": "Undone. Click to redo it and everything before it.",
     "dropped": "Undone and followed by another edit. It cannot be redone.",
-    "let go": "A stored run. It is stored again when what made it a run is redone.",
-    "kept": "A stored run. Undo skips it; delete it in the Runs panel.",
 }
-_UNSTORED = "\nNot stored in the project. It can be undone until the recording is closed."
-_COLOURS = {"undone": "muted", "kept": "muted", "dropped": "disabled", "let go": "disabled"}
+_COLOURS = {"undone": "muted", "dropped": "disabled"}
 _MOVED = {"done", "undone"}
 
 
@@ -121,21 +117,14 @@ class HistoryModel(TableModel[Entry | None]):
             return
         newest, known = self._fetch(1, None), self._edits[0].number if self._edits else 0
         new = max(newest[0].number - known, 0) if newest else 0
-        stored = sum(not entry.place for entry in self._edits)
-        found = self._fetch(stored + new, None)
-        added, before = len(found) - len(self._edits), [entry.order for entry in self._edits]
-        grows = added > 0 and [entry.order for entry in found[added:]] == before
-        stays = added == 0 and [entry.order for entry in found] == before
-        if grows:
+        found = self._fetch(len(self._edits) + new, None)
+        added = len(found) - len(self._edits)
+        if added > 0:
             self.beginInsertRows(QModelIndex(), 0, added - 1)
-        elif not stays:  # what was undone in the window and followed by something else has gone
-            self.beginResetModel()
         self._edits = list(found)
         self._list()
-        if grows:
+        if added > 0:
             self.endInsertRows()
-        elif not stays:
-            self.endResetModel()
         self.tell(0, len(self.rows) - 1)
 
     def _list(self) -> None:
@@ -174,7 +163,6 @@ class HistoryModel(TableModel[Entry | None]):
             return (Cell("before the first edit", colour="muted"), Cell(), Cell())
         local = datetime.fromisoformat(entry.at).astimezone()
         tip = f"{entry.words}\n{entry.who}, {local:%Y-%m-%d %H:%M:%S}\n{_TIPS[entry.state]}"
-        tip += _UNSTORED if entry.place else ""
         today = datetime.now().astimezone().date()
         when = f"{local:%H:%M:%S}" if local.date() == today else f"{local:%d %b}"
         look = Cell(
@@ -182,6 +170,6 @@ class HistoryModel(TableModel[Entry | None]):
             colour=_COLOURS.get(entry.state, ""),
             bold=entry.state == "done" and entry is self.rows[self.current],
             italic=entry.state == "undone",
-            struck=entry.state in {"dropped", "let go"},
+            struck=entry.state == "dropped",
         )
         return tuple(replace(look, text=text) for text in (entry.words, entry.who, when))

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QShowEvent
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
 
-from stereotrack_core.depth.volume import WorkingSpace
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 
@@ -138,34 +137,15 @@ _WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 class RigPanel(QWidget):
     """A row per view, and below it a row per camera: intrinsics, place and where it looks."""
 
-    shown = Signal()
-    """It has come into sight."""
-
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._found: dict[str, str] = {}
         self._recording: Recording | None = None
-        self._space: WorkingSpace | None = None
-        self.words = label("", "muted")
-        self.words.setWordWrap(True)
         self.tree = CellTree("Cameras of the rig")
         self.tree.setIndentation(14)
         self.tree.header().setStretchLastSection(True)
         self.tree.show_rows(_RIG, ())
-        self.setLayout(vbox((self.tree, 1), hbox((self.words, 1), margins=(8, 2, 4, 4)), spacing=0))
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self.shown.emit()
-
-    def show_space(self, space: WorkingSpace | None) -> None:
-        """Show where the person is looked for, once that is known."""
-        self._space = space
-        self.words.setText(
-            "" if space is None else f"Up: {space.up_axis}. Working volume: {space.volume}."
-        )
-        self.words.setVisible(space is not None)
-        self._show()
+        self.setLayout(vbox((self.tree, 1)))
 
     def show_findings(self, found: Mapping[str, str]) -> None:
         """Mark cameras that something is wrong with: what it is, by name."""
@@ -196,8 +176,6 @@ class RigPanel(QWidget):
             left = recording.cameras[view.left.camera]
             baseline = float(np.linalg.norm(left.position_world - reference.position_world))
             words = f"stereo, baseline {1000.0 * baseline:.1f} mm"
-            if self._space is not None and view.name in self._space.disparities_px:
-                words += f", disparities {self._space.searched(view.name)}"
             cameras.insert(0, left)
         rows = tuple(TreeRow(_camera_cells(one, self._found.get(one.name, ""))) for one in cameras)
         return TreeRow((Cell(f"View {view.name}: {words}"),), rows)

@@ -7,12 +7,9 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.features.annotate.history import HistoryPresenter
-from app.session.edits import EditStack
 from app.widgets.tables.history_panel import HistoryModel, HistoryPanel
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.project.clicks import MoveClicks, place
-from stereotrack_core.project.entries import SaveEntry
-from stereotrack_core.project.schema import RUN
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -25,16 +22,14 @@ def edits(project, count, start=0):
 @pytest.fixture
 def panel(project, shown):
     made = HistoryPanel()
-    edits_of_project = EditStack(made)
-    edits_of_project.set_project(project)
-    presenter = HistoryPresenter(edits_of_project, made)
+    presenter = HistoryPresenter(made)
+    presenter.set_project(project)
     made.jump_requested.connect(presenter.jump_to)
     made.stop_requested.connect(presenter.stop)
     presenter.moved.connect(made.show_going)
     presenter.arrived.connect(lambda: made.show_going(None))
-    made.show_edits(edits_of_project.entries)
-    project.on_change(edits_of_project.follow)
-    edits_of_project.changed.connect(made.follow)
+    made.show_edits(project.history.entries)
+    project.on_change(lambda _changed: made.follow())
     made.presenter = presenter
     return shown(made, 420, 400)
 
@@ -110,48 +105,6 @@ def test_following_is_the_same_as_reading_everything(project):
         afresh.fetchMore(model.index(-1, -1))
     assert rows_of(model) == rows_of(afresh)
     assert model.current == afresh.current
-
-
-def kept(project, name):
-    """Keep something in place of a run; what it holds does not matter to the history."""
-    project.apply(SaveEntry(RUN.name, name, "{}", name.encode()))
-
-
-def test_a_run_that_was_kept_is_listed_and_passed_by(qtbot, project, panel):
-    edits(project, 2)
-    for name in ("a", "b", "c", "d"):
-        kept(project, name)
-    edits(project, 1, start=2)
-    assert panel.model.index(4, 0).data() == "save run a"
-    click_on(qtbot, panel, 2)
-    assert project.clicks.count() == 3, "a run that was kept is no place to go to"
-    click_on(qtbot, panel, 6)
-    assert (project.clicks.count(), panel.model.current) == (1, 6)
-    click_on(qtbot, panel, 0)
-    assert (project.clicks.count(), panel.model.current) == (3, 0)
-    assert len(project.runs.names()) == 4
-
-
-def test_following_runs_that_are_kept_is_the_same_as_reading_everything(project):
-    model = HistoryModel()
-    model.open(project.history.entries)
-    rng = np.random.default_rng(5)
-    for step in range(300):
-        if (turn := rng.integers(6)) == 0:
-            project.redo()
-        elif turn < 3:
-            project.undo()
-        elif turn == 3:
-            edits(project, 1, start=step)
-        else:
-            kept(project, f"run {step}")
-        model.follow()
-        afresh = HistoryModel()
-        afresh.open(lambda _limit, before: project.history.entries(400, before))
-        assert rows_of(model)[: len(project.history.entries(400))] == [
-            (entry.number, entry.state) for entry in project.history.entries(400)
-        ]
-        assert model.current == afresh.current
 
 
 def test_only_what_is_looked_at_is_read(qtbot, project, shown):

@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt
 
 from app.features.annotate import next_clicks
 from app.features.annotate.next_clicks import NextPresenter
-from app.session.edits import EditStack
 from app.widgets.tables.next_panel import NextPanel, SuggestionModel
 from stereotrack_core.annotation.click_gains import limb_sigma_deg
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
@@ -46,7 +45,7 @@ def fit_between(make, clicked, *, unsure=0.05) -> TrajectoryFit:
 @pytest.fixture
 def presenter(qtbot, project, make):
     project.apply(PlaceClicks(make.clicks_at([0, 39])))
-    made = NextPresenter(EditStack())
+    made = NextPresenter()
     made.problems, made.heard = [], []
     made.failed.connect(made.problems.append)
     made.ranked.connect(made.heard.append)
@@ -93,7 +92,7 @@ def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make):
     ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
     after = ranking_after(qtbot, presenter, lambda: presenter.set_wanted(40.0))
     assert after.sign.reached
-    again = NextPresenter(EditStack())
+    again = NextPresenter()
     again.set_project(project, make.CAMERAS)
     assert again.wanted_deg == 40.0
 

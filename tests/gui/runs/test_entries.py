@@ -16,19 +16,6 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from tests.gui.made_runs import made_run
 
 
-def test_what_work_is_given_of_a_run_does_not_change_with_it(small_recording):
-    run = made_run(open_recording(small_recording))
-    entry = entry_of_run(run, Path("run.npz"))
-    now, first = entry.now(), entry.frames[0]
-    del entry.frames[0]
-    entry.stored = None
-    assert [frame.frame for frame in now.ordered()] == list(range(8))
-    assert now.frames[0] is first
-    assert now.run() is run
-    assert len(entry.now().frames) == 7
-    assert entry.run() is None
-
-
 @pytest.mark.parametrize("known", [range(8), range(2, 6), range(5, 8), range(0)])
 def test_a_run_that_grows_is_judged_as_one_that_is_complete(small_recording, known):
     recording = open_recording(small_recording)

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from pathlib import Path
-from weakref import ref
 
-import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.track import keeping as keeper
-from app.session.judgement import judged
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
@@ -104,7 +100,7 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert len(hidden.frames) == 8
 
 
-def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot):
+def test_a_run_is_named_noted_removed_and_restored(tracking, qtbot):
     entry = finished(tracking, "run")
     settle(tracking, qtbot)
     panel = tracking.features.track.panel
@@ -120,32 +116,16 @@ def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot
     settle(tracking, qtbot)
     tracking.features.track.with_active(tracking.features.track.keeper.remove)
     assert (names(tracking), kept(tracking)) == ([], [])
-    tracking.context.session.edits.undo()
+    assert tracking.context.session.edits.to_undo() is None, "undo knows nothing of runs"
+    reopen(tracking, qtbot)
+    tracking.context.actions.refresh()
+    tracking.context.actions.action("restore_run").trigger()
     settle(tracking, qtbot)
     assert kept(tracking) == names(tracking) == ["with the coat"]
+    assert not tracking.features.track.keeper.removed
     assert len(tracking.context.session.runs.entries[0].frames) == 8
     assert panel.note.text() == "loses the hand"
-    tracking.context.session.edits.undo()
-    tracking.context.session.edits.undo()
-    assert names(tracking) == ["run"]
     assert sameness(tracking.context.session.runs.entries[0].run(), entry.run()).equal
-
-
-def test_runs_are_changed_in_the_window_s_thread_alone(tracking, qtbot, monkeypatch):
-    elsewhere = []
-
-    def change(entry, name, value):
-        if threading.current_thread() is not threading.main_thread():
-            elsewhere.append(name)
-        object.__setattr__(entry, name, value)
-
-    monkeypatch.setattr(RunEntry, "__setattr__", change)
-    finished(tracking, "run")
-    settle(tracking, qtbot)
-    reopen(tracking, qtbot)
-    (entry,) = tracking.context.session.runs.entries
-    assert (entry.kept, len(entry.frames)) == ("run", 8)
-    assert elsewhere == []
 
 
 def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, monkeypatch):
@@ -166,7 +146,6 @@ def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, mon
     settle(tracking, qtbot)
     assert tracking.context.session.runs.entries == (entry, other)
     assert (names(tracking), kept(tracking)) == (["with the coat", "another"],) * 2
-    assert tracking.context.session.edits.to_undo().words == "rename run run to with the coat"
 
 
 def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
@@ -248,31 +227,6 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     assert styles == {("c", "solid"), ("a", "dash"), ("b", "dot")}
 
 
-def test_figures_of_a_run_that_is_gone_are_not_shown_for_another_one(tracking):
-    """Memory is used again: a new run may lie where the old one was, with its name and length."""
-    truth = tracking.context.session.judging.truth
-    old, new = (
-        entry_of_run(
-            made_run(tracking.context.session.document.recording, off=off), Path("again.npz")
-        )
-        for off in (0.6, 0.1)
-    )
-
-    def figures(entry):
-        found = tracking.features.track._found((entry,), judged(entry.now(), truth))
-        return [row.cells[0].value for row in found.rows]
-
-    entry = replace(old)
-    before, place, gone = figures(entry), id(entry), ref(entry)
-    del entry
-    assert gone() is None
-    entry, missed = replace(new), []
-    while id(entry) != place and len(missed) < 1000:
-        missed.append(entry)
-        entry = replace(new)
-    assert figures(entry) == figures(new) != before
-
-
 def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     finished(tracking, "one")
     finished(tracking, "two", iterations=2, data_points=400)
@@ -293,24 +247,3 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     details.second.setCurrentIndex(0)
     assert details.words.text().startswith("No differences")
     details.close()
-
-
-def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
-    said = []
-    tracking.context.notifier.shown.connect(said.append)
-    track_quickly(tracking)
-    tracking.context.view_state.select(range(1, 3))
-    tracking.context.session.tracker.run_selection()
-    qtbot.waitUntil(lambda: tracking.context.session.track.entry is None, timeout=60_000)
-    settle(tracking, qtbot)
-    (first,) = tracking.context.session.runs.entries
-    assert tracking.context.actions.action("repeat_run").isEnabled()
-    tracking.context.actions.action("repeat_run").trigger()
-    assert "already" in tracking.features.track.why_not_repeat()
-    qtbot.waitUntil(lambda: any("bit-identical" in one.what for one in said), timeout=60_000)
-    settle(tracking, qtbot)
-    again = tracking.context.session.runs.entries[1]
-    assert again.name == f"{first.name} again"
-    assert kept(tracking) == [first.name, again.name]
-    assert sameness(first.run(), again.run()).equal
-    np.testing.assert_array_equal(again.numbers(), [1, 2])

@@ -60,18 +60,15 @@ def runner(tasks, small_recording, processes):
 
 @pytest.fixture
 def begin(runner):
-    """Function from trials to their entries, what is told of them, and their work."""
+    """Function from a trial to its entry, what is told of it, and its work."""
 
-    def made(*trials):
+    def made(one):
         told = []
-        entries = [
-            RunEntry("trial", "", each.settings, body_model(AVERAGE), each.stretch)
-            for each in trials
-        ]
-        work = runner.track("tracking", list(zip(entries, trials, strict=True)))
-        work.grown.connect(lambda grown: told.append([*grown.values()]))
+        entry = RunEntry("trial", "", one.settings, body_model(AVERAGE), one.stretch)
+        work = runner.track("tracking", entry, one)
+        work.grown.connect(told.append)
         work.ended.connect(lambda: told.append("ended"))
-        return entries, told, work
+        return entry, told, work
 
     return made
 
@@ -84,9 +81,12 @@ def trial(frames=range(2), **changes):
 def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, begin):
     trials = trial(), trial(range(1, 3), sigma_joint=25.0)
     assert "matching and points of 2 frames" in trials[0].work(runner.kept)
-    entries, told, _ = begin(*trials)
-    qtbot.waitUntil(lambda: "ended" in told)
-    assert sum(len(frames) for grown in told[:-1] for frames in grown) == 4
+    entries = []
+    for one in trials:
+        entry, told, _ = begin(one)
+        qtbot.waitUntil(lambda told=told: "ended" in told)
+        assert sum(map(len, told[:-1])) == 2
+        entries.append(entry)
     reader = FrameReader(runner._session.recording, colour=False)
     store = CloudStore(runner._session.recording, reader)
     for each, entry in zip(trials, entries, strict=True):
@@ -106,9 +106,9 @@ def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, be
 
 def test_what_is_cancelled_is_not_told_of(qtbot, tasks, begin):
     """A change of a parameter cancels."""
-    (early,), unheard, work = begin(trial(range(8)))
+    early, unheard, work = begin(trial(range(8)))
     work.cancel()
-    (late,), told, _ = begin(trial())
+    late, told, _ = begin(trial())
     qtbot.waitUntil(lambda: told[-1:] == ["ended"])
     qtbot.waitUntil(tasks.settled)
     assert (unheard, early.frames) == ([], {})
@@ -119,7 +119,7 @@ def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, tasks, begin
     failed = []
     tasks.failed.connect(failed.append)
     for right in (False, True):
-        (entry,), told, _ = begin(trial() if right else Trial(RunSpec(preset("thesis"), views=())))
+        entry, told, _ = begin(trial() if right else Trial(RunSpec(preset("thesis"), views=())))
         qtbot.waitUntil(lambda told=told: told[-1:] == ["ended"])
         assert bool(entry.frames) == right
     assert [type(error) for error in failed] == [InputError]
@@ -130,13 +130,13 @@ def test_a_process_that_is_killed_is_told_and_the_next_trials_are_done(
 ):
     failed = []
     tasks.failed.connect(failed.append)
-    (entry,), told, _ = begin(trial(range(8)))
+    entry, told, _ = begin(trial(range(8)))
     qtbot.waitUntil(lambda: bool(entry.frames))
     os.kill(processes.trials.pid, signal.SIGKILL)
     qtbot.waitUntil(lambda: told[-1:] == ["ended"])
     (error,) = failed
     assert isinstance(error, Lost)
     assert 0 < len(entry.frames) < 8
-    (entry,), told, _ = begin(trial())
+    entry, told, _ = begin(trial())
     qtbot.waitUntil(lambda: told[-1:] == ["ended"])
     assert list(entry.frames) == [0, 1]

@@ -3,16 +3,14 @@
 import os
 import signal
 import sys
-import threading
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune.presets import NameDialog
-from app.session import judgement
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
@@ -115,22 +113,6 @@ def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
     assert sorted(trials.entries[0].frames) == list(range(8))
 
 
-@unix
-def test_a_trial_takes_the_place_of_a_series(tuning, qtbot):
-    series, trials = tuning.features.tune.series, tuning.features.tune.trials
-    settings = tuning.context.session.track.settings
-    row = next(one for one in settings.rows() if one.name == "sigma_joint")
-    with standing_still(tuning):
-        series.begin(row, (10.0, 15.0, 20.0), settings)
-        typed(tuning, "sigma_joint", "25")
-        qtbot.waitUntil(lambda: trials.running is not None)
-        assert not series.running
-    qtbot.waitUntil(tuning.context.tasks.settled)
-    assert series.tried == (), "only values with frames stay"
-    (trial,) = trials.entries
-    assert len(trial.frames) == 8
-
-
 def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
     for text in ("20", "25", "30"):
         tried(tuning, qtbot, text=text)
@@ -167,17 +149,6 @@ def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
     )
 
 
-def test_a_run_is_named_by_its_preset_and_by_what_differs_from_it(opened):
-    track, fast = opened.context.session.track, preset("fast")
-    track.choose("fast", fast)
-    assert track.name_of(fast) == "fast"
-    other = fast.replaced(iterations=2, fit_shape=False)
-    assert track.name_of(other) == "fast, iterations 2, fit shape no"
-    runs = opened.context.session.runs
-    assert runs.next_name(track.name_of(other)) == "1: fast, iterations 2, fit shape no"
-    assert runs.free_name("iterations 2") == "iterations 2"
-
-
 def drawn(window):
     """How the curves of each run are drawn: width, whether solid, and how opaque."""
     plot = window.features.review.plot.plot
@@ -206,27 +177,6 @@ def test_the_chosen_trial_is_drawn_solid_and_thick_before_the_others(tuning, qtb
     assert looks[second][0] == looks["quick"][0] == 1.0
     assert "Green is lower" in tuning.features.tune.panel._colours.text()
     assert tuning.features.tune.panel._colours.isVisible(), "colours are explained where they are"
-
-
-def test_the_scene_is_seen_beside_the_parameters(tuning):
-    docks = tuning.context.docks
-    assert all(docks.is_seen(name) for name in ("scene", "parameters", "trials", "plot"))
-    assert docks.scene.is_seen()
-
-
-def test_parameters_open_at_the_last_one_touched(tuning, qtbot):
-    panel = tuning.features.tune.parameters
-    tried(tuning, qtbot)
-    assert tuning.context.settings.value("tune/parameter") == "sigma_joint"
-    line, port = panel.line("sigma_joint"), panel._scroll.viewport()
-
-    def top():
-        return line.mapTo(port, QPoint(0, 0)).y()
-
-    panel.search.setFocus()
-    panel.search.selectAll()
-    QTest.keyClick(panel.search, Qt.Key.Key_Delete)
-    qtbot.waitUntil(lambda: 0 <= top() < 20)
 
 
 def test_a_trial_becomes_the_run(tuning, qtbot):
@@ -272,32 +222,6 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
-def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
-    tuning.features.track.with_active(tuning.features.track.keeper.keep)
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    run = tuning.context.session.runs.active
-    assert run.kept == "quick"
-    before = tuning.context.session.track.settings
-    typed(tuning, "sigma_joint", "25")
-    tuning.context.actions.refresh()
-    undo = tuning.context.actions.action("undo")
-    assert undo.text() == "Undo Set sigma_joint to 25"
-    undo.trigger()
-    assert not undo.isEnabled()
-    tuning.context.session.edits.undo()
-    assert run in tuning.context.session.runs.entries
-    assert tuning.context.session.project.project.runs.names() == ("quick",)
-    assert tuning.context.session.track.settings == before
-    tuning.features.track.with_active(tuning.features.track.keeper.remove)
-    assert run not in tuning.context.session.runs.entries
-    tuning.context.actions.refresh()
-    assert undo.text() == "Undo Delete run quick"
-    undo.trigger()
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    assert tuning.context.session.project.project.runs.names() == ("quick",)
-    assert [entry.name for entry in tuning.context.session.runs.entries if entry.kept] == ["quick"]
-
-
 def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     tuning.features.tune.toggle_live()
     typed(tuning, "sigma_joint", "25")
@@ -312,68 +236,6 @@ def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     assert len(set(counts.values())) == 3
     assert tuning.features.tune.parameters.line("sigma_joint").is_changed
     tuning.features.tune.toggle_live()
-
-
-def test_the_table_is_written_again_only_when_it_says_something_else(tuning, monkeypatch):
-    tune, written = tuning.features.tune, []
-    monkeypatch.setattr(tune.panel, "show_table", lambda *what: written.append(what))
-    tune.trials.grew.emit()
-    tuning.context.session.document.frame_changed.emit(0)
-    assert not written
-    tune.trials.changed.emit()
-    assert written
-
-
-def test_values_of_one_parameter_beside_each_other(tuning, qtbot, monkeypatch):
-    panel, series = tuning.features.tune.series_panel, tuning.features.tune.series
-    threads, judge = set(), judgement.judged
-
-    def watched(*what):
-        threads.add(threading.current_thread())
-        return judge(*what)
-
-    monkeypatch.setattr(judgement, "judged", watched)
-    tuning.context.docks.dock("series").raise_()
-    panel.choose("sampling")
-    assert panel.low.isHidden()
-    assert panel.unit.text().startswith("each of: ")
-    panel.choose("sigma_joint")
-    assert not panel.low.isHidden()
-    panel.low.setText("5")
-    panel.high.setText("500")
-    QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
-    assert not series.running
-    assert "from 0.1 to 180 deg" in panel.words.text()
-    panel.high.setText("45")
-    panel.count.setValue(3)
-    panel.by_factors.setChecked(True)
-    QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
-    assert series.running
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=90_000)
-    assert [one.value for one in series.tried] == [5.0, 15.0, 45.0]
-    assert all(one.complete for one in series.tried)
-    best = series.best()
-    means = [one.summary.arms for one in series.tried]
-    assert best == int(np.argmin(means))
-    assert threads, "values are judged where runs are"
-    assert threading.main_thread() not in threads
-    assert [one.best for one in series.values()].count(True) == 1
-    run = tuning.context.session.runs.active
-    panel.slider.setFocus()
-    QTest.keyClick(panel.slider, Qt.Key.Key_Right)
-    assert series.shown == 1
-    assert tuning.context.session.runs.active is run
-    assert series.tried[1].entry in tuning.context.session.runs.entries
-    place = panel.plot.place_of(45.0, means[2])
-    view = panel.plot._plot.viewport()
-    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.mapFrom(panel.plot, place))
-    assert series.shown == 2
-    assert series.tried[1].entry not in tuning.context.session.runs.entries
-    tuning.features.tune.trials.live = False
-    QTest.mouseClick(panel.take, Qt.MouseButton.LeftButton)
-    assert tuning.context.session.track.settings.tracking.sigma_joint == 45.0
-    assert series.tried[2].entry not in tuning.context.session.runs.entries
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):

@@ -20,9 +20,7 @@ from PySide6.QtWidgets import (
 import app
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import NumberField, WholeNumberField
-from app.widgets.forms.series_panel import SeriesPanel
 from app.widgets.style.building import vbox
-from stereotrack_core.parameters import ParameterRow
 
 LOCALES = ("de_DE", "C", "fr_CH")
 
@@ -162,19 +160,6 @@ def test_a_dialog_is_not_accepted_with_a_number_that_was_refused(qtbot, shown):
     write(field, "26,5")
     QTest.keyClick(field, Qt.Key.Key_Return)
     assert taken == [25.0, 26.5]
-
-
-def test_the_range_of_a_series_reads_both_signs(qtbot, shown, locale):
-    panel, asked = SeriesPanel(), []
-    row = ParameterRow("gain", float, 1.0, "", 0.0, 9.0, (), "group", "Help.")
-    panel.row_chosen.connect(lambda _row: panel.set_value(1.0))
-    panel.set_rows([row])
-    panel.begin_requested.connect(lambda *what: asked.append(what[1:3]))
-    shown(panel)
-    write(panel.low, "0,5")
-    write(panel.high, "2.5")
-    QTest.keyClick(panel.high, Qt.Key.Key_Return)
-    assert asked == [(0.5, 2.5)]
 
 
 _PLAIN = re.compile(

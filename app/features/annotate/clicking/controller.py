@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 from PySide6.QtCore import QObject, Slot
 
@@ -15,7 +14,7 @@ from stereotrack_core.project.prefilling import accepted_sigma, set_accepted_sig
 
 from ....context import Context
 from ....services.stored import stored_text
-from ....session.edits import Moved, WindowEdit
+from ....session.edits import Moved
 from ....session.pictures import FittedBody
 from ....widgets.camera.click_marks import ClickAct
 from ....widgets.camera.overlays import LEADING
@@ -59,12 +58,10 @@ class SwapOffers:
         """The swap that a message offers; None where it is about something else."""
         return next((swap for swap, shown in self._shown.values() if shown == message), None)
 
-    def decline(self, swap: Swap, *, declined: bool) -> Message | None:
-        """Do not offer this again, or offer it again; the message that holds no longer."""
-        key = _key(swap)
-        (self._declined.add if declined else self._declined.discard)(key)
-        shown = self._shown.pop(key, None)
-        return shown[1] if shown is not None else None
+    def decline(self, swap: Swap) -> None:
+        """Do not offer this again."""
+        self._declined.add(_key(swap))
+        self._shown.pop(_key(swap), None)
 
     def _message(self, swap: Swap, views: Mapping[str, str]) -> Message:
         names = [name.replace("_", " ") for name in (swap.first, swap.second)]
@@ -209,20 +206,11 @@ class ClickController(QObject):
 
     @Slot(object)
     def _on_dismissed(self, message: Message) -> None:
-        """Do not offer a swap again that a person has dismissed; an edit."""
+        """Do not offer a swap again that a person has dismissed."""
         swap = self._offers.swap_of(message)
         if swap is not None:
-            names = f"{swap.first} and {swap.second}".replace("_", " ")
-            words = f"dismiss swap of {names}, frame {swap.frame}"
-            put = partial(self._put_declined, swap)
-            edit = WindowEdit(words, put, False, True, "annotate", "landmarks", swap.frame)
-            self._session.edits.do(edit)
-
-    def _put_declined(self, swap: Swap, declined: bool) -> None:
-        message = self._offers.decline(swap, declined=declined)
-        if message is not None:
-            self._context.notifier.take_back(message)
-        self._show_offers()
+            self._offers.decline(swap)
+            self._show_offers()
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None

@@ -20,7 +20,6 @@ from stereotrack_core.tracking.stored import shape_of_meta
 from ....context import Context
 from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
-from ....session.edits import WindowEdit
 from ....session.runs import RunEntry
 from ..clicking.clicked_frames import ClickedFrames
 
@@ -178,7 +177,7 @@ class Retracking(QObject):
         )
 
     def _take(self, before: RunEntry, stretch: range, found: Retracked, run: Run) -> None:
-        """Show the run with the stretch in its place; an edit of the window."""
+        """Show the run with the stretch in its place, and hide the run as it was."""
         runs = self._session.runs
         if before not in runs.entries:
             return
@@ -189,36 +188,13 @@ class Retracking(QObject):
             name, before.preset, before.settings, before.body, before.wanted, frames,
             stored=run, wall_seconds=before.wall_seconds,
         )  # fmt: skip
-
-        def put(there: bool) -> None:
-            self._put(entry, before, there=there)
-
-        words = f"re-track {frames_in_words(stretch)} around the clicks"
-        frame = self._session.document.frame
-        self._session.edits.do(WindowEdit(words, put, False, True, frame=frame, is_data=True))
+        runs.add(entry)
+        runs.show(before, visible=False)
         mended = len(found.mended)
         self._context.notifier.say(
             f"Tracked again: {frames_in_words(stretch)}, {mended} of them followed backwards from "
-            "clicks. Undo shows the run as it was."
+            f"clicks. The run as it was is hidden: {before.name}."
         )
-
-    def _put(self, entry: RunEntry, before: RunEntry, *, there: bool) -> None:
-        runs, project = self._session.runs, self._session.project.project
-        if there:
-            if entry in runs.entries:
-                return
-            entry.kind = "run"
-            runs.add(entry)
-            runs.show(before, visible=False)
-            return
-        entry.kind = "trial"  # nobody keeps it any more
-        runs.remove(entry)
-        name, entry.kept, entry.facts = entry.kept, "", None
-        if name and project is not None:
-            project.let_run_go(name)
-        runs.show(before, visible=True)
-        if before in runs.entries:
-            runs.activate(before)
 
     @Slot()
     def cancel(self) -> None:

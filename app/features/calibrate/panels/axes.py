@@ -1,4 +1,4 @@
-"""Sixth step: what says where up, north and the origin are."""
+"""Fifth step: what says where up, north and the origin are."""
 
 from __future__ import annotations
 

@@ -25,26 +25,24 @@ from .axes import AxesPage
 from .board import BoardPage
 from .ending import SavePage
 from .points import PointsPanel
-from .results import LensesPage, PairsPage, PicturesPage, WorldPage
+from .results import LensesPage, PicturesPage, WorldPage
 
 _DO: dict[StepName, tuple[str, str]] = {
     "board": ("Recognise the board", "Recognise again"),
     "pictures": ("Find the board", "Search again"),
     "lenses": ("Calculate the lenses", "Calculate again"),
-    "pairs": ("Place the pairs", "Calculate again"),
     "world": ("Place all cameras", "Calculate again"),
 }
 _NEXT: dict[StepName, str] = {
     "pictures": "Next: find the board",
     "lenses": "Next: lenses",
-    "pairs": "Next: pairs",
     "world": "Next: all cameras",
     "axes": "Next: axes and floor",
     "save": "Next: save",
 }
 
 
-_SCROLLED: frozenset[StepName] = frozenset({"board", "pairs", "axes", "save"})
+_SCROLLED: frozenset[StepName] = frozenset({"board", "axes", "save"})
 """Steps with more than a small window has room for; the others have lists that scroll."""
 
 
@@ -67,15 +65,15 @@ class CalibrationPage(QWidget):
         self.steps, self.verdict = StepList("Steps of the calibration"), VerdictBox()
         self.picture, self.coverage, self.scene = BoardPicture(), CoverageMap(), SceneView()
         self.board, self.pictures = BoardPage(calibration), PicturesPage(calibration)
-        self.lenses, self.pairs = LensesPage(calibration), PairsPage(calibration)
+        self.lenses = LensesPage(calibration)
         self.world, self.axes, self.save = (
             WorldPage(calibration), AxesPage(calibration, aligning), SavePage(calibration),
         )  # fmt: skip
         self.points = PointsPanel(aligning)
-        self.pages: dict[StepName, BoardPage | PicturesPage | LensesPage | PairsPage | WorldPage
+        self.pages: dict[StepName, BoardPage | PicturesPage | LensesPage | WorldPage
                          | AxesPage | SavePage] = {
             "board": self.board, "pictures": self.pictures, "lenses": self.lenses,
-            "pairs": self.pairs, "world": self.world, "axes": self.axes, "save": self.save,
+            "world": self.world, "axes": self.axes, "save": self.save,
         }  # fmt: skip
         self._lay_out()
         self.steps.chosen.connect(calibration.show)

@@ -1,4 +1,4 @@
-"""Steps whose results are tables: pictures, lenses, pairs, all cameras."""
+"""Steps whose results are tables: pictures, lenses, all cameras."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ....widgets.style.building import choice, hbox, label, label_of, scrolled, 
 from ....widgets.tables.picture_tree import PictureTree
 from ....widgets.tables.plain import PlainTable
 from ..controller import CalibrationController
-from ..shown import camera_rows, pair_table, short_lens_table
+from ..shown import camera_rows, short_lens_table
 from ..state import Calibration
 
 _ABOUT_MODEL = (
@@ -121,23 +121,6 @@ class LensesPage(QWidget):
         fit = self._calibration.state.fits.get(camera)
         if fit is not None and len(fit.sightings):
             self._calibration.choose(camera, int(fit.sightings.frames[0]))
-
-
-class PairsPage(QWidget):
-    """A row per pair of cameras."""
-
-    def __init__(self, _calibration: CalibrationController) -> None:
-        super().__init__()
-        self.table = PlainTable("Pairs")
-        words = (
-            "Each pair is placed alone, with the lenses as they are. Rows: by how much the rows of "
-            "the rectified images of a stereo camera differ; matching needs less than half a pixel."
-        )
-        self.setLayout(vbox(self.table, label(words, "muted"), None))
-
-    def show_state(self, state: Calibration) -> None:
-        """Show the pairs."""
-        self.table.show_table(pair_table(state))
 
 
 class WorldPage(QWidget):
