@@ -30,7 +30,6 @@ class Drawings:
             ("curves", review.plot.plot, "set_curves"),
             ("failures", review.failures.panel, "show_rows"),
             ("statistics", review.panels.statistics, "show_statistics"),
-            ("explanations", review.panels.explanations, "show_content"),
             ("angles", review.panels.angles, "show_curves"),
         ):
             self.count[name] = 0

@@ -22,12 +22,10 @@ from stereotrack_core.tables import csv_text
 from ...context import Context
 from ...session.runs import RunEntry
 from ...widgets.forms.form_dialog import ask_to_save
-from ...widgets.plots.cloud_plot import CloudPlot
 from ...widgets.plots.limb_plots import AnglePlot
 from ...widgets.tables.panels import MotionTable
 from ...widgets.tables.trees import StatisticsPanel
 from . import limb_numbers
-from .explaining import KINDS, RunCircumstances, content_of
 from .joint_angles import (
     COLUMNS,
     QUANTITIES,
@@ -46,25 +44,22 @@ _TABLES = "Tables (*.csv)"
 
 
 class ReviewController(QObject):
-    """Fills statistics, explanations and joint angles; only those that are seen."""
+    """Fills statistics and joint angles; only those that are seen."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session, self._state = context, context.session, context.view_state
         session, tasks = context.session, context.tasks
         self.statistics, self.motion = StatisticsPanel(), MotionTable(CUT_OFF_HZ)
-        self.explanations, self.angles = CloudPlot(KINDS), AnglePlot(choices(), QUANTITIES)
+        self.angles = AnglePlot(choices(), QUANTITIES)
         docks = context.docks
         docks.add("statistics", "Statistics", self.statistics)
-        # these share the place of the plot of errors, and say by themselves what they show
-        docks.add("explanations", "Error analysis", self.explanations, titled=False)
+        # this shares the place of the plot of errors, and says by itself what it shows
         docks.add("angles", "Joint angles", self.angles, titled=False)
         docks.add("motion", "Motion", self.motion)
         self._run_angles = RunAngles(session.runs, tasks, lambda: session.track.entry)
-        self._circumstances = RunCircumstances(tasks, lambda: session.track.entry)
         self._shows = {
             "statistics": self._show_statistics,
-            "explanations": self._show_explanations,
             "angles": self._show_angles,
             "motion": self._show_angles,
         }
@@ -76,11 +71,9 @@ class ReviewController(QObject):
 
     def _connect(self) -> None:
         session, angles, timeline = self._session, self.angles, self._context.docks.timeline
-        for plot in (self.explanations, angles):
-            plot.frame_requested.connect(session.document.visit)
+        angles.frame_requested.connect(session.document.visit)
         for panels, changes in (
             (("statistics",), (self._state.threshold_changed,)),
-            (("explanations",), (self.explanations.kind_chosen, self._circumstances.views.changed)),
             (("angles", "motion"), (
                 angles.chosen, self._run_angles.known.changed, self.motion.cut_off_changed,
             )),
@@ -160,17 +153,6 @@ class ReviewController(QObject):
             limb_numbers.columns(self._state.threshold, judgement.measure),
             limb_numbers.groups(numbers),
         )
-
-    def _show_explanations(self) -> None:
-        recording, kind = self._session.document.recording, self.explanations.kind_key
-        if recording is None:
-            return
-        judgements = self._session.judging.all()
-        explained = self._circumstances.explained(
-            self._entries(), judgements, recording, with_views=kind == "views"
-        )
-        content = content_of(kind, explained, self._state.selection)
-        self.explanations.show_content(content)
 
     def _moved(self) -> list[Moved]:
         recording = self._session.document.recording

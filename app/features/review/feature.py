@@ -24,7 +24,7 @@ class Review:
     plot: ErrorCurves
     failures: FailureController
     panels: ReviewController
-    """Statistics, explanations and joint angles."""
+    """Statistics and joint angles."""
 
 
 def register(context: Context) -> Review:
@@ -40,7 +40,7 @@ def register(context: Context) -> Review:
                 ("scene",),
                 ("failures", "statistics", "numbers", "comparison", "motion", "runs"),
             ),
-            bottom=(("plot", "explanations", "angles"), "timeline"),
+            bottom=(("plot", "angles"), "timeline"),
             side_share=0.37,
             bottom_shares=(0.27, 0.16),
             side_heights=(1, 2),
