@@ -164,7 +164,7 @@ def test_the_last_click_stays_in_hand_whatever_has_the_focus(annotating, qtbot):
     x, y = clicked[place].position
     lists = (
         *(features.clicking.landmarks.table, features.panels.next_panel.tree),
-        *(features.panels.history_panel.tree, annotating.context.docks.timeline),
+        annotating.context.docks.timeline,
     )
     for widget in (view(annotating, "S"), *lists):
         widget.setFocus()
@@ -193,7 +193,7 @@ def test_single_keys_work_whatever_list_has_the_focus(annotating, qtbot):
     annotating_ = features.clicking.annotating
     for widget in (
         *(features.clicking.landmarks.table, features.panels.next_panel.tree),
-        *(features.panels.history_panel.tree, annotating.context.docks.timeline),
+        annotating.context.docks.timeline,
     ):
         point_and_click(annotating, 200.0, 150.0)
         widget.setFocus()

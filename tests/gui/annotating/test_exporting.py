@@ -108,7 +108,7 @@ def test_landmark_sets_are_exported_changed_in_a_text_editor_and_imported(stage,
     assert project.landmark_set().names == (*NINE.names, "sternum")
     file.write_text(more.replace("#112233", "red"), encoding="utf-8")
     stage.dialogs.import_landmarks(file)
-    assert "#rrggbb" in stage.problems[-1].sentence
+    assert "#rrggbb" in stage.problems[-1].sentence()
     file.write_text(text, encoding="utf-8")
     stage.dialogs.import_landmarks(file)
     assert project.landmark_set() == NINE

@@ -34,13 +34,11 @@ def lane(stage, name):
     return next(one.values for one in stage.timeline.lanes if one.id == name)
 
 
-def test_an_edit_is_seen_in_lanes_history_and_progress(qtbot, project, stage, make):
+def test_an_edit_is_seen_in_lanes_and_progress(qtbot, project, stage, make):
     assert lane(stage, "head")[10] == Mark.CLICKED
     assert stage.panels.bar.progress.text() == "216 clicks, no keyframes set"
     project.apply(PlaceClicks(make.clicks_at([15])))
     assert lane(stage, "head")[15] == Mark.CLICKED
-    first = stage.panels.history_panel.model.index(0, 0).data()
-    assert first == "place 9 landmarks in 4 cameras, frame 15"
     qtbot.waitUntil(lambda: stage.panels.bar.progress.text().startswith("252 clicks"))
 
 
@@ -83,21 +81,6 @@ def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
     assert lane(stage, "head")[33] == Mark.GAP
 
 
-def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
-    select(qtbot, stage, 8, 22)
-    stage.timeline.customContextMenuRequested.emit(QPoint(300, 60))
-    menu = stage.panels.bar.selection_menu
-    assert menu.isVisible()
-    texts = [action.text() for action in menu.actions() if action.text()]
-    assert texts[:11] == [
-        *("Interpolate", "Propose landmarks", "Fill from the fit", "Fill from the active run"),
-        *("Fill from keypoints", "Fill from detector"),
-        *("Accept proposals", "Accept points from the fit"),
-        *("Accept points from the active run", "Accept points from keypoints", "Clear clicks"),
-    ]
-    menu.hide()
-
-
 def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage):
     went = []
     stage.panels.click_requested.connect(lambda *where: went.append(where))
@@ -134,16 +117,6 @@ def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
     assert np.isnan(after[21])
     project.undo()
     assert lane(stage, "head px")[20] == pytest.approx(before)
-
-
-def test_a_click_in_the_history_goes_back(qtbot, project, stage):
-    for frame in (1, 2, 3):
-        project.apply(SetKeyframes((frame,)))
-    tree = stage.panels.history_panel.tree
-    area = tree.visualRect(tree.model().index(2, 0))
-    qtbot.mouseClick(tree.viewport(), LEFT, pos=area.center())
-    qtbot.waitUntil(lambda: not stage.panels.history.jumping)
-    assert [one.frame for one in project.marks.keyframes()] == [1]
 
 
 def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
@@ -288,13 +261,6 @@ def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
     assert stage.heard[-1].startswith("Done: flag frame 0 and 1999 more, as gap")
 
 
-def test_a_lane_that_is_clicked_chooses_its_landmark(qtbot, stage):
-    row = 2 * stage.timeline.lane_height + RULER_HEIGHT + 5
-    with qtbot.waitSignal(stage.panels.landmark_chosen) as caught:
-        qtbot.mouseClick(stage.timeline.viewport(), LEFT, pos=QPoint(30, row))
-    assert caught.args == [NINE.names[2]]
-
-
 def test_commands_have_words_and_say_why_not(stage):
     stage.panels.set_project(None, None, 0)
     stage.book.refresh()
@@ -317,9 +283,9 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         assert lane(stage, "head")[10] == Mark.CLICKED
         stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
         stage.book.refresh()
-        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "import"):
+        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "landmarks"):
             assert not stage.book.action(f"annotate-{name}").isEnabled(), name
-        for name in ("agreement", "export", "subject", "landmarks"):
+        for name in ("agreement", "export", "subject", "landmarks-export"):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name
         stage.dialogs.show_subjects()
         assert not stage.findChild(SubjectDialog).accept_button.isEnabled()

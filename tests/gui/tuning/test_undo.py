@@ -299,31 +299,6 @@ def test_the_annotator_and_the_initial_pose_are_undone(still):
     assert session.tracker.first_pose == pose
 
 
-def test_the_history_panel_shows_the_same_and_goes_anywhere_in_it(still, qtbot):
-    before = sigma(still)
-    clicked(still, 1)
-    typed(still, "sigma_joint", "25")
-    clicked(still, 2)
-    still.context.docks.show_named("annotate")
-    still.context.docks.bring_up("history")
-    panel, history = still.features.annotate.panels.history_panel, still.features.annotate.panels
-    texts = [panel.model.index(row, 0).data() for row in range(4)]
-    one, two = (f"place left elbow in N_right, frame {frame}" for frame in (1, 2))
-    assert texts == [two, "set sigma_joint to 25", one, "before the first edit"]
-
-    def choose(row):
-        area = panel.tree.visualRect(panel.model.index(row, 0))
-        QTest.mouseClick(panel.tree.viewport(), Qt.MouseButton.LeftButton, pos=area.center())
-        qtbot.waitUntil(lambda: not history.history.jumping)
-        clicks = still.context.session.project.project.clicks
-        return sigma(still), clicks.frames().tolist()
-
-    assert choose(2) == (before, [1])
-    assert choose(1) == (25.0, [1])
-    assert choose(3) == (before, [])
-    assert choose(0) == (25.0, [1, 2])
-
-
 def test_closing_the_recording_ends_what_no_project_stores(still, qtbot):
     folder = still.context.session.document.recording.folder
     clicked(still, 3)
