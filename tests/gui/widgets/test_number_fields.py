@@ -20,9 +20,7 @@ from PySide6.QtWidgets import (
 import app
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import NumberField, WholeNumberField
-from app.widgets.forms.series_panel import SeriesPanel
 from app.widgets.style.building import vbox
-from stereotrack_core.parameters import ParameterRow
 
 LOCALES = ("de_DE", "C", "fr_CH")
 
@@ -109,12 +107,6 @@ def test_a_whole_number_has_no_sign_in_it(form, locale, tracking):
     assert form.whole.refusal == ""
 
 
-def test_large_numbers_are_shown_without_groups(form, locale):
-    form.number.setValue(12345.5)
-    form.whole.setValue(12345)
-    assert (form.number.text(), form.whole.text()) == ("12345.50 mm", "frame 12345")
-
-
 @pytest.mark.parametrize("digits", [0, 2])
 def test_a_stored_number_that_nobody_changes_is_kept_in_full(form, digits):
     field, stored = (
@@ -131,17 +123,6 @@ def test_a_stored_number_that_nobody_changes_is_kept_in_full(form, digits):
     write(field, "284,25")
     form.other.setFocus()
     assert (field.stored(), field.text()) == (0.28425, "284.25")
-
-
-def test_steps_and_values_of_the_program_are_what_a_refused_text_gives_way_to(form):
-    form.number.stepUp()
-    write(form.number, "1.2.3")
-    form.other.setFocus()
-    assert form.number.value() == 26.0
-    form.number.setValue(30.0)
-    write(form.number, "1.2.3")
-    form.other.setFocus()
-    assert form.number.value() == 30.0
 
 
 def test_a_dialog_is_not_accepted_with_a_number_that_was_refused(qtbot, shown):
@@ -162,19 +143,6 @@ def test_a_dialog_is_not_accepted_with_a_number_that_was_refused(qtbot, shown):
     write(field, "26,5")
     QTest.keyClick(field, Qt.Key.Key_Return)
     assert taken == [25.0, 26.5]
-
-
-def test_the_range_of_a_series_reads_both_signs(qtbot, shown, locale):
-    panel, asked = SeriesPanel(), []
-    row = ParameterRow("gain", float, 1.0, "", 0.0, 9.0, (), "group", "Help.")
-    panel.row_chosen.connect(lambda _row: panel.set_value(1.0))
-    panel.set_rows([row])
-    panel.begin_requested.connect(lambda *what: asked.append(what[1:3]))
-    shown(panel)
-    write(panel.low, "0,5")
-    write(panel.high, "2.5")
-    QTest.keyClick(panel.high, Qt.Key.Key_Return)
-    assert asked == [(0.5, 2.5)]
 
 
 _PLAIN = re.compile(
