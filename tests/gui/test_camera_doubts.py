@@ -39,13 +39,6 @@ def rig_tips(window):
     return {row.text(0): row.toolTip(0) for row in rows if row.toolTip(0)}
 
 
-def test_clicks_that_agree_accuse_no_camera(four, qtbot):
-    place(four, qtbot, true_clicks(four, range(3)))
-    assert four.context.session.cameras.now is None
-    assert four.messages.message is None
-    assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
-
-
 def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     clicks = true_clicks(four, range(3), "O_right", (32.0, 24.0))
     place(four, qtbot, clicks)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.session.comparison import compared, shown_beside_each_other
+from app.session.comparison import compared
 from app.session.judgement import judged
 from app.session.runs import RunEntry, frames_of_run
 from app.session.truth import recorded_truth
@@ -108,23 +108,6 @@ def test_without_a_reference_it_is_told_how_far_runs_are_apart():
     assert apart.cells[1].value > 1.0
 
 
-def test_only_runs_that_are_shown_are_compared(truth):
-    a, b = entry("a", stored(0.04)), entry("b", stored(0.02))
-    judgements = {one: judged(one.now(), truth) for one in (a, b)}
-    assert shown_beside_each_other((b, a), a, judgements) == (a, b)
-    b.visible = False
-    assert shown_beside_each_other((a, b), a, judgements) == (a,)
-    assert shown_beside_each_other((a, b), a, {}) == ()
-    assert shown_beside_each_other((), None, judgements) == ()
-
-
-def test_runs_without_a_common_frame_say_so(truth):
-    entries = [entry("a", stored(0.04, 0, 20)), entry("b", stored(0.02, 20, 40))]
-    found = compared(entries, judged(entries[0].now(), truth), None)
-    assert found.words.startswith("The runs and the reference have no frame in common")
-    assert found.rows == ()
-
-
 @pytest.mark.window
 def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     apply_theme(qapp, "dark")
@@ -152,15 +135,3 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     panel.show_numbers("", (), ())
     assert panel.table.isHidden()
     assert panel._colours.isHidden(), "nothing is coloured"
-
-
-@pytest.mark.window
-def test_two_runs_with_long_names_fit_a_narrow_panel(shown):
-    panel = shown(ComparisonPanel(), 480, 300)
-    cell = ComparedCell(106.0, -21.5, -22.0, -11.0, True, "b is better by 21.5 deg (11 to 22)")
-    row = ComparedRow("left_upper_arm", "left upper arm [°]", (ComparedCell(127.5), cell))
-    panel.show_numbers("words", ("a-name-of-a-run-that-is-long", "another-such-name"), (row,))
-    assert panel.table.isColumnHidden(4)
-    assert panel.table.horizontalHeader().length() <= panel.table.viewport().width()
-    panel.resize(900, 300)
-    assert not panel.table.isColumnHidden(4)

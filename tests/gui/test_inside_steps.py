@@ -7,8 +7,7 @@ import pytest
 
 from app.features.inspect.contents import content_of
 from app.features.inspect.drawing import drawing_of
-from app.features.inspect.numbers import states_of
-from app.features.inspect.steps import name_of, same_step, steps_of
+from app.features.inspect.steps import name_of, steps_of
 from app.widgets.style.colours import SHADES, shade_of
 from stereotrack_core.tracking.inspection import look_inside
 from tests.tracking.test_trace import followed
@@ -79,15 +78,6 @@ def test_the_map_says_the_numbers_it_shows(traces):
     assert any("° mm" in end for end in covariance.ends)
 
 
-def test_states_are_told_in_degrees_and_millimetres(traces):
-    trace, _ = traces["thesis"]
-    rows = contents(trace, "correct")[0].tables[-1].rows
-    before, after = trace.corrections[0].prior.sigma, trace.corrections[0].after.sigma
-    assert rows[0][1] == f"{1e3 * before[0]:.2f} mm"
-    assert rows[6][2] == f"{np.degrees(after[6]):.2f} °"
-    assert [state.unit for state in states_of(trace.state_names)][:4] == ["mm", "mm", "mm", "°"]
-
-
 def test_what_pulls_adds_up_to_the_correction(traces):
     trace, _ = traces["fast"]
     correction = trace.corrections[-1]
@@ -96,15 +86,6 @@ def test_what_pulls_adds_up_to_the_correction(traces):
     assert names[:2] == ["measured points", "prior (prediction)"]
     points = correction.gain @ correction.points.residual
     assert table.rows[0][1] == f"{1e3 * np.linalg.norm(points[:3]):.1f} mm"
-
-
-def test_the_same_step_is_found_in_another_frame(traces):
-    steps = steps_of(traces["thesis"][0])
-    others = steps_of(traces["fast"][0])
-    for step in steps[:6]:
-        other = others[same_step(others, step)]
-        assert (other.kind, other.correction) == (step.kind, step.correction)
-    assert same_step(steps, others[-2]) == len(steps) - 1, "a search has no counterpart"
 
 
 def test_shades_go_from_inside_to_outside():

@@ -121,18 +121,6 @@ def test_mixed_up_sides_are_offered_to_be_exchanged(annotating, qtbot):
     assert "swap" in undo_words(annotating)
 
 
-def test_overlays_are_switched_one_by_one(annotating, qtbot):
-    annotate_all(annotating, qtbot, {("N", "left_hand"): (12.0, 9.0)})
-    camera = view(annotating)
-    for name in ("clicks", "predictions", "epipolar", "residuals", "fit"):
-        with_it = camera.grab().toImage()
-        annotating.context.actions.action(f"overlay_{name}").trigger()
-        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
-        assert camera.grab().toImage() != with_it, name
-        annotating.context.actions.action(f"overlay_{name}").trigger()
-        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
-
-
 def test_a_click_is_painted_where_it_was_placed(annotating, qtbot):
     key(annotating, Qt.Key.Key_4)
     click(annotating, 200.0, 150.0)

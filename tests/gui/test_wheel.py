@@ -11,9 +11,7 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QDateEdit,
-    QInputDialog,
     QLineEdit,
-    QScrollArea,
     QScrollBar,
     QSlider,
     QTabBar,
@@ -124,54 +122,3 @@ def test_a_field_that_was_clicked_or_tabbed_into_is_turned(page):
         before = value_of(field)
         turn(field)
         assert value_of(field) == before, "it was left"
-
-
-def test_the_focus_alone_is_not_enough(page):
-    """The first field of a dialog has it, and the one that a program goes to."""
-    for field in page.fields:
-        field.setFocus()
-        before = value_of(field)
-        turn(field)
-        assert value_of(field) == before
-
-
-def test_a_word_that_was_just_chosen_stays_when_the_page_is_scrolled(page):
-    combo = next(one for one in page.fields if isinstance(one, QComboBox))
-    page.ensureWidgetVisible(combo)
-    QTest.mouseClick(combo, LEFT)
-    QTest.keyClick(combo.view(), Qt.Key.Key_Down)
-    QTest.keyClick(combo.view(), Qt.Key.Key_Return)
-    assert combo.currentIndex() == 1
-    turn(combo)
-    assert combo.currentIndex() == 1
-
-
-def test_fields_that_qt_makes_for_itself_are_under_the_rule(opened, qtbot):
-    dialog = QInputDialog(opened)
-    dialog.setComboBoxItems(["a", "b", "c"])
-    dialog.open()
-    combo = dialog.findChild(QComboBox)
-    qtbot.waitExposed(dialog)
-    turn(combo)
-    chosen = combo.currentIndex()
-    dialog.close()
-    dialog.deleteLater()
-    assert chosen == 0
-
-
-def test_the_calibration_page_scrolls_over_its_fields(opened, qtbot):
-    docks = opened.context.docks
-    docks.show_named("calibrate")
-    opened.resize(1280, 600)
-    qtbot.waitUntil(opened.context.tasks.settled)
-    square = next(one for one in fields_in(opened) if one.accessibleName() == "Side of a square")
-    area = square
-    while not isinstance(area, QScrollArea):
-        area = area.parentWidget()
-    bar = area.verticalScrollBar()
-    qtbot.waitUntil(lambda: bar.maximum() > 0)
-    area.ensureWidgetVisible(square)
-    before, at = square.text(), bar.value()
-    turn(square, 2 if at else -2)
-    assert square.text() == before
-    assert bar.value() != at

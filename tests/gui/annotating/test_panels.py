@@ -139,14 +139,6 @@ def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
     assert stage.timeline.frame == 0  # where one was before
 
 
-def test_lanes_grow_while_frames_are_counted(qtbot, stage):
-    for count in (80, 100, 120):
-        stage.panels.set_frame_count(count)
-    assert len(lane(stage, "head")) == FRAMES
-    settled(qtbot, stage)
-    assert len(lane(stage, "head")) == 120
-
-
 def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
     chosen = LaneFilter(frozenset({"landmarks"}), frozenset({"head"}))
     stage.panels.bar._change(chosen)
@@ -241,24 +233,6 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     assert project.clicks.count() == 252
     project.undo()
     assert project.clicks.count() == 216
-
-
-def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_path):
-    stage.dialogs.merge(project.path)
-    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
-    assert "this project is already open" in str(stage.problems[0])
-
-
-def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
-    stage.timeline.set_range(2000, 10.0)
-    stage.panels.set_frame_count(2000)
-    settled(qtbot, stage)
-    stage.timeline.set_selection(range(2000))
-    stage.trigger("gap")
-    assert stage.tasks.tasks  # it is being done
-    settled(qtbot, stage)
-    assert lane(stage, "head")[1999] == Mark.GAP
-    assert stage.heard[-1].startswith("Done: flag frame 0 and 1999 more, as gap")
 
 
 def test_commands_have_words_and_say_why_not(stage):
