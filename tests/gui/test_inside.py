@@ -78,9 +78,7 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
             assert len(overlay.inside.ghosts) > 50
         if inside.step.kind == "points":
             assert overlay.inside.dots
-        assert page.heat.isVisibleTo(page.widget()) == (
-            inside.step.kind in {"predict", "cross", "correct"}
-        )
+        assert page.heat.isVisibleTo(page.widget()) == (inside.step.kind == "cross")
         if inside.at_end:
             break
         QTest.keyClick(window, Qt.Key.Key_F7)

@@ -15,12 +15,10 @@ def view(shown):
     made = HeatMapView()
     made.show_map(
         HeatMap(
-            "Correlation",
             ("torso x", "head α"),
             (("torso", "torso", 2), ("head", "head", 2)),
             VALUES,
             lambda row, column: f"row {row} column {column}",
-            ("correlation 1",),
         )
     )
     return shown(made, 400, 160)
