@@ -29,7 +29,6 @@ class Drawings:
             ("curves", review.plot.plot, "set_curves"),
             ("failures", review.failures.panel, "show_rows"),
             ("statistics", review.panels.statistics, "show_statistics"),
-            ("angles", review.panels.angles, "show_curves"),
         ):
             self.count[name] = 0
             monkeypatch.setattr(part, method, self._counted(name, getattr(part, method)))

@@ -1,18 +1,15 @@
-"""The Review workspace: statistics and joint angles follow runs and selection."""
+"""The Review workspace: statistics follow runs and selection."""
 
 from __future__ import annotations
 
 import csv
 from io import StringIO
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtTest import QTest
 
-from stereotrack_core.interop.run_npz import write_npz
-from tests.gui.made_runs import add_run, made_run
+from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
 
@@ -37,7 +34,7 @@ def show(window, qtbot, name):
 
 
 def settle(window, qtbot):
-    window.features.review.panels.show_soon(("statistics", "angles", "motion"))
+    window.features.review.panels.show_soon()
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
@@ -86,52 +83,6 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
     assert (tmp_path / "numbers.csv").read_text() == text
     reviewing.features.review.panels.save_statistics(tmp_path / "nowhere" / "numbers.csv")
     assert reviewing.messages.message is not None  # in words, not as a traceback
-
-
-def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot, tmp_path):
-    show(reviewing, qtbot, "angles")
-    for _ in range(4):
-        settle(reviewing, qtbot)
-    panels = reviewing.features.review.panels
-    plot = panels.angles
-    plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
-    settle(reviewing, qtbot)
-    (left, _), timeline = plot._box.viewRange()[0], reviewing.context.docks.timeline
-    assert left == pytest.approx(timeline.scale.first - 0.5)
-    x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(4.0, 0.0))).x()
-    assert x == pytest.approx(timeline.scale.x_of(4.5), abs=4)  # a frame stands over its own
-    styles = {(curve.name, curve.style) for curve in plot.shown_curves}
-    assert styles == {("good", "solid"), ("wild", "dash"), ("reference", "reference")}
-    good = next(c for c in plot.shown_curves if c.name == "good")
-    assert np.isfinite(good.sigma).all()
-    assert good.value == pytest.approx(90, abs=20)  # the T pose
-    plot.quantity.setCurrentIndex(plot.quantity.findData("velocity"))
-    settle(reviewing, qtbot)
-    assert "cut-off 4 Hz" in plot.words.words
-    assert panels.motion.cut_off.value() == 4.0  # 0.4 of ten frames per second
-    assert np.abs(plot.shown_curves[0].value).max() < 30
-    show(reviewing, qtbot, "motion")
-    reviewing.context.docks.dock("plot").raise_()
-    table, model = panels.motion.table, panels.motion.model
-    row = [one[0].text for one in model.rows].index("right elbow flexion")
-    assert "±" in model.cell(row, 1).text
-    table.scrollTo(model.index(row, 0))
-    rect = table.visualRect(model.index(row, 0))
-    QTest.mouseClick(table.viewport(), LEFT, pos=rect.center())
-    assert plot.angle_key == "elbow_flexion"
-    qtbot.waitUntil(plot.isVisible, timeout=5_000)  # it comes to the front
-    assert reviewing.features.review.panels.why_no_angles() == ""
-    reviewing.features.review.panels.save_angles(tmp_path / "angles.csv")
-    rows = list(csv.DictReader(StringIO((tmp_path / "angles.csv").read_text())))
-    assert [row["frame"] for row in rows] == [str(i) for i in range(8)]
-    # a stored run of one frame has no velocities, and breaks nothing
-    run = made_run(reviewing.context.session.document.recording, frames=slice(0, 1))
-    write_npz(tmp_path / "short.npz", run)
-    reviewing.features.files.open_run(tmp_path / "short.npz")
-    for name in ("statistics", "angles", "motion"):
-        show(reviewing, qtbot, name)
-        for _ in range(3):
-            settle(reviewing, qtbot)
 
 
 def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing, qtbot):

@@ -181,7 +181,7 @@ def test_a_run_is_named_by_its_preset_and_by_what_differs_from_it(opened):
 def drawn(window):
     """How the curves of each run are drawn: width, whether solid, and how opaque."""
     plot = window.features.review.plot.plot
-    pens = {c.name: i.opts["pen"] for c, (i, _) in zip(plot._curves, plot._items, strict=True)}
+    pens = {c.name: i.opts["pen"] for c, i in zip(plot._curves, plot._items, strict=True)}
     solid = Qt.PenStyle.SolidLine
     return {
         name: (pen.widthF(), pen.style() == solid, pen.color().alpha())
