@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QToolButton
 
 from app.features.annotate.exchange.predictions import PredictionsDialog
 from app.features.annotate.filling import predicting
@@ -274,29 +273,6 @@ def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, d
     assert {one.frame for one in both} == {0, 2, 3}
     action("annotate-accept-detector").trigger()
     assert {click.frame for click in project.clicks.all()} == {2, 3}
-
-
-def test_a_click_fills_all_images_with_sigma_and_visibility_and_ctrl_z_empties_them(
-    opened, detector, qtbot
-):
-    window = opened
-    qtbot.waitUntil(window.context.tasks.settled)
-    action = window.context.actions.action("annotate-detect")
-    button = next(
-        one for one in window.findChildren(QToolButton)
-        if one.defaultAction() is action and one.isVisible()
-    )  # fmt: skip
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert len(predicted(window)) == 9 * 4
-    tiles = [window.context.docks.views.tiles[name].camera for name in "NOSW"]
-    marks = [mark for tile in tiles for mark in tile.marks.predictions]
-    assert len(marks) == 9 * 4
-    assert all(mark.spread_px > 0.0 for mark in marks)
-    assert {mark.guessed for mark in marks} == {False, True}, "some are behind the body"
-    QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert predicted(window) == set()
 
 
 def test_a_stopped_detection_keeps_nothing(opened, detector, qtbot):

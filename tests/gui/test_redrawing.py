@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
-from app.session import judgement
 from tests.gui.hands import Paintings, click_truth
 from tests.gui.made_runs import add_run
 from tests.gui.tuning.conftest import quick_run_file, tuning  # noqa: F401
@@ -136,29 +133,3 @@ def test_a_trial_draws_its_curves_and_its_model_and_no_lanes(tuning, qtbot, monk
     assert taken.pop("pictures") == 1, "in the frame that is shown"
     assert 1 <= taken.pop("curves") <= len(seen), "once for all that is judged in the meantime"
     assert not taken
-
-
-def test_a_growing_run_is_judged_off_the_window_s_thread(opened, qtbot, monkeypatch):
-    threads, counts = [], []
-    real = judgement.errors_against
-
-    def noted(found, truth):
-        threads.append(threading.current_thread())
-        counts.append(len(found.frame))
-        return real(found, truth)
-
-    monkeypatch.setattr(judgement, "errors_against", noted)
-    entry = add_run(opened, "grows")
-    frames = entry.frames
-    settle(opened, qtbot)
-    assert threads
-    counts.clear()
-    entry.frames = {k: frames[k] for k in range(3)}
-    opened.context.session.judging.judge()
-    settle(opened, qtbot)
-    entry.frames = frames
-    opened.context.session.runs.grew.emit()
-    settle(opened, qtbot)
-    assert counts == [3, 5], "only frames that have come since are judged"
-    assert len(opened.context.session.judging.of(entry).frame) == 8
-    assert threading.main_thread() not in threads

@@ -170,29 +170,6 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     assert stage.heard[-1] == "merge 36 clicks from clicks.csv"
 
 
-def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
-    path = tmp_path / "CollectedData_A.csv"
-    path.write_text(
-        "scorer,A,A,A,A\nbodyparts,head,head,wrist,wrist\ncoords,x,y,x,y\n"
-        "labeled-data/cam/img0005.png,10.5,20.5,30.5,40.5\n"
-    )
-    stage.trigger("import")
-    asking = stage.findChild(ImportDialog)
-    asking.path.setText(str(path))
-    asking.camera.setCurrentText("N")
-    qtbot.keyClicks(asking.names, "wrist")
-    qtbot.mouseClick(asking.accept_button, LEFT)
-    assert "'wrist' cannot be read" in asking.words.text()
-    asking.names.clear()
-    qtbot.mouseClick(asking.accept_button, LEFT)
-    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
-    dialog = stage.findChild(TakeInDialog)
-    assert "all labels of 'wrist'" in dialog.problems.toPlainText()
-    qtbot.mouseClick(dialog.accept_button, LEFT)
-    settled(qtbot, stage)
-    assert project.clicks.get(ClickKey(5, "N", "head")).position == (10.5, 20.5)
-
-
 def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):
     points = np.stack([make.places_at(k) for k in range(10)])
     write_landmarks(tmp_path / "truth.csv", LandmarkTrajectory(np.arange(10), points))

@@ -208,15 +208,6 @@ class TestLanes:
         qtbot.keyClick(timeline, Qt.Key.Key_Up)
         assert timeline.selected_lanes == {LANDMARKS[0]}
 
-    def test_groups_of_lanes_stand_beside_each_other(self, timeline):
-        marks = np.full(490, Mark.CLICKED, dtype=np.uint8)
-        before = len(timeline.lanes)
-        timeline.set_lanes([Lane("left elbow", "#0072B2", "marks", marks)], "annotation")
-        assert timeline.lanes[0].name == "left elbow"
-        assert len(timeline.lanes) == before + 1
-        timeline.set_lanes([])
-        assert [lane.name for lane in timeline.lanes] == ["left elbow"]
-
     def test_what_was_clicked_in_few_views_and_gaps_look_different(self, timeline):
         pictures = []
         for mark in (Mark.CLICKED, Mark.PARTLY, Mark.GAP, Mark.NONE, Mark.MISSING):
