@@ -90,9 +90,7 @@ def clicked(recording, frame, but=()):
     ]
 
 
-def test_a_failure_is_clicked_and_tracked_again(
-    annotating, qtbot, recording, monkeypatch, tmp_path
-):
+def test_a_failure_is_clicked_and_tracked_again(annotating, qtbot, recording):
     window, session = annotating, annotating.context.session
     annotate, first = window.features.annotate, session.runs.active
     session.document.go_to(6)
@@ -120,10 +118,10 @@ def test_a_failure_is_clicked_and_tracked_again(
     assert first.visible
     QTest.keyClick(window, Qt.Key.Key_Z, CONTROL | Qt.KeyboardModifier.ShiftModifier)
     assert session.runs.active is again
-    personalised(window, qtbot, recording, monkeypatch, tmp_path)
+    personalised(window, qtbot, recording)
 
 
-def personalised(window, qtbot, recording, monkeypatch, tmp_path):
+def personalised(window, qtbot, recording):
     session = window.context.session
     personalise = button(window, "annotate-personalise")
     window.context.actions.refresh()
