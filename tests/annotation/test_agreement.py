@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,6 @@ from stereotrack_core.annotation.agreement import (
     agreement_by_landmark,
     click_sigmas,
     differences,
-    farthest_first,
 )
 from stereotrack_core.annotation.click import Click, Visibility
 
@@ -88,29 +86,6 @@ def test_a_landmark_that_is_understood_differently_shows_as_bias():
     assert set(found) == {"head", "left_hip"}
     assert found["left_hip"].bias == pytest.approx((6.0, -3.0), abs=0.3)
     assert found["head"].bias == pytest.approx((0.0, 0.0), abs=0.3)
-
-
-def test_without_a_common_image_nothing_is_claimed():
-    found = agreement(differences([HEAD], [replace(HEAD, frame=2), replace(OUTSIDE, frame=3)]))
-    assert found.count == 0
-    assert math.isnan(found.sigma)
-    assert found.disputed == 3
-
-
-def test_what_is_worst_comes_first():
-    near, far = (replace(HEAD, frame=frame) for frame in (1, 2))
-    found = farthest_first(
-        differences(
-            [HEAD, near, far, replace(HEAD, frame=3), replace(HEAD, frame=4)],
-            [
-                replace(near, position=(10.0, 21.0)),
-                replace(far, position=(10.0, 60.0)),
-                replace(OUTSIDE, frame=3),
-                replace(HEAD, frame=4),
-            ],
-        )
-    )
-    assert [one.key.frame for one in found] == [3, 0, 2, 1]
 
 
 def test_measured_sigmas_start_from_the_usual_one_and_settle_on_what_is_measured():

@@ -32,8 +32,3 @@ def test_who_and_when_do_not_change_what_a_click_says():
     assert not CLICK.says_the_same(replace(CLICK, position=(12.5, 40.1)))
     assert not CLICK.says_the_same(replace(CLICK, deleted=True))
     assert not CLICK.says_the_same(replace(CLICK, flag="uncertain"))
-
-
-def test_two_deletions_say_the_same_wherever_the_click_was():
-    gone = replace(CLICK, deleted=True)
-    assert gone.says_the_same(replace(gone, position=(1.0, 2.0)))

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.agreement import agreement_in_space, common_frames, differences
-from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.agreement import agreement_in_space, differences
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import (
     click_pixels,
     click_residuals,
@@ -82,19 +82,6 @@ def test_clicks_in_two_views_are_a_point_and_in_one_are_none():
     np.testing.assert_allclose(points, truth, atol=1e-6)
 
 
-def test_deleted_outside_and_unknown_clicks_are_left_out():
-    clicks = [
-        Click(4, "N", "head", (1.0, 2.0), deleted=True),
-        Click(5, "N", "head", None, Visibility.OUTSIDE),
-        Click(6, "N", "tail", (1.0, 2.0)),
-        Click(7, "cellar", "head", (1.0, 2.0)),
-        Click(8, "N", "head", (1.0, 2.0)),
-    ]
-    found = click_pixels(clicks, CAMERAS, NINE.names)
-    assert found.frame.tolist() == [8]
-    assert click_pixels([], CAMERAS, NINE.names).points().shape == (0, 9, 3)
-
-
 def test_residuals_are_distances_from_the_projected_trajectory():
     truth = person(4)
     clicks = clicks_of(truth)
@@ -126,12 +113,6 @@ def test_lengths_are_measured_from_clicks(sigma, mm):
     assert lengths["torso_length"].count == 120
 
 
-def test_too_few_frames_measure_nothing():
-    lengths = measured_lengths(click_pixels(clicks_of(person(2)), CAMERAS, NINE.names))
-    # two frames give two samples of the torso, but four of the arms
-    assert set(lengths) == {"upper_arm_length", "elbow_to_hand"}
-
-
 def test_two_readings_differ_in_millimetres_and_degrees():
     truth = person(40)
     first, second = clicks_of(truth), clicks_of(truth, sigma=2.0, seed=4)
@@ -143,13 +124,3 @@ def test_two_readings_differ_in_millimetres_and_degrees():
     assert found["head"].p95_mm > found["head"].median_mm
     same = agreement_in_space(differences(first, first), CAMERAS, NINE)
     assert same["left_hand"].median_mm == pytest.approx(0.0, abs=1e-9)
-
-
-def test_frames_of_one_reading_alone_are_no_disagreement():
-    truth = person(5)
-    first = clicks_of(truth)
-    second = [click for click in clicks_of(truth, sigma=1.0) if click.frame in (1, 3)][:-1]
-    found = common_frames(differences(first, second))
-    assert {one.key.frame for one in found} == {1, 3}
-    assert sum(one.kind == "only first" for one in found) == 1
-    assert agreement_in_space((), CAMERAS, NINE)["head"].count == 0

@@ -88,12 +88,6 @@ def test_a_keypoint_that_other_images_contradict_moves_little_and_makes_unsure(c
     assert moved.sigma > 1.2 * right.sigma
 
 
-def test_one_image_alone_stays_as_the_detector_saw_it(cameras):
-    alone = seen_in({"N": cameras["N"]}, [0])
-    assert predicted(alone, cameras) == list(landmark_predictions(alone, LANDMARKS))
-    assert predicted(alone[:0], cameras) == []
-
-
 def test_standard_deviations_are_true_for_a_detector_that_errs(cameras):
     errors = KeypointErrors(noise=1.0, gross=0.05, exchanged=0.1)
     seen = seen_in(cameras, [0, 2, 4, 6], errors, seed=8)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fitted_clicks import FITTED_TO, checksums, fitted_clicks
 from stereotrack_core.annotation.reference import Reference, merged_reference
 
@@ -33,21 +32,6 @@ def test_nothing_is_old_while_the_clicks_are_the_same_in_whatever_order():
     assert old([replace(one, who="somebody", at="today") for one in CLICKS]) == []
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"position": (11.0, 20.0)},
-        {"visibility": Visibility.GUESSED},
-        {"position": None, "visibility": Visibility.OUTSIDE},
-        {"sigma": 3.0},
-        {"deleted": True},
-    ],
-)
-def test_frames_between_clicked_ones_hang_on_both(change):
-    clicks = [*CLICKS[:2], replace(CLICKS[2], **change), *CLICKS[3:]]
-    assert old(clicks) == [5, 6, 7, 8, 9, 10, 11]
-
-
 def test_a_new_click_makes_old_what_lies_between_its_neighbours():
     assert old([*CLICKS, Click(6, "N_right", "head", (1.0, 1.0))]) == [5, 6, 7]
     assert old([*CLICKS, Click(14, "N_right", "head", (1.0, 1.0))]) == [13, 14, 15]
@@ -60,12 +44,6 @@ def test_an_edit_and_its_undoing_are_followed():
     assert edited.is_old(4)
     assert not edited.is_old(8)
     assert edited.after_edit([4], CLICKS[:2]) == known
-
-
-@pytest.mark.parametrize("said", [None, 3, "x", [[1]], [[1, "a"]], [[1, True]], {"1": 2}])
-def test_nobody_knows_where_the_reference_does_not_say(said):
-    assert fitted_clicks({FITTED_TO: said}, CLICKS) is None
-    assert fitted_clicks({}, CLICKS) is None
 
 
 def reference(clicks):

@@ -29,20 +29,9 @@ def test_nothing_is_hidden_of_a_t_pose_from_the_front():
     assert not back
 
 
-def test_the_far_side_is_hidden_from_the_side():
-    _, _, left = hidden(landmarks(hanging_pose(np.array([0.0, 0, 0.95]))))
-    assert {"right_shoulder", "right_elbow", "right_hip"} <= left
-    assert not any(name.startswith("left") for name in left - {"left_hip"})
-
-
 def test_a_hand_behind_the_back_is_hidden_from_the_front():
     nine = landmarks(hanging_pose(np.array([0.0, 0, 0.95])))
     nine[NINE.names.index("left_hand")] = [0.0, -0.25, 1.15]
     front, back, _ = hidden(nine)
     assert "left_hand" in front
     assert "left_hand" not in back
-
-
-def test_unknown_landmarks_are_not_called_hidden():
-    nine = np.full((9, 3), np.nan)
-    assert not any(hidden(nine))

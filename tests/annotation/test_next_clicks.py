@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -13,14 +12,12 @@ from stereotrack_core.annotation.click_gains import (
     AXES,
     SCORED,
     ClickGains,
-    axis_quadratics,
     limb_sigma_deg,
 )
-from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.next_clicks import NextClicks, Wish, good_enough
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import pixel_jacobian
-from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.fits import fit_of
 from tests.annotation.scenes import bodies, cameras, clicks_of
@@ -30,21 +27,6 @@ RIG = cameras()
 
 def clicked_every(points, step, rig=RIG):
     return [click for click in clicks_of(points, rig) if click.frame % step == 0]
-
-
-def test_limb_angles_are_those_of_landmarks_that_scatter():
-    nine = bodies(1)[0]
-    covariance = np.broadcast_to(np.diag([1e-4, 4e-4, 2e-4]), (9, 3, 3))
-    stated = limb_sigma_deg(nine, covariance, NINE)
-    rng = np.random.default_rng(1)
-    moved = nine + rng.normal(0, np.sqrt([1e-4, 4e-4, 2e-4]), (20000, 9, 3))
-    for limb, (one, two) in {
-        "left_upper_arm": ("left_shoulder", "left_elbow"),
-        "right_forearm": ("right_elbow", "right_hand"),
-    }.items():
-        i, j = LANDMARKS.index(one), LANDMARKS.index(two)
-        off = np.degrees(angle_between(moved[:, j] - moved[:, i], nine[j] - nine[i]))
-        assert stated[LIMBS.index(limb)] == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.05)
 
 
 def test_gain_is_what_a_kalman_filter_gains():
@@ -115,14 +97,6 @@ def test_flagged_gaps_and_wishes_are_kept_to():
     chosen = NextClicks(RIG, NINE, fit, clicks).best(wish)
     assert 0 < len(chosen) <= 5
     assert all(40 <= one.frame < 60 for one in chosen)
-
-
-def test_stretch_of_which_nothing_is_known_comes_first():
-    points = bodies(40)
-    clicks = [c for c in clicks_of(points, RIG) if c.frame in (0, 20)]
-    found = NextClicks(RIG, NINE, fit_of(points, [0, 20], unknown=range(21, 40)), clicks).best()
-    assert found[0].frame == 30
-    assert found[0].reason == "no information on 19 frames"
 
 
 def test_probable_outliers_and_high_residuals_are_to_be_looked_at_again():
@@ -234,47 +208,6 @@ def test_an_edit_brings_down_what_its_click_would_have_gained():
     assert first.key not in {one.key for one in after}
     near = [one for one in after if one.landmark == first.landmark and one.camera == first.camera]
     assert all(one.gain_deg < first.gain_deg for one in near)
-
-
-def test_an_edit_beyond_the_fit_is_passed_over():
-    points = bodies(20)
-    ranking = NextClicks(RIG, NINE, fit_of(points, [0, 19]), [])
-    before = ranking.best()
-    ranking.update(500, [Click(500, "N", "head", (3.0, 4.0))])
-    assert ranking.best() == before
-
-
-def test_an_edit_of_a_long_recording_takes_a_moment():
-    points = np.tile(bodies(200), (10, 1, 1))
-    clicks = [click for click in clicks_of(points, RIG) if click.frame % 20 == 0]
-    fit = fit_of(points, range(0, 2000, 20))
-    new = [click for click in clicks_of(points[:110], RIG) if click.frame == 109]
-    begun = time.process_time()
-    ranking = NextClicks(RIG, NINE, fit, clicks)
-    ranking.best()
-    everything, times = time.process_time() - begun, []
-    for count in range(1, 6):
-        start = time.process_time()
-        ranking.update(109, new[:count])
-        ranking.best()
-        times.append(time.process_time() - start)
-    assert min(times) < 0.3 * everything
-
-
-def test_fit_of_another_set_is_refused():
-    points = bodies(5)
-    few = LandmarkSet("few", (replace(NINE["head"]),))
-    with pytest.raises(ValueError, match="another landmark set"):
-        NextClicks(RIG, few, fit_of(points, [0]), [])
-
-
-def test_landmarks_besides_the_nine_count_for_their_limb():
-    extra = replace(NINE["left_hand"], name="left_thumb", mirror="")
-    larger = LandmarkSet("ten", (*NINE.landmarks, extra))
-    quadratics = axis_quadratics(bodies(1)[0], larger)
-    assert quadratics.shape == (10, 7, 3, 3)
-    assert quadratics[9, AXES.index("left_forearm")].trace() > 0
-    assert not quadratics[9, AXES.index("torso")].any()
 
 
 def test_stop_sign_counts_frames_and_limbs():

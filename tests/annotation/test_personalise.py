@@ -15,7 +15,6 @@ from stereotrack_core.annotation.personalise import (
     clicked_frame,
     lengths_by_clicks,
     personal_offsets,
-    prior_covariance,
 )
 from stereotrack_core.body.model import body_of_subject, landmarks
 from stereotrack_core.body.offsets import offsets_by_landmark, with_offsets
@@ -60,18 +59,6 @@ def frames_with(sigma, count, offsets=TRUE):
     return found
 
 
-def test_without_clicked_frames_nothing_is_known():
-    found = personal_offsets([])
-    np.testing.assert_array_equal(found.offsets, 0.0)
-    np.testing.assert_allclose(found.covariance, prior_covariance(), atol=1e-12)
-    assert found.frames == found.left_out == ()
-
-
-def test_without_offsets_none_are_found():
-    found = personal_offsets(frames_with(0.0, 4, np.zeros((9, 3))))
-    np.testing.assert_allclose(found.offsets, 0.0, atol=1e-12)
-
-
 def test_planted_offsets_are_recovered_from_many_frames():
     found = personal_offsets(frames_with(0.004, 60))
     assert len(found.frames) == 60
@@ -83,13 +70,6 @@ def test_planted_offsets_are_recovered_from_many_frames():
     assert (sigma < 0.003).all()
     degrees, spread = found.lean(AVERAGE.torso_length)
     assert degrees == pytest.approx(np.degrees(-0.015 / AVERAGE.torso_length), abs=4.0 * spread)
-
-
-def test_one_frame_with_rough_clicks_changes_little():
-    found = personal_offsets(frames_with(0.05, 1))
-    prior = np.sqrt(np.diagonal(prior_covariance())).reshape(-1, 3)
-    assert (found.sigma > 0.85 * prior).all()
-    assert (np.abs(found.offsets) < prior).all()
 
 
 def test_every_frame_makes_more_certain():
@@ -105,16 +85,6 @@ def test_an_arm_that_the_tracker_lost_says_nothing():
     found = personal_offsets(frames)
     assert found.left_out == ((1, "left_hand"),)
     assert np.abs(found.offsets - right.offsets).max() < 0.004
-
-
-def test_landmarks_that_are_not_clicked_say_nothing():
-    frames = frames_with(0.002, 3)
-    for one in frames:
-        one.covariance[LANDMARKS.index("head")] = np.eye(3)
-        one.places[LANDMARKS.index("head")] += 0.5
-    found = personal_offsets(frames)
-    assert found.left_out == ()
-    assert np.abs(found.offsets[LANDMARKS.index("head")]).max() < 0.005
 
 
 @cache

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from stereotrack_core.annotation.agreement import next_repeat
 
 
@@ -28,18 +26,3 @@ def test_the_share_is_kept_and_every_frame_is_repeated_once():
 def test_nothing_is_repeated_that_was_annotated_just_now():
     for frame, done in annotate(200, 0.5, 20):
         assert frame // 5 < done - 20
-
-
-def test_repeats_come_from_everywhere_and_not_in_order():
-    frames = [frame for frame, _ in annotate(400, 0.05, 20)]
-    assert frames != sorted(frames)
-    assert annotate(400, 0.05, 20) == annotate(400, 0.05, 20)
-    assert frames != [frame for frame, _ in annotate(400, 0.05, 20, seed=1)]
-
-
-def test_without_a_share_nothing_is_repeated():
-    assert annotate(100, 0.0, 5) == []
-    assert next_repeat([], [], 1.0) is None
-    assert next_repeat([3, 4], [], 1.0) is None
-    with pytest.raises(ValueError, match="between 0 and 1"):
-        next_repeat([1], [], 5.0)

@@ -1,21 +1,15 @@
-"""Distances, speeds and sights of limbs, on bodies where they are known."""
+"""Ends and sights of limbs, on bodies where they are known."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.pose import t_pose
+from stereotrack_core.body.pose import hanging_pose, t_pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.errors import Cancelled
-from stereotrack_core.evaluation.circumstances import (
-    circumstances_of,
-    seen_shares,
-    views_that_see,
-)
+from stereotrack_core.evaluation.circumstances import limb_ends, seen_shares
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -43,31 +37,13 @@ def limb(name):
     return LIMBS.index(name)
 
 
-def test_the_nearest_camera_counts_from_the_middle_of_the_limb():
-    points = landmarks(BODY, t_pose(HIPS))[None]
-    found = circumstances_of(np.array([0]), points, (NORTH, EAST), 10.0)
-    right = points[0, [LANDMARKS.index("right_elbow"), LANDMARKS.index("right_hand")]].mean(axis=0)
-    expected = np.linalg.norm(right - [3, 0, 1.2])
-    assert found.distance[0, limb("right_forearm")] == pytest.approx(expected)
-    assert found.distance[0, limb("right_forearm")] < found.distance[0, limb("left_forearm")]
-    assert np.isnan(circumstances_of(np.array([0]), points, (), 10.0).distance).all()
-
-
-def test_speeds_are_those_of_far_ends_and_do_not_cross_gaps():
-    frame = np.array([0, 1, 2, 3, 7, 8, 12])
-    points = np.repeat(landmarks(BODY, t_pose(HIPS))[None], len(frame), axis=0)
-    hand = LANDMARKS.index("left_hand")
-    points[:, hand, 1] += 0.05 * frame  # half a metre a second at 10 Hz
-    speed = circumstances_of(frame, points, (NORTH,), 10.0).speed
-    np.testing.assert_allclose(speed[:-1, limb("left_forearm")], 0.5, atol=1e-9)
-    assert np.isnan(speed[-1]).all()
-    np.testing.assert_allclose(speed[:-1, limb("left_upper_arm")], 0.0, atol=1e-9)
-    two = circumstances_of(frame[:2], points[:2], (NORTH,), 10.0).speed
-    np.testing.assert_allclose(two[:, limb("left_forearm")], 0.5, atol=1e-9)
-    points[1, hand] = np.nan
-    unknown = circumstances_of(frame, points, (NORTH,), 10.0).speed[:, limb("left_forearm")]
-    assert unknown[1] == pytest.approx(0.5)  # by the frames before and after
-    assert np.isnan(unknown[0])
+def test_limbs_end_where_landmarks_are():
+    points = landmarks(BODY, hanging_pose(HIPS))[None]
+    ends = limb_ends(points)
+    np.testing.assert_allclose(ends[0, limb("torso"), 0], HIPS, atol=1e-12)
+    np.testing.assert_array_equal(
+        ends[0, limb("left_forearm"), 1], points[0, LANDMARKS.index("left_hand")]
+    )
 
 
 def test_an_arm_behind_the_torso_is_not_seen_from_the_front():
@@ -83,13 +59,8 @@ def test_an_arm_behind_the_torso_is_not_seen_from_the_front():
     assert behind[0, limb("right_forearm")] > 0.9
 
 
-def test_views_are_counted_frame_by_frame_and_the_work_can_be_stopped():
-    done = []
-    poses = [t_pose(HIPS), None]
-    views = views_that_see(BODY, poses, (NORTH, EAST), on_progress=done.append)
-    assert views[0, limb("right_forearm")] == 2
-    assert views[0, limb("left_upper_arm")] == 1
-    assert np.isnan(views[1]).all()
-    assert done == [1, 2]
-    with pytest.raises(Cancelled):
-        views_that_see(BODY, poses, (NORTH,), cancelled=lambda: True)
+def test_what_is_outside_the_image_is_not_seen():
+    narrow = camera((0, 3, 1.2), width=120)
+    shares = seen_shares(BODY, t_pose(HIPS), (narrow,))
+    assert shares[0, limb("left_forearm")] == 0.0
+    assert shares[0, limb("head")] > 0.9

@@ -12,7 +12,6 @@ from app.features.annotate.clicking.controller import SwapOffers
 from app.features.annotate.clicking.landmark_rows import (
     fit_words,
     landmark_rows,
-    length_rows,
     limb_rows,
 )
 from app.features.annotate.clicking.marks import FrameMarks, marks_of, predictions_in
@@ -21,7 +20,6 @@ from stereotrack_core.annotation.frame_clicks import (
     FitQuestion,
     Fitter,
     HintQuestion,
-    bone_lengths,
     hints_of,
 )
 from stereotrack_core.annotation.landmark_set import NINE
@@ -65,17 +63,6 @@ def test_hints_without_two_views_are_curves_alone(recording):
     assert np.linalg.norm(curve.pixels - truth, axis=1).min() < 4.0
 
 
-def test_hints_of_an_outside_click_and_of_an_unknown_camera(recording):
-    clicks = (
-        Click(0, N, "head", None, Visibility.OUTSIDE),
-        Click(0, "elsewhere", "head", (3.0, 4.0)),
-    )
-    hints = hints_of(question(recording, clicks, "head"))
-    assert hints.points == {}
-    assert hints.curves[S] == ()
-    assert hints.swaps == ()
-
-
 def test_marks_say_how_a_click_is_meant(recording):
     clicks = (
         Click(0, N, "head", (3.0, 4.0), Visibility.GUESSED),
@@ -90,12 +77,6 @@ def test_marks_say_how_a_click_is_meant(recording):
     assert (hand.doubted, hand.at_hand, hand.held) == (True, True, True)
     assert marks[N].outside == ("right hand",)
     assert marks[S].clicks[0].accepted
-
-
-def test_a_landmark_that_left_the_set_is_still_shown(recording):
-    facts = FrameMarks(0, (Click(0, N, "left_knee", (3.0, 4.0)),), NINE, "head")
-    (mark,) = marks_of(facts, [recording.cameras[N]])[N].clicks
-    assert mark.label == "left knee"
 
 
 def test_triangulated_predictions_go_before_kept_ones(recording):
@@ -114,19 +95,6 @@ def test_triangulated_predictions_go_before_kept_ones(recording):
     assert {mark.landmark for mark in marks.predictions} == set(NINE.names)
     rows = landmark_rows(facts, (N, S))
     assert [row.cells for row in rows] == [("clicked", "predicted")] * 9
-
-
-def test_bone_lengths_are_those_of_the_person(recording):
-    hints = hints_of(question(recording, true_clicks(recording)))
-    lengths = {one.name: one for one in bone_lengths(hints.points, AVERAGE)}
-    points = recording.reference.points[0]
-    elbow, shoulder = (points[LANDMARKS.index(f"left_{name}")] for name in ("elbow", "shoulder"))
-    own = lengths["left upper arm"]
-    assert own.clicked == pytest.approx(float(np.linalg.norm(elbow - shoulder)), abs=0.002)
-    assert 0 < own.sigma < 0.05
-    assert replace(own, clicked=own.subject + 0.3, sigma=0.01).doubtful
-    facts = FrameMarks(0, true_clicks(recording), NINE, "head", hints=hints)
-    assert len(length_rows(facts)) == 8
 
 
 def test_the_fit_says_everything_the_panels_need(recording):

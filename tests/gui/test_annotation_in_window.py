@@ -1,4 +1,4 @@
-"""Lanes, Next, history and second readings around the clicking; and a window that is killed."""
+"""Lanes, Next and second readings around the clicking; and a window that is killed."""
 
 from __future__ import annotations
 
@@ -61,13 +61,11 @@ def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording
     }
 
 
-def test_lanes_and_history_follow_a_click_and_lead_back_to_it(annotating, qtbot):
+def test_lanes_follow_a_click_and_suggestions_lead_to_their_view(annotating, qtbot):
     key(annotating, Qt.Key.Key_7)
     click(annotating, 200.0, 100.0)
     lanes = {lane.id: lane.values for lane in annotating.context.docks.timeline.lanes}
     assert lanes["head"][0] == Mark.PARTLY
-    first = annotating.features.annotate.panels.history_panel.model.index(0, 0).data()
-    assert first == "place head in N_right, frame 0"
     annotating.context.session.document.go_to(4)
     annotating.features.annotate.panels.click_requested.emit(0, "S_right", "left_elbow")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)

@@ -119,17 +119,3 @@ def test_a_frame_step(show, qtbot):
 def test_from_the_click_to_its_paint_and_into_the_file(show):
     few, many = (click_ms(show(frames)) for frames in (FEW, MANY))
     assert not slower(few, many), (few, many)
-
-
-def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(show, qtbot):
-    """Threads of this process share the interpreter with the one that paints."""
-    window = show(FEW)
-    hints = window.features.annotate.clicking.facts._hints
-    asked, question = [], hints._question
-    hints._question = lambda: asked.append(window.context.session.document.frame) or question()
-    first = window.context.session.document.frame
-    for _ in range(4):
-        key(window, Qt.Key.Key_Right)
-    assert asked == []
-    qtbot.waitUntil(lambda: hints.at(first + 4) is not None, timeout=30_000)
-    assert set(asked) == {first + 4}

@@ -10,13 +10,11 @@ from PySide6.QtTest import QTest
 
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import NumberField
-from app.widgets.tables.landmarks_panel import LandmarksPanel
 from stereotrack_core.annotation.click import UNCERTAIN, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.project import Project
 from tests.gui.hands import (
     CTRL,
-    LEFT,
     NONE,
     RIGHT,
     SHIFT,
@@ -55,43 +53,6 @@ def test_every_landmark_has_its_key(annotating):
         assert table.model().index(place, 0).data() == str(place + 1)
 
 
-def test_columns_of_cameras_are_called_by_what_differs(shown):
-    panel = shown(LandmarksPanel(), 355, 200)
-    for names, short in (
-        (("cam01", "cam02", "cam10"), ["01", "02", "10"]),
-        (("N", "O"), ["N", "O"]),
-        (("cam", "camera"), ["cam", "camera"]),
-    ):
-        panel.show_rows(names, ())
-        model = panel.table.model()
-        columns = range(2, 2 + len(names))
-        assert [model.headerData(i, Qt.Orientation.Horizontal) for i in columns] == short
-        tip = model.headerData(2, Qt.Orientation.Horizontal, Qt.ItemDataRole.ToolTipRole)
-        assert tip.endswith(names[0])
-
-
-def test_the_panel_chooses_too(annotating, qtbot):
-    table = annotating.features.annotate.clicking.landmarks.table
-    place = table.visualRect(table.model().index(6, 1)).center()
-    qtbot.mouseClick(table.viewport(), LEFT, pos=place)
-    click(annotating, 210.0, 90.0, "S")
-    assert ("S_right", "head") in clicks(annotating)
-
-
-def test_going_on_waits_for_all_views_or_not_at_all(annotating):
-    book, chosen = annotating.context.actions, annotating.features.annotate.clicking.annotating
-    book.action("advance_view").trigger()
-    key(annotating, Qt.Key.Key_1)
-    click(annotating, 200.0, 150.0)
-    assert chosen.choice.landmark == "left_shoulder"
-    click(annotating, 200.0, 150.0, "S")
-    assert chosen.choice.landmark == "right_shoulder"
-    book.action("advance_none").trigger()
-    click(annotating, 250.0, 150.0)
-    assert chosen.choice.landmark == "right_shoulder"
-    assert annotating.context.settings.value("annotate/advance") == "none"
-
-
 def test_clicks_are_placed_where_a_hand_lies_on_an_elbow(annotating):
     key(annotating, Qt.Key.Key_4)
     click(annotating, 200.0, 150.0)
@@ -115,18 +76,6 @@ def test_dragging_a_handle_moves_its_click_and_nothing_else(annotating):
     assert undo_words(annotating) == "move left shoulder in N_right, frame 0"
     key(annotating, Qt.Key.Key_Z, CTRL)
     assert clicks(annotating)[("N_right", "left_shoulder")].position == before.position
-
-
-def test_a_drag_out_of_the_picture_does_nothing(annotating):
-    key(annotating, Qt.Key.Key_1)
-    click(annotating, 5.0, 150.0)
-    before = clicks(annotating)
-    start = at(annotating, 5.0, 150.0)
-    drag(annotating, start, QPoint(-40, start.y()))
-    assert clicks(annotating) == before
-    outside = view(annotating).place_of(-30.0, 100.0).toPoint()
-    QTest.mouseClick(view(annotating), LEFT, NONE, outside)
-    assert clicks(annotating) == before
 
 
 def test_arrow_keys_nudge_the_click_in_hand_and_are_one_edit(annotating, qtbot):
@@ -164,7 +113,7 @@ def test_the_last_click_stays_in_hand_whatever_has_the_focus(annotating, qtbot):
     x, y = clicked[place].position
     lists = (
         *(features.clicking.landmarks.table, features.panels.next_panel.tree),
-        *(features.panels.history_panel.tree, annotating.context.docks.timeline),
+        annotating.context.docks.timeline,
     )
     for widget in (view(annotating, "S"), *lists):
         widget.setFocus()
@@ -193,7 +142,7 @@ def test_single_keys_work_whatever_list_has_the_focus(annotating, qtbot):
     annotating_ = features.clicking.annotating
     for widget in (
         *(features.clicking.landmarks.table, features.panels.next_panel.tree),
-        *(features.panels.history_panel.tree, annotating.context.docks.timeline),
+        annotating.context.docks.timeline,
     ):
         point_and_click(annotating, 200.0, 150.0)
         widget.setFocus()
@@ -212,26 +161,6 @@ def test_single_keys_work_whatever_list_has_the_focus(annotating, qtbot):
         assert document.frame == 0, widget
         qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
         key(annotating, Qt.Key.Key_1)
-
-
-def test_frame_stepping_keeps_its_keys(annotating, qtbot):
-    key(annotating, Qt.Key.Key_1)
-    click(annotating, 200.0, 150.0)
-    before = clicks(annotating)[("N_right", "left_shoulder")].position
-    key(annotating, Qt.Key.Key_Right)
-    assert annotating.context.session.document.frame == 0, "the click that was placed is in hand"
-    after = clicks(annotating)[("N_right", "left_shoulder")].position
-    assert after[0] == pytest.approx(before[0] + 0.5)
-    key(annotating, Qt.Key.Key_Period)
-    assert annotating.context.session.document.frame == 1, "and full stop steps even then"
-    key(annotating, Qt.Key.Key_Comma)
-    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
-    key(annotating, Qt.Key.Key_E)
-    key(annotating, Qt.Key.Key_Escape)
-    key(annotating, Qt.Key.Key_Right)
-    assert annotating.context.session.document.frame == 1
-    words = [one.words for one in annotating.context.session.project.project.history.entries()]
-    assert [one.split()[0] for one in words] == ["move", "place"], "nothing else was edited"
 
 
 def test_del_clears_here_and_shift_del_everywhere(annotating):
@@ -356,15 +285,6 @@ def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
     assert clicks(annotating) == {}
     assert "this image is computed" in annotating.statusBar().currentMessage()
     assert "Shift+F2" in annotating.statusBar().currentMessage()
-
-
-def test_other_workspaces_take_no_clicks(annotating, qtbot):
-    annotating.context.docks.show_named("track")
-    click(annotating, 200.0, 150.0)
-    key(annotating, Qt.Key.Key_Delete)
-    assert clicks(annotating) == {}
-    why_not = annotating.context.actions.command("landmark_1").why_not()
-    assert "Annotate workspace" in why_not
 
 
 def test_every_edit_is_in_the_file_at_once(annotating, qtbot):

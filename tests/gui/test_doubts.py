@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from app.features.review.plot import lanes_of
 from app.features.track.numbers import number_rows
 from app.session.judgement import MEASURED_LIMBS, Judgement, doubts
 from app.shell.status import frame_words
@@ -110,15 +109,3 @@ def test_the_status_line_never_calls_a_limb_certain_that_is_off_the_reference(op
         opened.context.actions.refresh()
         assert words in opened.status.state.text()
         assert "certain" not in opened.status.state.text()
-
-
-def test_a_lane_names_the_limbs_that_are_probably_lost():
-    chance = np.array([0.1, 0.9, 0.9, 0.2, 0.9])
-    lost = {limb: np.full(5, np.nan) for limb in MEASURED_LIMBS} | {"left_forearm": chance}
-    limbs = {limb: np.zeros(5) for limb in MEASURED_LIMBS}
-    judgement = Judgement("sigma", np.arange(5), limbs, np.ones(5, bool), np.zeros(5), None, lost)
-    lane = next(lane for lane in lanes_of(judgement, 5, (), None) if lane.name == "likely wrong")
-    assert [(span.first, span.last, span.label) for span in lane.values] == [
-        (1, 2, "left forearm"),
-        (4, 4, "left forearm"),
-    ]

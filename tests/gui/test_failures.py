@@ -12,7 +12,6 @@ from tests.gui.made_runs import add_run
 pytestmark = pytest.mark.window
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
-NONE = Qt.KeyboardModifier.NoModifier
 
 
 @pytest.fixture
@@ -73,21 +72,6 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     assert reviewing.context.session.document.loop is None
     assert not reviewing.context.session.document.playing
     settle(reviewing, qtbot)
-
-
-def test_next_failure_goes_round_and_selects_it_in_the_list(reviewing, qtbot):
-    panel, document = reviewing.features.review.failures.panel, reviewing.context.session.document
-    for key, start, end in ((Qt.Key.Key_N, 7, "last"), (Qt.Key.Key_P, 0, "first")):
-        panel.tree.clearSelection()
-        document.go_to(start)
-        settle(reviewing, qtbot)
-        QTest.keyClick(reviewing, key, SHIFT)
-        assert document.frame in (1, 2, 3)
-        said = reviewing.statusBar().currentMessage()
-        assert said == f"Failure 1 of 1, coming round from the {end} one."
-        (selected,) = panel.tree.selectionModel().selectedRows()
-        assert selected.data() == "1–3"
-        settle(reviewing, qtbot)
 
 
 def test_enter_jumps_and_filters_list_others(reviewing, qtbot):

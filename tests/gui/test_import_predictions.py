@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QToolButton
 
 from app.features.annotate.exchange.predictions import PredictionsDialog
 from app.features.annotate.filling import predicting
@@ -19,7 +18,6 @@ from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.keypoints import StoredKeypoints
-from stereotrack_core.project.marks import GAP, FrameFlag, SetFlags
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -207,17 +205,6 @@ def test_the_window_closes_when_what_was_redone_is_in_the_file(redone, qtbot, sl
     assert kept_in(tmp_path)["rtm"] > 0
 
 
-def test_an_export_is_waited_for_once(opened, qtbot):
-    ready = threading.Event()
-    opened.context.tasks.begin("writing clicks", lambda _task: ready.wait(60.0), promised=True)
-    opened.close()
-    assert opened.isVisible()
-    assert "writing clicks" in opened.messages.text()
-    threading.Timer(0.2, ready.set).start()
-    opened.close()
-    assert not opened.isVisible()
-
-
 @pytest.fixture
 def detector(opened, monkeypatch):
     """The window with an installed detector that sees simulated keypoints, when it may."""
@@ -286,62 +273,6 @@ def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, d
     assert {one.frame for one in both} == {0, 2, 3}
     action("annotate-accept-detector").trigger()
     assert {click.frame for click in project.clicks.all()} == {2, 3}
-
-
-def test_a_click_fills_all_images_with_sigma_and_visibility_and_ctrl_z_empties_them(
-    opened, detector, qtbot
-):
-    window = opened
-    qtbot.waitUntil(window.context.tasks.settled)
-    action = window.context.actions.action("annotate-detect")
-    button = next(
-        one for one in window.findChildren(QToolButton)
-        if one.defaultAction() is action and one.isVisible()
-    )  # fmt: skip
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert len(predicted(window)) == 9 * 4
-    tiles = [window.context.docks.views.tiles[name].camera for name in "NOSW"]
-    marks = [mark for tile in tiles for mark in tile.marks.predictions]
-    assert len(marks) == 9 * 4
-    assert all(mark.spread_px > 0.0 for mark in marks)
-    assert {mark.guessed for mark in marks} == {False, True}, "some are behind the body"
-    QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert predicted(window) == set()
-
-
-def test_filling_from_the_detector_keeps_its_keypoints_and_fills_more_than_an_import(
-    opened, detector, qtbot, tmp_path
-):
-    window, session = opened, opened.context.session
-    project = session.project.project
-    project.apply(PlaceClicks((Click(0, "N", "head", (5.0, 5.0)),)))
-    filled_ones = filled(window, qtbot, range(8))
-    kept = project.keypoints.all()
-    write_table(tmp_path / "same.csv", kept, session.document.recording)
-    window.features.annotate.exchange.remove(DETECTOR_NAME)
-    qtbot.waitUntil(window.context.tasks.settled)
-    window.context.actions.action("annotate-import-predictions").trigger()
-    dialog = window.findChild(PredictionsDialog)
-    dialog.add([tmp_path / "same.csv"])
-    qtbot.waitUntil(dialog.accept_button.isEnabled)
-    QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert project.keypoints.sources() == {DETECTOR_NAME: len(kept)}
-    imported = {one.key for one in predicted(window)}
-    assert imported < {one.key for one in filled_ones}, "also images that show no keypoint"
-    assert not any(one.key == (0, "N", "head") for one in filled_ones)
-
-
-def test_gaps_and_landmarks_that_are_not_selected_stay_as_they_are(opened, detector, qtbot):
-    project = opened.context.session.project.project
-    project.apply(SetFlags((FrameFlag(1, "", GAP), FrameFlag(2, "left_shoulder", GAP))))
-    QTest.keyClick(opened.context.docks.timeline, Qt.Key.Key_Down)
-    found = filled(opened, qtbot, range(4))
-    assert {one.landmark for one in found} == {"left_shoulder"}
-    assert {one.frame for one in found} == {0, 3}
-    assert {one.frame for one in filled(opened, qtbot, range(5, 6))} == {0, 3, 5}
 
 
 def test_a_stopped_detection_keeps_nothing(opened, detector, qtbot):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -80,9 +78,7 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
             assert len(overlay.inside.ghosts) > 50
         if inside.step.kind == "points":
             assert overlay.inside.dots
-        assert page.heat.isVisibleTo(page.widget()) == (
-            inside.step.kind in {"predict", "cross", "correct"}
-        )
+        assert page.heat.isVisibleTo(page.widget()) == (inside.step.kind == "cross")
         if inside.at_end:
             break
         QTest.keyClick(window, Qt.Key.Key_F7)
@@ -127,26 +123,3 @@ def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_
     pose = window.context.session.runs.active.at(FRAME - 1).pose
     assert pose is not None
     assert window.context.session.instant.told.meshes
-
-
-def test_a_bar_says_that_a_step_is_inspected_and_ends_it(with_run, qtbot):
-    window, runs = with_run, with_run.context.session.runs
-    inside = window.features.inspect
-    beside = dataclasses.replace(runs.active, name="a trial")
-    runs.add(beside, active=False)
-    for end in (
-        lambda: QTest.mouseClick(inside.bar.button, Qt.MouseButton.LeftButton),
-        lambda: QTest.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.AltModifier),
-        lambda: runs.activate(beside),
-    ):
-        look(window, qtbot)
-        assert f"frame {FRAME} of run “stored”" in inside.bar.words.text()
-        assert not inside.bar.visibleRegion().isEmpty()
-        shown = window.context.session.instant.told
-        assert shown.inside is not None
-        assert [ghost.name for ghost in shown.ghosts] == ["a trial"]
-        end()
-        assert not inside.inspects
-        assert inside.bar.isHidden()
-        qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
-        assert window.context.session.instant.told.inside is None

@@ -7,8 +7,7 @@ import pytest
 
 from app.features.inspect.contents import content_of
 from app.features.inspect.drawing import drawing_of
-from app.features.inspect.numbers import states_of
-from app.features.inspect.steps import name_of, same_step, steps_of
+from app.features.inspect.steps import name_of, steps_of
 from app.widgets.style.colours import SHADES, shade_of
 from stereotrack_core.tracking.inspection import look_inside
 from tests.tracking.test_trace import followed
@@ -40,12 +39,13 @@ def test_every_step_has_words_a_source_and_something_to_see(traces, kind):
         assert content.title == drawing.words == name_of(step, trace)
         assert 1 <= step.words.count(". ") + 1 <= 3, "one or two plain sentences"
         assert step.source
-        assert content.maps or content.histogram or content.tables
+        assert content.map is not None or content.tables
         for table in content.tables:
             assert {len(row) for row in table.rows} <= {len(table.headings)}
             assert not table.limbs or len(table.limbs) == len(table.rows)
             assert not table.tips or len(table.tips) == len(table.headings)
-        for shown in content.maps:
+        shown = content.map
+        if shown is not None:
             assert shown.values.shape == (len(shown.rows), sum(n for _, _, n in shown.groups))
             assert np.abs(shown.values).max() <= 1.0 + 1e-6
             assert shown.words(0, 0)
@@ -65,27 +65,15 @@ def test_the_methods_have_their_own_steps(traces):
 def test_the_map_says_the_numbers_it_shows(traces):
     trace, _ = traces["thesis"]
     first = trace.corrections[0]
-    correlation, covariance = contents(trace, "cross")[0].maps
+    correlation = contents(trace, "cross")[0].map
     row, column = 7, int(np.argmax(np.abs(first.P_xz[7])))
     expected = first.P_xz[row, column] * np.degrees(1.0) * 1e3
     said = correlation.words(row, column)
-    assert said == covariance.words(row, column)
     shown = float(re.search(r"P_xz (\S+) ° mm", said).group(1))
     assert shown == pytest.approx(expected, rel=0.01)
     sigma = np.sqrt(first.P_zz[column] * first.before.P[row, row])
     assert correlation.values[row, column] == pytest.approx(first.P_xz[row, column] / sigma)
     assert f"correlation {first.P_xz[row, column] / sigma:+.2f}" in said
-    assert np.abs(covariance.values[3:]).max() == pytest.approx(1.0)
-    assert any("° mm" in end for end in covariance.ends)
-
-
-def test_states_are_told_in_degrees_and_millimetres(traces):
-    trace, _ = traces["thesis"]
-    rows = contents(trace, "correct")[0].tables[-1].rows
-    before, after = trace.corrections[0].prior.sigma, trace.corrections[0].after.sigma
-    assert rows[0][1] == f"{1e3 * before[0]:.2f} mm"
-    assert rows[6][2] == f"{np.degrees(after[6]):.2f} °"
-    assert [state.unit for state in states_of(trace.state_names)][:4] == ["mm", "mm", "mm", "°"]
 
 
 def test_what_pulls_adds_up_to_the_correction(traces):
@@ -96,15 +84,6 @@ def test_what_pulls_adds_up_to_the_correction(traces):
     assert names[:2] == ["measured points", "prior (prediction)"]
     points = correction.gain @ correction.points.residual
     assert table.rows[0][1] == f"{1e3 * np.linalg.norm(points[:3]):.1f} mm"
-
-
-def test_the_same_step_is_found_in_another_frame(traces):
-    steps = steps_of(traces["thesis"][0])
-    others = steps_of(traces["fast"][0])
-    for step in steps[:6]:
-        other = others[same_step(others, step)]
-        assert (other.kind, other.correction) == (step.kind, step.correction)
-    assert same_step(steps, others[-2]) == len(steps) - 1, "a search has no counterpart"
 
 
 def test_shades_go_from_inside_to_outside():

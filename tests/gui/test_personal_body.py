@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QToolButton
+from PySide6.QtWidgets import QToolButton
 
 from app.features.annotate.setup.personalising import PersonalDialog
 from app.session.runs import entry_of_run
@@ -17,7 +17,6 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
 from stereotrack_core.tracking.pipeline import Pipeline
@@ -91,9 +90,7 @@ def clicked(recording, frame, but=()):
     ]
 
 
-def test_a_failure_is_clicked_and_tracked_again(
-    annotating, qtbot, recording, monkeypatch, tmp_path
-):
+def test_a_failure_is_clicked_and_tracked_again(annotating, qtbot, recording):
     window, session = annotating, annotating.context.session
     annotate, first = window.features.annotate, session.runs.active
     session.document.go_to(6)
@@ -115,10 +112,10 @@ def test_a_failure_is_clicked_and_tracked_again(
     away = np.linalg.norm(again.at(6).landmarks - recording.reference.points[6], axis=1)
     assert away.max() < 0.06
     assert not first.visible
-    personalised(window, qtbot, recording, monkeypatch, tmp_path)
+    personalised(window, qtbot, recording)
 
 
-def personalised(window, qtbot, recording, monkeypatch, tmp_path):
+def personalised(window, qtbot, recording):
     session = window.context.session
     personalise = button(window, "annotate-personalise")
     window.context.actions.refresh()
@@ -132,10 +129,6 @@ def personalised(window, qtbot, recording, monkeypatch, tmp_path):
     assert dialog.offsets.heading.text() == "Offsets from 3 clicked frames, mm"
     assert "±" in dialog.offsets.model.cell(0, 1).text
     assert dialog.lean.text().startswith("The trunk leans ")
-    target = tmp_path / "subject.toml"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(target), ""))
-    QTest.mouseClick(dialog.export_button, LEFT)
-    assert len(read_subject(target).offsets) == 9
     assert session.subject().offsets == {}
     QTest.mouseClick(dialog.accept_button, LEFT)
     assert len(session.subject().offsets) == 9

@@ -128,13 +128,6 @@ def test_the_fit_fills_in_what_is_selected_once_there_is_one(clicked, qtbot):
     assert "no points from the fit in frames 1 – 6" in clicked.messages.text()
 
 
-def test_depth_of_the_whole_fit_follows_the_panel_s_switch(annotating):
-    box = annotating.features.annotate.clicking.body.with_depth
-    assert annotating.features.annotate.panels.reference.settings.use_depth == box.isChecked()
-    box.setChecked(not box.isChecked())
-    assert annotating.features.annotate.panels.reference.settings.use_depth == box.isChecked()
-
-
 def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
     assert (
         why_not(clicked, "annotate-fill-run") == "There is no finished run. Run the tracker first."

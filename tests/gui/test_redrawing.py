@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
-from app.session import judgement
-from app.widgets.forms.parameter_line import ParameterLine
 from tests.gui.hands import Paintings, click_truth
 from tests.gui.made_runs import add_run
 from tests.gui.tuning.conftest import quick_run_file, tuning  # noqa: F401
@@ -30,8 +26,6 @@ class Drawings:
             ("curves", review.plot.plot, "set_curves"),
             ("failures", review.failures.panel, "show_rows"),
             ("statistics", review.panels.statistics, "show_statistics"),
-            ("explanations", review.panels.explanations, "show_content"),
-            ("angles", review.panels.angles, "show_curves"),
         ):
             self.count[name] = 0
             monkeypatch.setattr(part, method, self._counted(name, getattr(part, method)))
@@ -99,21 +93,6 @@ def test_the_window_answers_between_pictures_and_before_the_scene(opened, qtbot)
     assert len({at for _, at in shown}) == 3
 
 
-def test_a_run_that_comes_is_judged_and_drawn_once(opened, qtbot, monkeypatch):
-    opened.context.docks.show_named("review")
-    show(opened, qtbot, "statistics")
-    drawings, told = Drawings(opened, monkeypatch), []
-    opened.context.session.judging.judged.connect(lambda: told.append(True))
-    add_run(opened, "good", off=0.05)
-    settle(opened, qtbot)
-    taken = drawings.taken()
-    assert len(told) == 1
-    assert (taken["curves"], taken["statistics"], taken["pictures"]) == (1, 1, 1)
-    opened.context.session.runs.tell()
-    settle(opened, qtbot)
-    assert drawings.taken() == {"statistics": 1}, "its name, for instance"
-
-
 def test_a_failure_that_is_chosen_is_shown_and_nothing_else_is_drawn(opened, qtbot, monkeypatch):
     opened.context.docks.show_named("review")
     add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
@@ -154,54 +133,3 @@ def test_a_trial_draws_its_curves_and_its_model_and_no_lanes(tuning, qtbot, monk
     assert taken.pop("pictures") == 1, "in the frame that is shown"
     assert 1 <= taken.pop("curves") <= len(seen), "once for all that is judged in the meantime"
     assert not taken
-
-
-def test_a_growing_run_is_judged_off_the_window_s_thread(opened, qtbot, monkeypatch):
-    threads, counts = [], []
-    real = judgement.errors_against
-
-    def noted(found, truth):
-        threads.append(threading.current_thread())
-        counts.append(len(found.frame))
-        return real(found, truth)
-
-    monkeypatch.setattr(judgement, "errors_against", noted)
-    entry = add_run(opened, "grows")
-    frames = entry.frames
-    settle(opened, qtbot)
-    assert threads
-    counts.clear()
-    entry.frames = {k: frames[k] for k in range(3)}
-    opened.context.session.judging.judge()
-    settle(opened, qtbot)
-    entry.frames = frames
-    opened.context.session.runs.grew.emit()
-    settle(opened, qtbot)
-    assert counts == [3, 5], "only frames that have come since are judged"
-    assert len(opened.context.session.judging.of(entry).frame) == 8
-    assert threading.main_thread() not in threads
-
-
-def test_a_panel_behind_another_does_no_work(window, qtbot, small_recording):
-    docks = window.context.docks
-    made = window.features.tune.parameters.findChildren
-    window.context.session.opening.open(small_recording, workspace="track")
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
-    settle(window, qtbot)
-    assert docks.dock("parameters").widget().isVisible(), "to Qt, although the runs are before it"
-    assert (docks.is_seen("runs"), docks.is_seen("parameters")) == (True, False)
-    assert not made(ParameterLine), "no lines for somebody who cannot see them"
-    docks.bring_up("parameters")
-    assert (docks.is_seen("runs"), docks.is_seen("parameters")) == (False, True)
-    assert made(ParameterLine)
-    docks.show_named("tune")
-    settle(window, qtbot)
-    trials = window.features.tune.panel
-    docks.bring_up("runs")
-    trials.show_words("nothing", "nothing", "")
-    window.context.session.document.go_to(3)
-    settle(window, qtbot)
-    assert trials.words.text() == "nothing"
-    docks.bring_up("trials")
-    settle(window, qtbot)
-    assert trials.words.text() != "nothing"

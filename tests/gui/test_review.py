@@ -1,20 +1,15 @@
-"""The Review workspace: statistics, explanations and joint angles follow runs and selection."""
+"""The Review workspace: statistics follow runs and selection."""
 
 from __future__ import annotations
 
 import csv
 from io import StringIO
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtTest import QTest
 
-from app.session.judgement import MEASURED_LIMBS
-from app.widgets.style.limb_colours import limb_words
-from stereotrack_core.interop.run_npz import write_npz
-from tests.gui.made_runs import add_run, made_run
+from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
 
@@ -39,7 +34,7 @@ def show(window, qtbot, name):
 
 
 def settle(window, qtbot):
-    window.features.review.panels.show_soon(("statistics", "explanations", "angles", "motion"))
+    window.features.review.panels.show_soon()
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
@@ -90,83 +85,6 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
     assert reviewing.messages.message is not None  # in words, not as a traceback
 
 
-def test_points_lead_to_frames_and_views_are_counted_in_the_background(reviewing, qtbot):
-    show(reviewing, qtbot, "explanations")
-    panel = reviewing.features.review.panels.explanations
-    panel.kind.setCurrentIndex(panel.kind.findData("speed"))
-    settle(reviewing, qtbot)
-    content = panel._content
-    assert {cloud.name for cloud in content.clouds} == {"good", "wild"}
-    cloud = next(c for c in content.clouds if c.name == "wild" and c.limb == "left_upper_arm")
-    place = int(np.flatnonzero(cloud.frame == 5)[0])
-    panel.show_everything()
-    box = panel.plot.getViewBox()
-    at = panel.plot.mapFromScene(box.mapViewToScene(QPointF(cloud.x[place], cloud.y[place])))
-    QTest.mouseClick(panel.plot.viewport(), LEFT, pos=at)
-    qtbot.waitUntil(lambda: reviewing.context.session.document.frame == 5, timeout=5_000)
-    panel.kind.setCurrentIndex(panel.kind.findData("views"))
-    settle(reviewing, qtbot)
-    for _ in range(2):  # one run after the other
-        settle(reviewing, qtbot)
-    clouds = panel._content.clouds
-    assert {cloud.place for cloud in clouds} == {0, 1}
-    seen = np.concatenate([cloud.x for cloud in clouds])
-    assert ((seen > -0.5) & (seen < 2.5)).all()  # two views
-    select(reviewing, qtbot, range(2, 5))
-    np.testing.assert_array_equal(
-        panel._content.clouds[0].frame[panel._content.clouds[0].chosen], [2, 3, 4]
-    )
-    panel.kind.setCurrentIndex(panel.kind.findData("histogram"))
-    settle(reviewing, qtbot)
-    assert panel._content.steps[0].height.sum() == pytest.approx(100.0)
-
-
-def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot, tmp_path):
-    show(reviewing, qtbot, "angles")
-    for _ in range(4):
-        settle(reviewing, qtbot)
-    panels = reviewing.features.review.panels
-    plot = panels.angles
-    plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
-    settle(reviewing, qtbot)
-    (left, _), timeline = plot._box.viewRange()[0], reviewing.context.docks.timeline
-    assert left == pytest.approx(timeline.scale.first - 0.5)
-    x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(4.0, 0.0))).x()
-    assert x == pytest.approx(timeline.scale.x_of(4.5), abs=4)  # a frame stands over its own
-    styles = {(curve.name, curve.style) for curve in plot.shown_curves}
-    assert styles == {("good", "solid"), ("wild", "dash"), ("reference", "reference")}
-    good = next(c for c in plot.shown_curves if c.name == "good")
-    assert np.isfinite(good.sigma).all()
-    assert good.value == pytest.approx(90, abs=20)  # the T pose
-    plot.quantity.setCurrentIndex(plot.quantity.findData("velocity"))
-    settle(reviewing, qtbot)
-    assert "cut-off 4 Hz" in plot.words.words
-    assert panels.motion.cut_off.value() == 4.0  # 0.4 of ten frames per second
-    assert np.abs(plot.shown_curves[0].value).max() < 30
-    show(reviewing, qtbot, "motion")
-    reviewing.context.docks.dock("explanations").raise_()
-    table, model = panels.motion.table, panels.motion.model
-    row = [one[0].text for one in model.rows].index("right elbow flexion")
-    assert "±" in model.cell(row, 1).text
-    table.scrollTo(model.index(row, 0))
-    rect = table.visualRect(model.index(row, 0))
-    QTest.mouseClick(table.viewport(), LEFT, pos=rect.center())
-    assert plot.angle_key == "elbow_flexion"
-    qtbot.waitUntil(plot.isVisible, timeout=5_000)  # it comes to the front
-    assert reviewing.features.review.panels.why_no_angles() == ""
-    reviewing.features.review.panels.save_angles(tmp_path / "angles.csv")
-    rows = list(csv.DictReader(StringIO((tmp_path / "angles.csv").read_text())))
-    assert [row["frame"] for row in rows] == [str(i) for i in range(8)]
-    # a stored run of one frame has no velocities, and breaks nothing
-    run = made_run(reviewing.context.session.document.recording, frames=slice(0, 1))
-    write_npz(tmp_path / "short.npz", run)
-    reviewing.features.files.open_run(tmp_path / "short.npz")
-    for name in ("statistics", "explanations", "angles", "motion"):
-        show(reviewing, qtbot, name)
-        for _ in range(3):
-            settle(reviewing, qtbot)
-
-
 def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing, qtbot):
     recording = reviewing.context.session.document.recording
     reviewing.context.view_state.set_threshold(12.0)
@@ -177,10 +95,6 @@ def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing
     assert reviewing.features.review.plot.plot.threshold == 12.0
     show(reviewing, qtbot, "statistics")
     assert "No reference" in reviewing.features.review.panels.statistics.words.text()
-    show(reviewing, qtbot, "explanations")
-    panel = reviewing.features.review.panels.explanations
-    assert "No reference" in panel.words.words
-    assert np.nanmax(panel._content.steps[0].edges) < 10  # it states 3 degrees
 
 
 def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
@@ -216,29 +130,3 @@ def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
     reviewing.context.session.document.go_to(3)
     reviewing.features.review.plot.go_above(-1)
     assert reviewing.context.session.document.frame == 0
-
-
-def test_each_limb_has_a_histogram_of_its_own_on_the_same_axes(reviewing, qtbot):
-    show(reviewing, qtbot, "explanations")
-    panel = reviewing.features.review.panels.explanations
-    assert panel.kind_key == "histogram"
-    assert panel.histograms.isVisible()
-    assert not panel.plot.isVisible()
-    plots = panel.histograms.plots
-    assert tuple(plots) == MEASURED_LIMBS
-    assert [plot.getPlotItem().titleLabel.text for plot in plots.values()] == [
-        *map(limb_words, MEASURED_LIMBS)
-    ]
-    ranges = {str(plot.viewRange()) for plot in plots.values()}
-    assert len(ranges) == 1
-    assert all(len(plot.getPlotItem().items) == 2 for plot in plots.values()), "a step for each run"
-    QTest.mouseClick(panel.legend.button("torso"), LEFT)
-    assert tuple(panel.histograms.plots) == tuple(
-        limb for limb in MEASURED_LIMBS if limb != "torso"
-    )
-    QTest.mouseClick(panel.legend.button("torso"), LEFT)
-    panel.kind.setCurrentIndex(panel.kind.findData("speed"))
-    settle(reviewing, qtbot)
-    assert panel.plot.isVisible()
-    panel.kind.setCurrentIndex(panel.kind.findData("histogram"))
-    settle(reviewing, qtbot)

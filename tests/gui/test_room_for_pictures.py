@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtWidgets import QApplication, QTabBar, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.widgets.forms.message import Message
 from tests.gui.hands import RIGHT, clicks, drag, key, view
@@ -188,14 +188,3 @@ def test_the_right_button_spans_what_is_enlarged(four, qtbot):
     drag(four, QPoint(100, 40), QPoint(104, 44), button=RIGHT)
     assert camera.zoom == zoom, "a slip of the hand enlarges nothing"
     assert clicks(four) == {}
-
-
-def test_tabs_of_panels_that_share_a_place_are_seen(opened):
-    docks = opened.context.docks
-    for name in ("annotate", "track", "annotate", "review", "tune", "annotate"):
-        docks.show_named(name)
-        QApplication.processEvents()
-        direct = Qt.FindChildOption.FindDirectChildrenOnly
-        bars = [bar for bar in opened.findChildren(QTabBar, options=direct) if bar.count()]
-        assert bars
-        assert all(bar.isVisible() and bar.x() >= 0 for bar in bars), name

@@ -59,17 +59,6 @@ def test_the_scene_says_what_the_colours_of_its_points_mean(opened, qtbot):
         assert name == "points_distance" or drawn <= set(told.values())
 
 
-def test_standard_views_are_in_a_menu_and_stay_when_the_scene_grows(opened, qtbot):
-    actions = {action.objectName(): action for action in menus(opened)["Standard views"].actions()}
-    actions["scene_from_top"].trigger()
-    assert opened.context.docks.scene.orbit.elevation == pytest.approx(1.5708, abs=1e-3)
-    before = opened.context.docks.scene.orbit
-    opened.context.docks.scene.resize(
-        opened.context.docks.scene.width(), opened.context.docks.scene.height() // 2
-    )
-    assert opened.context.docks.scene.orbit.elevation == before.elevation
-
-
 def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, qtbot, monkeypatch):
     opened.context.docks.show_named("track")
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)

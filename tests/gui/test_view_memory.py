@@ -104,24 +104,3 @@ def test_a_project_for_reading_is_shown_so_and_stays_as_it_is(
     opened.close()
     with Project.open(path, read_only=True) as project:
         assert project.view_settings.get("window")["frame"] == 5
-
-
-@pytest.mark.parametrize(
-    "stored",
-    [
-        "nonsense",
-        {"frame": "x", "workspace": 3, "pictures": [1], "light": {"": [9, "y"], "N": [None]}},
-        {"frame": 10_000, "workspace": "gone", "pictures": {"Q": "left", "N": "gone"}},
-        {"frame": -4, "light": {"": [99.0, -5.0], "Q": [0.1, 1.0]}},
-    ],
-)
-def test_what_makes_no_sense_is_passed_over(window, qtbot, small_recording, tmp_path, stored):
-    path = tmp_path / "mine.stereotrack"
-    with Project.create(path, small_recording) as project:
-        project.view_settings.set("window", stored)
-    open_path(window, qtbot, path)
-    frame, _, kinds, lights = shown(window)
-    assert 0 <= frame < window.context.session.document.frame_count
-    assert set(kinds.values()) == {"image"}
-    assert all(-0.8 <= b <= 0.8 and 0.25 <= c <= 4.0 for b, c in lights.values())
-    assert window.messages.text() == ""

@@ -122,12 +122,3 @@ def test_a_field_that_was_clicked_or_tabbed_into_is_turned(page):
         before = value_of(field)
         turn(field)
         assert value_of(field) == before, "it was left"
-
-
-def test_the_focus_alone_is_not_enough(page):
-    """The first field of a dialog has it, and the one that a program goes to."""
-    for field in page.fields:
-        field.setFocus()
-        before = value_of(field)
-        turn(field)
-        assert value_of(field) == before

@@ -14,7 +14,6 @@ from tests.gui.hands import (
     CTRL,
     LEFT,
     NONE,
-    SHIFT,
     at,
     click,
     clicks,
@@ -99,46 +98,6 @@ def test_one_landmark_goes_through_the_keyframes(four, qtbot):
     four.context.actions.action("advance_frame").trigger()
 
 
-def test_views_in_any_order_with_flags_and_an_undo_in_between(four):
-    left, right, elbow = NINE.names[:3]
-    point_and_click(four, 100.0, 100.0, "S")
-    point_and_click(four, 150.0, 100.0, "W", SHIFT)
-    point_and_click(four, 120.0, 100.0, "S")
-    point_and_click(four, 160.0, 100.0, "W")
-    key(four, Qt.Key.Key_Z, CTRL, "W")
-    assert said(four, "W") == "right shoulder"
-    point(four, 130.0, 100.0, "S")
-    assert said(four, "S") == "left elbow"
-    point(four, 170.0, 110.0, "W")
-    key(four, Qt.Key.Key_X, name="W")
-    assert said(four, "W") == "left elbow"
-    point_and_click(four, 170.0, 110.0, "W")
-    found = clicks(four)
-    assert set(found) == {
-        ("S_right", left), ("S_right", right), ("W_right", left), ("W_right", right),
-        ("W_right", elbow),
-    }  # fmt: skip
-    seen = {key: one.visibility for key, one in found.items() if key[0] == "W_right"}
-    assert seen == {
-        ("W_right", left): Visibility.GUESSED,
-        ("W_right", right): Visibility.OUTSIDE,
-        ("W_right", elbow): Visibility.SEEN,
-    }
-
-
-def test_a_click_taken_back_is_offered_again_in_its_view_alone(four):
-    key(four, Qt.Key.Key_7)
-    point_and_click(four, 100.0, 100.0, "N")
-    key(four, Qt.Key.Key_Z, CTRL)
-    assert said(four, "N") == "head"
-    point(four, 100.0, 100.0, "S")
-    assert said(four, "S") == "left shoulder"
-    point_and_click(four, 110.0, 100.0, "N")
-    assert set(clicks(four)) == {("N_right", "head")}
-    key(four, Qt.Key.Key_Delete)
-    assert said(four, "N") == "head"
-
-
 def test_the_name_stands_at_the_cursor_before_the_click(four, qtbot):
     label = view(four, "O").label
     assert not label.isVisible()
@@ -162,15 +121,6 @@ def test_the_name_stands_at_the_cursor_before_the_click(four, qtbot):
     four.context.docks.show_named("track")
     point(four, 100.0, 100.0, "O")
     assert said(four, "O") == ""
-
-
-def test_the_name_is_of_the_frame_that_is_shown(four, qtbot):
-    for landmark in NINE.names[:2]:
-        point_and_click(four, *truth(four, landmark, "O"), "O")
-    assert said(four, "O") == "left elbow"
-    key(four, Qt.Key.Key_Period, name="O")
-    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
-    assert said(four, "O") == "left shoulder", "without a move of the mouse"
 
 
 @pytest.mark.parametrize("loupe", [False, True])
@@ -207,20 +157,6 @@ def test_a_key_wins_for_one_click_in_whichever_view(four):
     click(four, 150.0, 120.0)
     assert undo_words(four) == "place left shoulder in N_right, frame 0"
     assert len(clicks(four)) == 2
-
-
-def test_a_row_wins_for_one_click_also_the_one_that_is_chosen_already(four, qtbot):
-    table = four.features.annotate.clicking.landmarks.table
-    point(four, 100.0, 100.0, "N")
-    assert table.currentIndex().row() == 0
-    for row in (0, 4):
-        place = table.visualRect(table.model().index(row, 1)).center()
-        qtbot.mouseClick(table.viewport(), LEFT, pos=place)
-        assert four.features.annotate.clicking.annotating.choice.asked
-        assert table.currentIndex().row() == row
-        point_and_click(four, 100.0 + 30.0 * row, 100.0, "S")
-    assert {landmark for _, landmark in clicks(four)} == {"left_shoulder", "left_hand"}
-    assert said(four, "S") == "right shoulder"
 
 
 def test_when_all_is_clicked_a_click_changes_nothing_and_it_is_said(four):
@@ -278,20 +214,6 @@ def test_the_choice_stays_where_the_person_wants_it_to(four):
     assert {landmark for _, landmark in clicks(four, 0)} == {"left_elbow"}
 
 
-def test_a_landmark_goes_through_all_views_where_that_is_wanted(four):
-    four.context.actions.action("advance_view").trigger()
-    for name in "NOS":
-        point_and_click(four, 100.0, 100.0, name)
-    point(four, 160.0, 140.0, "S")
-    assert said(four, "S") == "left shoulder is already clicked here: continue in W"
-    point_and_click(four, 160.0, 140.0, "S")
-    assert len(clicks(four)) == 3
-    point_and_click(four, 100.0, 100.0, "W")
-    for name in VIEWS:
-        point(four, 160.0, 140.0, name)
-        assert said(four, name) == "right shoulder"
-
-
 def test_a_second_click_on_a_picture_that_is_about_to_change_moves_nothing(four):
     camera, place = view(four, "N"), at(four, 100.0, 100.0)
     QTest.mouseClick(camera, LEFT, NONE, place)
@@ -302,16 +224,3 @@ def test_a_second_click_on_a_picture_that_is_about_to_change_moves_nothing(four)
     wanted = camera.pixel_at((place + QPoint(20, 0)).toPointF())
     assert set(found) == {"left_shoulder", "right_shoulder"}
     assert found["right_shoulder"][0] == pytest.approx(wanted.x())
-
-
-def test_the_one_large_view_does_not_decide_what_is_clicked_in_a_small_one(four, qtbot):
-    annotate_view(four, "N")
-    four.context.actions.action("arrange_one-and-more").trigger()
-    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
-    four.context.view_state.activate("N")
-    point(four, 100.0, 100.0, "O")
-    assert said(four, "O") == "left shoulder"
-    assert four.context.view_state.active_view == "N", "nothing is arranged anew by a mere move"
-    key(four, Qt.Key.Key_X, name="O")
-    assert clicks(four)[("O_right", "left_shoulder")].visibility == Visibility.OUTSIDE
-    assert clicks(four)[("N_right", "left_shoulder")].visibility == Visibility.SEEN

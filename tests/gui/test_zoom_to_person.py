@@ -60,19 +60,6 @@ def test_views_zoom_to_the_clicks_and_back(bare, qtbot):
     assert [tile.camera.zoom for tile in bare.context.docks.views.tiles.values()] == [1.0, 1.0]
 
 
-def test_clicks_that_come_with_their_project_are_zoomed_to(bare, qtbot):
-    for x, y in PLACES["N"]:
-        click(bare, x, y, "N")
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
-    press_z(bare, qtbot)
-    assert bare.context.view_state.display.keep_person
-    folder = bare.context.session.document.recording.folder
-    bare.context.session.opening.open(folder, workspace="annotate")
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
-    assert view(bare, "N").zoom > 1.5
-    assert seen(bare, "N", PLACES["N"])[0]
-
-
 def test_nothing_moves_while_clicks_are_placed(bare, qtbot):
     for x, y in PLACES["N"]:
         click(bare, x, y)
@@ -106,9 +93,3 @@ def test_it_says_where_nothing_tells_of_a_person(bare, qtbot):
     bare.context.actions.action("keep_person").trigger()
     assert "Click two landmarks" in bare.statusBar().currentMessage()
     assert view(bare, "N").zoom == 1.0
-
-
-def test_the_reference_tells_where_the_person_is(annotating, qtbot):
-    press_z(annotating, qtbot)
-    assert view(annotating, "N").zoom > 1.0
-    assert "Zoom to the person" in annotating.context.actions.action("keep_person").text()

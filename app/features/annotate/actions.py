@@ -172,8 +172,12 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
     return [
         setup("annotate-subject", "Subject …", "Edit the subject's segment lengths, or measure "
               "them from clicks.", dialogs.show_subjects, icon="ruler", section=True),
-        setup("annotate-landmarks", "Landmarks …", "Edit the set of landmarks: names, colours, "
-              "limbs, positions on the body.", dialogs.show_landmarks, icon="clicks"),
+        setup("annotate-landmarks", "Import landmark set …", "Click the landmarks of a file: "
+              "names, colours, limbs, positions on the body.", dialogs.ask_to_import_landmarks,
+              icon="clicks", why_not=p.no_edit),
+        setup("annotate-landmarks-export", "Export landmark set …", "Write the landmark set to a "
+              "file that a text editor can change.", dialogs.ask_to_export_landmarks,
+              icon="export"),
         file("annotate-import", "Import clicks …", "Import clicks, labels of other tools or a "
              "reference. New and conflicting clicks are shown before anything is written.",
              dialogs.ask_to_import, icon="open", why_not=p.no_edit, section=True),

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QDialog
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
+from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
@@ -25,23 +26,23 @@ from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
 from stereotrack_core.project.exporting.labels import export_keypoints
 from stereotrack_core.project.merging import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.project.schema import LANDMARK_SET, REFERENCE
 from stereotrack_core.project.selection import Selection
-from stereotrack_core.project.setups import save_reference
+from stereotrack_core.project.setups import save_landmark_set, save_reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import up_of_cameras
 
 from ...services.failures import message_of
 from ...session.project_opening import message_of_finding
-from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
+from ...widgets.forms.form_dialog import ask_to_export, ask_to_open, ask_to_save
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.click_files import ExportDialog, ImportDialog, ReferenceExportDialog
 from .exchange.merging import TakeIn, TakeInDialog
 from .panels import AnnotationPanels
-from .setup.landmark_set import LandmarkSetDialog
 from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
+_LANDMARK_SETS = "Landmark sets (*.toml)"
 _Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
 """Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
 
@@ -272,19 +273,43 @@ class AnnotationDialogs(QObject):
             known = (panels.project, recording.cameras, recording.subject)
             self._show(SubjectDialog(*known, panels.tasks, panels.window))
 
-    def show_landmarks(self) -> None:
-        """Edit which landmarks are clicked."""
-        if self._panels.project is not None:
-            self._show(LandmarkSetDialog(self._panels.project, self._panels.window))
+    def ask_to_import_landmarks(self) -> None:
+        """Let the person choose a file that says which landmarks are clicked."""
+        window, title = self._panels.window, "Import landmark set"
+        ask_to_open(window, title, self._folder(), _LANDMARK_SETS, self.import_landmarks)
+
+    def import_landmarks(self, path: Path) -> None:
+        """Click the landmarks of a file from now on; clicks of others stay in the project."""
+        project = self._panels.project
+
+        def use() -> None:
+            landmarks = read_landmark_set(path)
+            if project is not None and landmarks != project.landmark_set():
+                is_usual = landmarks == NINE
+                if not is_usual:
+                    project.apply(save_landmark_set(landmarks))
+                project.apply(Choose(LANDMARK_SET.name, None if is_usual else landmarks.name))
+            self._panels.said.emit(f"The landmarks are those of {path.name}.")
+
+        self._attempt(use)
+
+    def ask_to_export_landmarks(self) -> None:
+        """Let the person choose where the landmark set is written to."""
+        proposed, window = Path(self._folder()) / "landmarks.toml", self._panels.window
+        ask_to_save(window, "Export landmark set", proposed, _LANDMARK_SETS, self.export_landmarks)
+
+    def export_landmarks(self, path: Path) -> None:
+        """Write the landmark set to a file."""
+        project, path = self._panels.project, path if path.suffix else path.with_suffix(".toml")
+        if project is not None:
+            landmarks = project.landmark_set()
+            if self._attempt(lambda: write_landmark_set(path, landmarks)):
+                self._panels.said.emit(f"Saved to {path}.")
 
     @Slot()
     def _close_all(self) -> None:
         """Close what belongs to a project that is being closed."""
-        kinds = (
-            *(TakeInDialog, AgreementDialog, ExportDialog, ImportDialog),
-            *(SubjectDialog, LandmarkSetDialog),
-        )
-        for kind in kinds:
+        for kind in (TakeInDialog, AgreementDialog, ExportDialog, ImportDialog, SubjectDialog):
             for dialog in self._panels.window.findChildren(kind):
                 dialog.close()
 

@@ -33,7 +33,7 @@ class Annotate:
     clicking: ClickController
     """Clicks in the views."""
     panels: AnnotationPanels
-    """Lanes, what is next, history, second readings and fits."""
+    """Lanes, what is next, second readings and fits."""
     predicting: PredictionWork
     """Predictions over a selection."""
     personalising: Personalising
@@ -64,7 +64,7 @@ def register(context: Context) -> Annotate:
             "Annotate",
             "Click landmarks in all views. The body is fitted to the clicks as you go.",
             "clicks",
-            side=(("landmarks",), ("body", "next", "history", "scene")),
+            side=(("landmarks",), ("body", "next", "scene")),
             bottom=("timeline",),
             side_share=0.26,
             bottom_shares=(0.24,),
@@ -94,7 +94,7 @@ def _offer_in_body(context: Context, clicking: ClickController, retracking: Retr
 
 
 class _AnnotateController(QObject):
-    """Connects lanes, Next, history and second readings with the document and the views."""
+    """Connects lanes, Next and second readings with the document and the views."""
 
     def __init__(
         self,
@@ -108,7 +108,6 @@ class _AnnotateController(QObject):
         self.panels, self._predicting, self._clicking = panels, predicting, clicking
         session, docks, annotating = context.session, context.docks, clicking.annotating
         docks.add("next", "Suggested clicks", panels.next_panel)
-        docks.add("history", "History", panels.history_panel)
         docks.add_above_timeline(panels.bar)
         docks.lay_over_views(panels.repeat_bar)
         panels.frame_requested.connect(session.document.visit)

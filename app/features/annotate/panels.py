@@ -1,4 +1,4 @@
-"""Everything of annotation around the views: lanes, what is next, history, trust."""
+"""Everything of annotation around the views: lanes, what is next, trust."""
 
 from __future__ import annotations
 
@@ -22,13 +22,11 @@ from ...services.failures import message_of
 from ...services.tasks.task import TaskList
 from ...session.edits import EditStack
 from ...widgets.forms.message import StateBar
-from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.bars import AnnotationBar
 from ...widgets.timeline.lanes import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
 from .filling.reference_work import ReferenceWork
-from .history import HistoryPresenter
 from .lanes import AnnotationLanes
 from .next_clicks import NextPresenter, Ranking
 
@@ -72,14 +70,12 @@ class AnnotationPanels(QObject):
         self._shown = True
         self.bar = AnnotationBar()
         self.next_panel = NextPanel()
-        self.history_panel = HistoryPanel()
         tip = "Finish the blind repeat; both passes are kept in the project"
         self.repeat_bar = StateBar("Blind repeat", "Finish and show", tip)
         self.lanes: AnnotationLanes | None = None
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
         self.repeats: BlindRepeats | None = None
-        self.history = HistoryPresenter(self)
         self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
         self._back_to: int | None = None
@@ -99,10 +95,6 @@ class AnnotationPanels(QObject):
         self.timeline.lane_clicked.connect(self._on_lane)
         self.bar.filter_changed.connect(self._on_filter)
         self.bar.flagged_requested.connect(self.go_to_flagged)
-        self.history_panel.jump_requested.connect(self.history.jump_to)
-        self.history_panel.stop_requested.connect(self.history.stop)
-        self.history.moved.connect(self.history_panel.show_going)
-        self.history.arrived.connect(self._on_arrived)
         self.next_panel.visit_requested.connect(self.click_requested)
         self.next_panel.wanted_changed.connect(self.next.set_wanted)
         self.next.wanted_changed.connect(self.next_panel.show_wanted)
@@ -114,8 +106,7 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.ended.connect(self.finish_repeat)
-        self.edits.changed.connect(self.history_panel.follow)
-        for source in (self.next, self.reference, self.history):
+        for source in (self.next, self.reference):
             source.failed.connect(self._on_failed)
 
     # ---- the project
@@ -135,8 +126,6 @@ class AnnotationPanels(QObject):
             self._forget = self.project.on_change(self._edited.emit)
             self.bar.set_filter(_stored_filter(self.project))
         self.repeats = BlindRepeats(self.project) if self.project is not None else None
-        self.history.set_project(self.project)
-        self.history_panel.show_edits(self.project.history.entries if self.project else None)
         self.next.set_project(self.project, click_cameras(recording))
         self.next_panel.show_wanted(self.next.wanted_deg)
         self._make_lanes()
@@ -408,11 +397,6 @@ class AnnotationPanels(QObject):
         self.changed.emit()
 
     # ---- the rest
-
-    @Slot()
-    def _on_arrived(self) -> None:
-        self.history_panel.show_going(None)
-        self.changed.emit()
 
     @Slot(object)
     def _on_failed(self, error: Exception) -> None:

@@ -22,14 +22,7 @@ from stereotrack_core.tracking.trace import (
 
 from ...widgets.plots.inside_panel import StepContent, Table
 from ...widgets.style.limb_colours import limb_words
-from .numbers import (
-    covariance_maps,
-    cross_maps,
-    deviations_table,
-    part_words,
-    residual_histogram,
-    states_of,
-)
+from .numbers import cross_map, deviations_table, part_words, states_of
 from .steps import Step, name_of
 
 _KINDS = {
@@ -40,7 +33,6 @@ _KINDS = {
     "outline": "Silhouettes",
     "detection": "Keypoints",
 }
-_SIDES = ("inside the model", "outside the model")
 _NEGATIVE = (
     "The prediction is the mean over the sigma points (2.16), which lies off the model where a "
     "joint is uncertain. A residual can therefore be negative although a distance cannot."
@@ -86,9 +78,7 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
             return _result(trace, step, compared)
         case _ if correction is None:
             points = trace.measured[0]
-            return _content(
-                step, trace, histogram=residual_histogram(points, _said(points), _SIDES)
-            )
+            return _content(step, trace, _said(points), tables=(_parts_table(points),))
         case "points":
             return _content(step, trace, tables=(_points_table(correction),))
         case "pairs":
@@ -99,7 +89,7 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
             n, m = correction.P_xz.shape
             gain = f"norm of the gain {correction.gain_norm:.3g}"
             words = f"{n} states, {m} correspondences; {gain}."
-            return _content(step, trace, words, maps=cross_maps(correction, trace.state_names))
+            return _content(step, trace, words, map=cross_map(correction, trace.state_names))
         case _:
             return _correct(trace, step, correction)
 
@@ -116,7 +106,6 @@ def _predict(trace: StepTrace, step: Step) -> StepContent:
         trace,
         " ".join(trace.notes),
         tables=(deviations_table(before, predicted, names, ("Before", "Predicted")),),
-        maps=covariance_maps(before, predicted, names, ("Correlations before", "Predicted")),
     )
 
 
@@ -146,17 +135,12 @@ def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
         return _keypoints(trace, step, correction)
     residual = correction.normalised_residual
     words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is expected."
-    sides = _SIDES
-    if trace.method == "thesis":
-        sides = ("", "")
-        if bool(np.any(points.residual < 0.0)):
-            words = f"{words} {_NEGATIVE}"
+    if trace.method == "thesis" and bool(np.any(points.residual < 0.0)):
+        words = f"{words} {_NEGATIVE}"
     tables = [_parts_table(points)]
     if correction.rows:
         tables.append(_rows_table(correction.rows))
-    return _content(
-        step, trace, words, histogram=residual_histogram(points, words, sides), tables=tuple(tables)
-    )
+    return _content(step, trace, words, tables=tuple(tables))
 
 
 def _keypoints(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
@@ -260,8 +244,7 @@ def _correct(trace: StepTrace, step: Step, correction: Correction) -> StepConten
     ]
     if trace.method != "thesis":
         tables.insert(1, _pull_table(correction))
-    maps = covariance_maps(before, after, names, ("Correlations before", "Correlations after"))
-    return _content(step, trace, tables=tuple(tables), maps=maps)
+    return _content(step, trace, tables=tuple(tables))
 
 
 def _moved_table(trace: StepTrace, origin: Pose, to: Pose) -> Table:

@@ -1,4 +1,4 @@
-"""Names and units of the states, and maps of matrices over them."""
+"""Names and units of the states, their deviations, and the cross-covariance over them."""
 
 from __future__ import annotations
 
@@ -6,21 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
-from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import Correction
 
 from ...widgets.plots.inside_panel import Table
-from ...widgets.plots.step_plots import HeatMap, Histogram
+from ...widgets.plots.step_plots import HeatMap
 from ...widgets.style.limb_colours import limb_words
 
 _GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}
 _TURNS = {"rx": "turn x", "ry": "turn y", "rz": "turn z", "tx": "turn x", "ty": "turn y"}
-_BARS = 24
-_FULL = 0.06
 
 
 @dataclass(frozen=True)
@@ -66,14 +63,12 @@ def groups_of(part: IntArray) -> tuple[tuple[str, str, int], ...]:
     )
 
 
-def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap, ...]:
-    """The cross-covariance as correlations, and in its own units."""
+def cross_map(correction: Correction, names: tuple[str, ...]) -> HeatMap:
+    """The cross-covariance as correlations; a cell's words have it in its own units."""
     states, P_xz = states_of(names), correction.P_xz
     spread = np.outer(correction.before.sigma, np.sqrt(np.maximum(correction.P_zz, 0.0)))
     known = spread > 0.0
     correlation = np.where(known, P_xz / np.where(known, spread, 1.0), 0.0)
-    strongest = [_largest(P_xz[:3]), _largest(P_xz[3:])]
-    scaled = np.concatenate([P_xz[:3] / strongest[0], P_xz[3:] / strongest[1]])
     points, groups = correction.points, groups_of(correction.points.part)
 
     def words(row: int, column: int) -> str:
@@ -88,40 +83,7 @@ def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap,
         )
 
     rows = tuple(state.short for state in states)
-    ends = (
-        f"{_number(1e6 * strongest[0])} mm² (positions)",
-        f"{_number(1e3 * float(np.degrees(strongest[1])))} ° mm (angles)",
-    )
-    return (
-        HeatMap("Correlation", rows, groups, correlation, words, ("correlation 1",)),
-        HeatMap("Covariance", rows, groups, scaled, words, ends),
-    )
-
-
-def covariance_maps(
-    before: Belief, after: Belief, names: tuple[str, ...], titles: tuple[str, str]
-) -> tuple[HeatMap, ...]:
-    """Correlations of the states after and before something."""
-    return _covariance_map(after, names, titles[1]), _covariance_map(before, names, titles[0])
-
-
-def _covariance_map(belief: Belief, names: tuple[str, ...], title: str) -> HeatMap:
-    states, correlation, sigma = states_of(names), belief.correlation, belief.sigma
-    groups: list[tuple[str, str, int]] = [("position", "torso", 3), ("rotation", "torso", 3)]
-    groups += [
-        (limb_words(name.rpartition("_")[0]), states[i].limb, 2)
-        for i, name in enumerate(names)
-        if i >= 6 and i % 2 == 0
-    ]
-
-    def words(row: int, column: int) -> str:
-        a, b = states[row], states[column]
-        if row == column:
-            return f"{a.label}: standard deviation {sigma[row] * a.factor:.2f} {a.unit}"
-        return f"{a.label} and {b.label}: correlation {correlation[row, column]:+z.2f}"
-
-    rows = tuple(state.short for state in states)
-    return HeatMap(title, rows, tuple(groups), correlation, words, ("correlation 1",))
+    return HeatMap(rows, groups, correlation, words)
 
 
 def deviations_table(
@@ -137,23 +99,6 @@ def deviations_table(
     return Table("Standard deviations", ("State", *headings, "Change"), tuple(rows), limbs)
 
 
-def residual_histogram(points: Correspondences, words: str, sides: tuple[str, str]) -> Histogram:
-    """Residuals in millimetres; beyond the ends of the scale they are in the last bars."""
-    residual = 1e3 * points.residual
-    signed = bool(len(residual)) and float(residual.min()) < -1.0
-    high = max(20.0, float(np.ceil(np.percentile(np.abs(residual), 98) / 20.0) * 20.0))
-    edges = np.linspace(-high if signed else 0.0, high, _BARS + 1)
-    counts, _ = np.histogram(np.clip(residual, edges[0], edges[-1]), edges)
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    shades = np.clip(middles / (1e3 * _FULL), -1.0, 1.0)
-    title, heights = "Residuals of the correspondences", counts.astype(np.float64)
-    return Histogram(title, edges, heights, shades, "mm", words, sides)
-
-
 def _number(value: float) -> str:
     """Three digits, without exponents where they can be done without."""
     return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
-
-
-def _largest(values: FloatArray) -> float:
-    return max(float(np.abs(values).max(initial=0.0)), 1e-12)

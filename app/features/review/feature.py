@@ -24,7 +24,7 @@ class Review:
     plot: ErrorCurves
     failures: FailureController
     panels: ReviewController
-    """Statistics, explanations and joint angles."""
+    """Statistics."""
 
 
 def register(context: Context) -> Review:
@@ -38,9 +38,9 @@ def register(context: Context) -> Review:
             "threshold",
             side=(
                 ("scene",),
-                ("failures", "statistics", "numbers", "comparison", "motion", "runs"),
+                ("failures", "statistics", "numbers", "comparison", "runs"),
             ),
-            bottom=(("plot", "explanations", "angles"), "timeline"),
+            bottom=("plot", "timeline"),
             side_share=0.37,
             bottom_shares=(0.27, 0.16),
             side_heights=(1, 2),
@@ -75,10 +75,6 @@ def _commands(session: Session, review: ReviewController, plot: ErrorCurves) -> 
                 "CSV table.",
                 partial(ask, "Save statistics", "statistics.csv", review.save_statistics),
                 icon="save"),
-        command("save_angles", "Save joint angles …", "Save the joint angles of the active run "
-                "frame by frame, with velocities, accelerations and standard deviations, as CSV.",
-                partial(ask, "Save joint angles", "angles.csv", review.save_angles), icon="save",
-                why_not=lambda: session.no_recording() or review.why_no_angles()),
     ]  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 
 from ..style.limb_colours import limb_words
 from ..style.theme import Dressed, current_theme
-from .plots import Curve, LimbLegend, band, dress_plot, new_plot, pen_of
+from .plots import Curve, LimbLegend, dress_plot, new_plot, pen_of
 
 FRAME_KEYS = "Keys: arrows step, 0 shows all frames."
 """What the keys of a plot over frames do."""
@@ -37,7 +37,7 @@ class FramePlot(Dressed):
         self._frame_count = 0
         self._quiet = False
         self._curves: tuple[Curve, ...] = ()
-        self._items: list[tuple[pg.PlotCurveItem, list[pg.GraphicsObject]]] = []
+        self._items: list[pg.PlotCurveItem] = []
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(name)
         self.setMinimumSize(200, 110)
@@ -82,12 +82,9 @@ class FramePlot(Dressed):
         self._on_toggled()
 
     def _renew_items(self) -> None:
-        for item, bands in self._items:
-            for old in (item, *bands):
-                self._plot.removeItem(old)
-        bands_below = [self._new_bands(curve) for curve in self._curves]
-        lines = [self._new_line(curve) for curve in self._curves]
-        self._items = list(zip(lines, bands_below, strict=True))
+        for old in self._items:
+            self._plot.removeItem(old)
+        self._items = [self._new_line(curve) for curve in self._curves]
 
     def set_range(self, frame_count: int) -> None:
         """Let the axis be that of a recording of `frame_count` frames."""
@@ -150,27 +147,12 @@ class FramePlot(Dressed):
         self._plot.addItem(item)
         return item
 
-    def _new_bands(self, curve: Curve) -> list[pg.GraphicsObject]:
-        """A band of its own for every stretch whose sigma is known: gaps stay open."""
-        if curve.sigma is None:
-            return []
-        known = np.isfinite(curve.value) & np.isfinite(curve.sigma)
-        ends = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
-        items: list[pg.GraphicsObject] = []
-        for first, end in ends.reshape(-1, 2):
-            value, sigma = curve.value[first:end], curve.sigma[first:end]
-            items += band(curve.frame[first:end], value - sigma, value + sigma, curve.colour)
-        for item in items:
-            self._plot.addItem(item)
-        return items
-
     def _thin(self) -> None:
         first, last = self._box.viewRange()[0]
         columns = max(int(self._box.width()), 50)
         hidden = self.legend.hidden_limbs
-        for curve, (line, bands) in zip(self._curves, self._items, strict=True):
-            for item in (line, *bands):
-                item.setVisible(curve.limb not in hidden)
+        for curve, line in zip(self._curves, self._items, strict=True):
+            line.setVisible(curve.limb not in hidden)
             if curve.limb not in hidden:
                 line.setData(*thinned(curve.frame, curve.value, first, last, columns))
 
@@ -238,8 +220,7 @@ def _shows_all(event: QKeyEvent) -> bool:
 
 def _look(curve: Curve) -> tuple[object, ...]:
     """What a curve's items are made for: other values of the same curve go into the same line."""
-    band = None if curve.sigma is None else curve
-    return curve.name, curve.limb, curve.colour, curve.style, curve.emphasis, band
+    return curve.name, curve.limb, curve.colour, curve.style, curve.emphasis
 
 
 def thinned(

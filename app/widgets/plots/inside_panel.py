@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
-    QButtonGroup,
     QHeaderView,
     QListWidget,
     QListWidgetItem,
@@ -16,7 +15,6 @@ from PySide6.QtWidgets import (
     QSplitter,
     QStackedLayout,
     QTableView,
-    QToolButton,
     QWidget,
 )
 
@@ -24,7 +22,7 @@ from ..style.building import ElidedLabel, action_button, hbox, label, vbox
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
-from .step_plots import HeatMap, HeatMapView, Histogram, HistogramView
+from .step_plots import HeatMap, HeatMapView
 
 
 @dataclass(frozen=True)
@@ -52,9 +50,7 @@ class StepContent:
     """One or two plain sentences."""
     source: str
     """Where the thesis has it, or what it takes the place of."""
-    maps: tuple[HeatMap, ...] = ()
-    """Ways to see the same, the first one first."""
-    histogram: Histogram | None = None
+    map: HeatMap | None = None
     tables: tuple[Table, ...] = ()
 
 
@@ -182,24 +178,18 @@ class StepPage(QScrollArea):
         self.title, self.words, self.source = label("", "heading"), label(), label("", "muted")
         for text in (self.title, self.words, self.source):
             text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.histogram = HistogramView()
         self.tables = [InsideTable()]
-        self._switch = hbox(spacing=2)
-        self._choices = QButtonGroup(self)
-        self._choices.idToggled.connect(self._on_map)
         self.heat = HeatMapView()
         self.pointed = label("", "muted")
         self.pointed.setMinimumHeight(2 * self.fontMetrics().height() + 2)
         self.pointed.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.heat.pointed.connect(self._on_pointed)
         first, page = self.tables[0], QWidget()
-        words = (self.title, self.words, self.source, self.histogram, first.title, first)
-        matrix = (self._switch, self.pointed, self.heat)
-        self._column = vbox(*words, *matrix, None, margins=(6, 4, 4, 8), spacing=4)
+        words = (self.title, self.words, self.source, first.title, first)
+        self._column = vbox(*words, self.pointed, self.heat, None, margins=(6, 4, 4, 8), spacing=4)
         page.setLayout(self._column)
         self.setWidget(page)
         self._shown: StepContent | None = None
-        self._map = 0
 
     def show_content(self, content: StepContent) -> None:
         """Show another step."""
@@ -207,47 +197,12 @@ class StepPage(QScrollArea):
         self.title.setText(content.title)
         self.words.setText(content.words)
         self.source.setText(content.source)
-        self._show_maps(content)
-        self.histogram.setVisible(content.histogram is not None)
-        self.histogram.show_histogram(content.histogram)
+        for each in (self.heat, self.pointed):
+            each.setVisible(content.map is not None)
+        self.heat.show_map(content.map)
         self._show_tables(content)
         if before is None or before.title != content.title:
             self.verticalScrollBar().setValue(0)
-
-    def choose_map(self, index: int) -> None:
-        """Show the matrix in another way."""
-        button = self._choices.button(index)
-        if button is not None:
-            button.setChecked(True)
-
-    def _show_maps(self, content: StepContent) -> None:
-        titles = [each.title for each in content.maps]
-        known = [button.text() for button in self._choices.buttons()]
-        if titles != known:
-            for old in self._choices.buttons():
-                self._choices.removeButton(old)
-                self._switch.removeWidget(old)
-                old.hide()
-                old.deleteLater()
-            while self._switch.count():
-                self._switch.takeAt(0)
-            for index, title in enumerate(titles):
-                button = QToolButton()
-                button.setText(title)
-                button.setCheckable(True)
-                self._choices.addButton(button, index)
-                self._switch.addWidget(button)
-            self._switch.addStretch(1)
-            self._map = 0
-        self.choose_map(self._map)
-        for each in (self.heat, self.pointed):
-            each.setVisible(bool(titles))
-        self.heat.show_map(content.maps[self._map] if titles else None)
-
-    def _on_map(self, index: int, checked: bool) -> None:
-        if checked and self._shown is not None and index < len(self._shown.maps):
-            self._map = index
-            self.heat.show_map(self._shown.maps[index])
 
     def _on_pointed(self, words: str) -> None:
         self.pointed.setText(words or "Point at the matrix to read its values.")

@@ -1,11 +1,11 @@
-"""What all plots have in common: the theme's colours, bands, the legend of limbs and runs."""
+"""What all plots have in common: the theme's colours, the legend of limbs and runs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt, Signal
@@ -58,14 +58,6 @@ def shade(colour: str | QColor, alpha: int = _SHADE) -> QColor:
     return result
 
 
-def band(
-    x: FloatArray | IntArray, low: FloatArray, high: FloatArray, colour: str
-) -> tuple[Any, ...]:
-    """Items that shade the stretch between two curves; all have to be added to the plot."""
-    sides = [pg.PlotCurveItem(x, y, pen=None) for y in (low, high)]
-    return (*sides, pg.FillBetweenItem(*sides, brush=shade(colour)))
-
-
 _SWATCH = QSize(14, 14)
 _GAP, _LEFT, _RIGHT, _ABOVE = 2, 4, 8, 2
 _MOST_LETTERS = 24
@@ -104,8 +96,6 @@ class Curve:
     """(F,) int64. Ascending."""
     value: FloatArray
     """(F,) float64. NaN leaves a gap."""
-    sigma: FloatArray | None = None
-    """(F,) float64. Half the height of a band around the curve, NaN where there is none."""
     emphasis: Emphasis = "usual"
 
 

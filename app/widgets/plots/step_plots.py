@@ -1,4 +1,4 @@
-"""Numbers of a step as pictures: a matrix as colours, and how often residuals occur."""
+"""A matrix as colours."""
 
 from __future__ import annotations
 
@@ -14,75 +14,10 @@ from PySide6.QtWidgets import QWidget
 from stereotrack_core.arrays import FloatArray
 
 from ..style.building import vbox
-from ..style.colours import FULL_RESIDUAL, diverging_rgb, shade_colours, shade_of
+from ..style.colours import diverging_rgb
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from .plots import dress_plot, label_axis, new_plot
-
-_HEIGHT = 110
-
-
-@dataclass(frozen=True, eq=False)
-class Histogram:
-    """How often residuals of each size occur."""
-
-    title: str
-    edges: FloatArray
-    """(B + 1,) float64. In the unit."""
-    counts: FloatArray
-    """(B,) float64."""
-    shades: FloatArray
-    """(B,) float64. -1 to 1: colour of each bar."""
-    unit: str
-    words: str
-    """What is to be said about all of them."""
-    sides: tuple[str, str] = ("", "")
-    """What negative and positive numbers mean."""
-
-
-class HistogramView(Dressed):
-    """One :class:`Histogram`; its bars have the colours of the lines in the views."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._shown: Histogram | None = None
-        self._plot = new_plot(self)
-        self._plot.hideAxis("left")
-        self.setLayout(vbox(self._plot))
-        self.setFixedHeight(_HEIGHT)
-        self.setAccessibleName("Residuals")
-        # the page scrolls, not its plot
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-
-    def show_histogram(self, shown: Histogram | None) -> None:
-        """Show other numbers."""
-        self._shown = shown
-        self.setAccessibleDescription(shown.words if shown is not None else "")
-        self._plot.clear()
-        dress_plot(self._plot, grid=False)
-        if shown is None or not len(shown.counts):
-            return
-        colours = np.array(shade_colours())[shade_of(shown.shades * FULL_RESIDUAL)]
-        bars = pg.BarGraphItem(
-            x0=shown.edges[:-1], x1=shown.edges[1:], height=shown.counts,
-            brushes=colours.tolist(), pen=current_theme().border,
-        )  # fmt: skip
-        self._plot.addItem(bars)
-        first, last = float(shown.edges[0]), float(shown.edges[-1])
-        signs = ("≤ " if first < 0.0 else "", "", "≥ ")
-        values = (first, 0.5 * (first + last), last)
-        ticks = [(v, f"{sign}{v:.0f} {shown.unit}") for v, sign in zip(values, signs, strict=True)]
-        self._plot.getAxis("bottom").setTicks([ticks])
-        below, above = shown.sides
-        said = f"←  {below}  ·  {above}  →" if first < 0.0 else ""
-        label_axis(self._plot, "bottom", said)
-        self._plot.getAxis("bottom").showLabel(bool(said))
-        self._plot.setXRange(first, last, padding=0.12)
-        self._plot.setYRange(0.0, max(float(shown.counts.max()), 1.0), padding=0.02)
-
-    def _dress(self) -> None:
-        self.show_histogram(self._shown)
-
 
 _LEAST_ROW, _BESIDE = 11, 62
 _STRIP = 0.4
@@ -100,7 +35,6 @@ _ARROWS = {
 class HeatMap:
     """Numbers with a sign as colours."""
 
-    title: str
     rows: tuple[str, ...]
     """Names of the rows."""
     groups: tuple[tuple[str, str, int], ...]
@@ -109,8 +43,6 @@ class HeatMap:
     """(R, C) float64. -1 to 1: how strong the colour is."""
     words: Callable[[int, int], str]
     """From row and column to what is said about the number under the mouse."""
-    ends: tuple[str, ...]
-    """What the colours at both ends mean, with units: one line or more for each scale."""
 
 
 class HeatMapView(Dressed):
@@ -189,7 +121,7 @@ class HeatMapView(Dressed):
         for item in (self._image, strips, *borders, self._mark):
             self._plot.addItem(item)
         self._box.setRange(xRange=(0.0, columns), yRange=(-_STRIP, rows), padding=0)
-        label_axis(self._plot, "bottom", "Colour scale: ± " + ", ".join(shown.ends))
+        label_axis(self._plot, "bottom", "Colour scale: ± correlation 1")
         self._write_names(shown)
 
     def _write_names(self, shown: HeatMap) -> None:

@@ -1,4 +1,4 @@
-"""Panels of words and a table: metrics, ranges of motion, body fit, checks, trials."""
+"""Panels of words and a table: metrics, body fit, checks, trials."""
 
 from __future__ import annotations
 
@@ -21,9 +21,7 @@ from PySide6.QtWidgets import (
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.findings import Finding
 
-from ..forms.numbers import NumberField
 from ..style.building import (
-    ElidedLabel,
     action_button,
     empty_label,
     hbox,
@@ -108,57 +106,6 @@ def _number_cells(row: NumberRow) -> Sequence[Cell]:
         Cell(value, tip),
         Cell(hint, tip, "muted"),
     )
-
-
-class MotionTable(QWidget):
-    """The range of motion of each joint angle; a click on a row shows that angle."""
-
-    angle_chosen = Signal(str)
-    """What the program calls it: the value of the row's first cell."""
-    cut_off_changed = Signal()
-    """Another low-pass shall be used."""
-
-    def __init__(self, cut_off: float, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.words = ElidedLabel("", self)
-        self.model: TableModel[CellRow] = TableModel()
-        self.table = new_table(self.model, "Range of motion of each joint angle", room=4)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.clicked.connect(
-            lambda index: self.angle_chosen.emit(self.model.cell(index.row(), 0).value)
-        )
-        self.cut_off = NumberField(
-            minimum=0.1, maximum=50.0, value=cut_off, singleStep=0.5, prefix="low-pass ",
-            suffix=" Hz", keyboardTracking=False, accessibleName="Low-pass cut-off frequency",
-            toolTip="Cut-off frequency of the low-pass filter for velocities, accelerations and "
-            "ranges; at most 0.4 of the frame rate",
-        )  # fmt: skip
-        self.cut_off.valueChanged.connect(lambda _: self.cut_off_changed.emit())
-        self._top = hbox((self.words, 1), self.cut_off, margins=(8, 2, 4, 0))
-        self.setLayout(vbox(self._top, (self.table, 1), spacing=0))
-        self.show_rows("", (), ())
-
-    def add_action_button(self, action: QAction) -> None:
-        """Offer a command above the table."""
-        self._top.addWidget(action_button(action))
-
-    def set_highest_cut_off(self, usual: float, highest: float) -> None:
-        """Allow a low-pass up to `highest`, and begin with the usual one, hertz."""
-        self.cut_off.setMaximum(max(highest, self.cut_off.minimum()))
-        self.cut_off.setValue(min(usual, highest))
-
-    def show_rows(
-        self, words: str, columns: Sequence[tuple[str, str]], rows: Sequence[CellRow]
-    ) -> None:
-        """Show rows under columns (heading, tip); no rows stand for nothing to show."""
-        self.words.set_words(words if rows else "No joint angles are known for these frames.")
-        self.table.setVisible(bool(rows))
-        numbers = (Column(heading, tip, align=RIGHT) for heading, tip in columns)
-        self.model.show(rows, (Column("Angle"), *numbers))
-        header = self.table.horizontalHeader()
-        header.setMinimumSectionSize(40)
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
 
 
 class BodyPanel(QWidget):

@@ -60,8 +60,6 @@ class Cell:
     swatch: str | None = None
     """``#rrggbb`` of a square before the text; empty leaves room for one."""
     bold: bool = False
-    italic: bool = False
-    struck: bool = False
     background: str = ""
     said: str = ""
     """What a screen reader says in place of the text."""
@@ -161,7 +159,7 @@ class TableModel(QAbstractTableModel, Generic[_Row]):
                 return QColor(getattr(current_theme(), cell.colour))
             case Qt.ItemDataRole.BackgroundRole if cell.background:
                 return QColor(getattr(current_theme(), cell.background))
-            case Qt.ItemDataRole.FontRole if column.even or cell.bold or cell.italic or cell.struck:
+            case Qt.ItemDataRole.FontRole if column.even or cell.bold:
                 return self._font(cell, column)
             case _ if role == VALUE:
                 return cell.text if cell.value is None else cell.value
@@ -170,8 +168,6 @@ class TableModel(QAbstractTableModel, Generic[_Row]):
     def _font(self, cell: Cell, column: Column) -> QFont:
         font = QFont(self._even) if column.even else QFont()
         font.setBold(cell.bold)
-        font.setItalic(cell.italic)
-        font.setStrikeOut(cell.struck)
         return font
 
 

@@ -44,16 +44,6 @@ def test_more_steps_never_cost_more(seed, yaw, scatter):
     assert costs[-1] < costs[0]
 
 
-def test_a_descent_that_has_come_to_rest_stays():
-    down, sigma = descent(0, standing(BODY, np.array([0.0, 0.0, 1.2])))
-    begin = context().by_clicks.freedom.still(standing(BODY, np.array([0.0, 0.0, 1.2])))
-    rest, cost = down.descend(begin, np.maximum(sigma, 20.0), 60)
-    again, same = down.descend(rest, np.maximum(sigma, 20.0), 60)
-    assert cost - 0.1 < same <= cost
-    moved = context().by_clicks.freedom.pose_difference(again.pose, rest.pose)
-    assert np.abs(moved).max() < 0.05
-
-
 @pytest.mark.parametrize("k", [0, 5, 11])
 def test_clicks_without_a_trunk_are_met_all_the_same(k):
     clicks = clicked(k, np.random.default_rng(k), names=NO_TRUNK)
@@ -72,8 +62,3 @@ def test_rough_clicks_are_rough_and_no_outliers(k):
     assert f"{found.sigma_factor:.1f} times" in found.words[0]
     assert np.median(np.linalg.norm(found.residual_px, axis=1)) < 1.5 * 12.0
     assert np.linalg.norm(found.landmarks_world - places(k), axis=1).mean() < 0.1
-
-
-def test_good_clicks_are_taken_at_their_word():
-    for k in range(6):
-        assert fitting().frame(clicked(k, np.random.default_rng(k))).sigma_factor == 1.0

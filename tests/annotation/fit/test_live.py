@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.fit.results import PROBABLE
-from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.proportions import AVERAGE
 from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, moved_click, places, pose
 from tests.tracking.scenes import cloud_of, surface_points
 
@@ -101,26 +98,6 @@ def test_measured_points_place_what_is_not_clicked():
     assert off(without).max() < 0.05
     assert off(again).max() > 0.08
     assert (without.limb_sigma_deg[2:] < again.limb_sigma_deg[2:]).all()
-
-
-def test_a_set_of_other_landmarks_is_fitted_too():
-    names = ("left_shoulder", "right_shoulder", "head", "left_hip", "right_hip")
-    some = LandmarkSet("trunk", tuple(_without_mirror(name) for name in names))
-    fit = type(fitting())(CAMERAS, some, AVERAGE)
-    found = fit.frame(clicked(0, np.random.default_rng(7), names=names))
-    assert found.landmarks_world.shape == (5, 3)
-    assert np.linalg.norm(found.landmarks_world[2] - places(0)[6]) < 0.03
-
-
-def _without_mirror(name):
-    one = NINE[name]
-    return type(one)(one.name, one.colour, one.limb, one.part, one.along, one.across, one.offset)
-
-
-def test_an_unknown_camera_is_an_error_of_the_caller():
-    click = clicked(0, np.random.default_rng(0))[0]
-    with pytest.raises(KeyError, match="X"):
-        fitting().frame([replace(click, camera="X")])
 
 
 @pytest.mark.parametrize("deep", [False, True])

@@ -7,11 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.annotation.fit.residuals import (
-    Judgement,
     judged,
-    mixture_cost,
-    mixture_weight,
-    scatter,
 )
 
 
@@ -38,15 +34,6 @@ def test_surprise_is_that_of_a_fit_without_the_click(seed):
         np.testing.assert_allclose(found.surprise[i], expected, rtol=1e-6)
 
 
-@given(st.integers(0, 2**16))
-def test_leverages_count_the_unknowns(seed):
-    rng = np.random.default_rng(seed)
-    sigma, weight = rng.uniform(1, 5, 5), np.ones(5)
-    residual, spread = fitted_line(rng.normal(0, 3, (5, 2)), sigma, weight, 1e6)
-    found = judged(residual, spread, sigma, weight, 0.03)
-    np.testing.assert_allclose(found.leverage.sum(), 1.0, rtol=1e-6)  # times two, for x and y
-
-
 def test_what_is_far_off_is_an_outlier_and_what_is_near_is_not():
     pixels = np.array([[0.0, 0.5], [1.0, -1.0], [-1.0, 0.0], [40.0, 10.0]])
     sigma, weight = np.full(4, 2.0), np.array([1.0, 1.0, 1.0, 1e-3])
@@ -61,30 +48,3 @@ def test_a_click_that_nothing_else_knows_about_is_not_accused():
     found = judged(residual, spread, np.array([2.0]), np.ones(1), 0.03)
     assert found.outlier_probability[0] < 0.05
     assert found.leverage[0] > 0.99
-
-
-def test_no_clicks_give_no_judgement():
-    found = judged(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0), np.zeros(0), 0.03)
-    assert len(found.weight) == 0
-
-
-@given(st.floats(0.1, 300.0), st.floats(1.0, 50.0), st.floats(0.001, 0.3))
-def test_the_weight_is_the_slope_of_what_a_residual_costs(size, sigma, share):
-    at = np.array([[size, 0.0]])
-    sigmas, step = np.array([sigma]), np.array([[1e-4 * size, 0.0]])
-    above, below = (mixture_cost(at + d, sigmas, share)[0] for d in (step, -step))
-    slope = (above - below) / (2.0 * step[0, 0])
-    weight = mixture_weight(at, sigmas, share)[0]
-    assert 0.0 < weight <= 1.0
-    np.testing.assert_allclose(slope, 2.0 * weight * size / sigma**2, rtol=1e-3, atol=1e-9)
-
-
-def test_scatter_is_seen_whatever_the_outliers():
-    rng = np.random.default_rng(0)
-    surprise = (rng.normal(0.0, 3.0, (400, 2)) ** 2).sum(axis=1)
-    surprise[::20] = 1e4
-    some = np.full(400, 0.3)
-    assert 2.7 < scatter(Judgement(some, some, surprise)) < 3.4
-    few, alone = slice(0, 4), np.full(400, 0.99)
-    assert scatter(Judgement(some[few], some[few], surprise[few])) == 1.0
-    assert scatter(Judgement(some, alone, surprise)) == 1.0

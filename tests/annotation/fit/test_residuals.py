@@ -10,16 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.annotation.fit.residuals import (
-    BiasedSurface,
     ClickResidual,
     undistorted_clicks,
 )
-from stereotrack_core.annotation.fit.state import FitState, Freedom, biased
+from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, places, pose
-from tests.tracking.scenes import surface_points
 
 FISHEYE = dataclasses.replace(
     CAMERAS["N"], fisheye=True, distortions=np.array([0.05, -0.01, 0.002, 0.0])
@@ -72,53 +69,3 @@ def test_clicks_move_as_their_derivatives_say(seed):
         delta[column] = step
         change = drawn(freedom.displaced(state, delta)) - drawn(freedom.displaced(state, -delta))
         np.testing.assert_allclose(J[:, column], change / (2 * step), rtol=1e-4, atol=1e-3)
-
-
-def test_a_bias_explains_a_surface_that_is_off():
-    freedom = Freedom(NINE, BODY, with_depth=True)
-    rng = np.random.default_rng(1)
-    at = pose(0)
-    frames = BODY.frames(at)
-    points = surface_points(BODY, at, 600, rng) + np.array([0.0, 0.004, 0.0])
-    trust = Trust(0.25, 1.0, 0.02, 600.0)
-    row = BiasedSurface(surface_residual(points, BODY, frames, trust), freedom, frames)
-    J = row.jacobian(frames, freedom.columns)
-    biases = np.tile([0.0, 0.004, 0.0], (6, 1))
-    for limb in range(6):
-        biases[limb] = frames.rotations[limb].T @ biases[limb]
-    wanted = np.zeros(freedom.columns.n)
-    wanted[freedom.of_biases] = np.hstack([biases, np.zeros((6, 3))]).ravel()
-    limbs = row.surface.part < 6
-    left = np.abs(J @ wanted - row.measured)[limbs]
-    assert np.quantile(left, 0.95) < 3e-4  # a few are nearer to another cone now
-
-
-def test_biases_turn_the_surface_as_derivatives_say():
-    freedom = Freedom(NINE, BODY, with_depth=True)
-    rng, at = np.random.default_rng(2), pose(1)
-    frames = BODY.frames(at)
-    points = surface_points(BODY, at, 400, rng)
-    trust = Trust(0.25, 1.0, 0.02, 400.0)
-    J = BiasedSurface(surface_residual(points, BODY, frames, trust), freedom, frames).jacobian(
-        frames, freedom.columns
-    )
-    biases = np.zeros((6, 6))
-    biases[:, 3:] = 1e-3 * rng.normal(size=(6, 3))
-    turned = surface_residual(points, BODY, biased(frames, biases), trust)
-    wanted = np.zeros(freedom.columns.n)
-    wanted[freedom.of_biases] = biases.ravel()
-    before = surface_residual(points, BODY, frames, trust)
-    assert np.array_equal(before.part, turned.part)
-    np.testing.assert_allclose(
-        np.median(np.abs(before.distance - turned.distance - J @ wanted)), 0.0, atol=2e-5
-    )
-
-
-def test_a_click_behind_the_camera_gives_numbers_all_the_same():
-    freedom = Freedom(NINE, BODY, with_depth=False)
-    clicks = undistorted_clicks(clicked(0, np.random.default_rng(0)), CAMERAS, NINE.names)
-    row = ClickResidual(clicks, freedom, freedom.local, np.ones(72))
-    far = dataclasses.replace(pose(0), position=np.array([0.0, 9.0, 0.95]))
-    frames = BODY.frames(far)
-    assert np.isfinite(row.predicted(stacked(frames))).all()
-    assert np.isfinite(row.jacobian(frames, freedom.columns)).all()

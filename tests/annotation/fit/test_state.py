@@ -6,9 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.annotation.fit.state import FitState, Freedom, biased
-from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
-from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
+from stereotrack_core.annotation.fit.state import FitState, Freedom
+from stereotrack_core.annotation.landmark_set import NINE
 from tests.annotation.fit.scenes import BODY, pose
 
 SEEDS = st.integers(0, 2**16)
@@ -50,40 +49,3 @@ def test_a_shifted_joint_takes_the_parts_beyond_along():
     arm = [NINE.names.index(f"left_{name}") for name in ("shoulder", "elbow", "hand")]
     np.testing.assert_allclose(np.linalg.norm(moved[arm], axis=1), 0.02)
     np.testing.assert_array_equal(np.delete(moved, arm, axis=0), 0.0)
-
-
-def test_a_shifted_hand_takes_nothing_along():
-    freedom = Freedom(NINE, BODY, with_depth=False)
-    assert not freedom.moved_by[NINE.names.index("left_hand")].any()
-    elbow = freedom.moved_by[NINE.names.index("left_elbow")]
-    assert np.flatnonzero(elbow).tolist() == [LEFT_FOREARM]
-    shoulder = freedom.moved_by[NINE.names.index("left_shoulder")]
-    assert np.flatnonzero(shoulder).tolist() == [LEFT_UPPER_ARM, LEFT_FOREARM]
-
-
-def test_of_two_landmarks_at_one_joint_the_first_shifts_it():
-    twin = LandmarkSet(
-        "twins",
-        (
-            *NINE.landmarks,
-            Landmark("inner_elbow", "#112233", "left_upper_arm", "left_forearm"),
-        ),
-    )
-    freedom = Freedom(twin, BODY, with_depth=False)
-    assert freedom.shifts_joint[twin.names.index("left_elbow")]
-    assert not freedom.shifts_joint[twin.names.index("inner_elbow")]
-    J = freedom.place_jacobian(freedom.still(pose(0)))
-    own = freedom.of_offsets.start + 3 * twin.names.index("inner_elbow")
-    assert abs(J[twin.names.index("inner_elbow"), :, own : own + 3]).max() > 0.5
-
-
-def test_the_surface_is_off_in_its_limb_s_frame():
-    freedom = Freedom(NINE, BODY, with_depth=True)
-    frames = BODY.frames(pose(0))
-    biases = np.zeros((6, 6))
-    biases[LEFT_FOREARM, 2] = 0.03
-    off = biased(frames, biases)
-    along = off.origins[LEFT_FOREARM] - frames.origins[LEFT_FOREARM]
-    np.testing.assert_allclose(along, 0.03 * frames.rotations[LEFT_FOREARM, :, 2], atol=1e-12)
-    np.testing.assert_array_equal(off.rotations, frames.rotations)
-    assert freedom.of_biases.stop - freedom.of_biases.start == 36

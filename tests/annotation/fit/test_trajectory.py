@@ -44,12 +44,6 @@ def test_the_uncertainty_grows_away_from_clicks_and_holds(third):
     assert np.isfinite(third.limb_sigma_deg).all()
 
 
-def test_the_nine_are_a_trajectory(third):
-    trajectory = third.trajectory()
-    assert trajectory.frame.tolist() == list(range(24))
-    np.testing.assert_array_equal(trajectory.points, third.landmarks)
-
-
 def test_residuals_belong_to_their_clicks(third):
     assert len(third.residual_px) == 8 * 36
     key = ClickKey(3, "N", "head")
@@ -68,21 +62,9 @@ def test_nothing_is_filled_across_a_flagged_gap():
     np.testing.assert_allclose(found.landmarks[:9], alone.landmarks, atol=1e-9)
 
 
-def test_a_stretch_between_gaps_without_clicks_is_a_gap():
-    found = fitting().trajectory({0: every(1)[0]}, range(8), gaps=[range(3, 4)])
-    assert found.kind.tolist() == [CLICKED, *[INTERPOLATED] * 2, *[GAP] * 5]
-
-
 def test_frames_far_from_every_click_are_not_filled():
     found = fitting(longest_fill=0.5).trajectory({0: every(1)[0]}, range(12))
     assert found.kind.tolist() == [CLICKED, *[INTERPOLATED] * 5, *[GAP] * 6]
-
-
-def test_no_clicks_at_all_fill_nothing():
-    found = fitting().trajectory({}, range(4))
-    assert set(found.kind) == {GAP}
-    assert np.isnan(found.landmarks).all()
-    assert np.isnan(found.sigma_factor)
 
 
 def test_outliers_are_flagged_and_good_clicks_are_not():
@@ -135,13 +117,6 @@ def test_depth_tells_what_happens_between_clicked_frames():
     off = np.linalg.norm(found.landmarks - TRUTH[:13], axis=2)
     assert off.mean() < 0.5 * np.linalg.norm(alone.landmarks - TRUTH[:13], axis=2).mean()
     assert off.mean() < 0.025
-
-
-def test_depth_that_is_switched_off_is_not_asked_for():
-    def cloud(frame):
-        raise AssertionError(frame)
-
-    fitting(use_depth=False).trajectory(every(4), range(8), clouds=cloud)
 
 
 def test_it_can_be_stopped():

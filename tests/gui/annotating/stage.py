@@ -34,7 +34,6 @@ class Stage(QMainWindow):
         column = QVBoxLayout(page)
         column.addWidget(self.panels.repeat_bar)
         column.addWidget(self.panels.next_panel)
-        column.addWidget(self.panels.history_panel)
         column.addWidget(self.panels.bar)
         column.addWidget(self.timeline)
         self.setCentralWidget(page)

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 
 from app.features.annotate.lanes import AnnotationLanes
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
-from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.project.clicks import DeleteClicks, MarkClicks, MoveClicks, PlaceClicks
-from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
-from stereotrack_core.project.setups import save_landmark_set
 
 FRAMES = 60
 EVERYTHING = LaneFilter(frozenset({"landmarks", "uncertainty", "residual"}))
@@ -48,26 +44,6 @@ def test_a_landmark_is_clicked_partly_flagged_missing_or_a_gap(project, lanes, m
     elbow = marks_of(lanes, "left_elbow")
     assert [Mark(int(m)).name for m in elbow[8:12]] == ["MISSING", "GAP", "NONE", "NONE"]
     assert marks_of(lanes, "left_shoulder")[3] == Mark.PARTLY
-
-
-def test_two_views_make_a_landmark_clicked_and_undo_takes_it_back(project, lanes, make):
-    project.apply(PlaceClicks(make.clicks_at([7])))
-    assert all(marks_of(lanes, name)[7] == Mark.CLICKED for name in NINE.names)
-    keys = tuple(ClickKey(7, camera, "head") for camera in "NOS")
-    project.apply(DeleteClicks(keys))
-    assert marks_of(lanes, "head")[7] == Mark.PARTLY
-    project.undo()
-    assert marks_of(lanes, "head")[7] == Mark.CLICKED
-
-
-def test_only_the_lane_that_changed_is_made_anew(project, lanes, make):
-    project.apply(PlaceClicks(make.clicks_at([7])))
-    before = {lane.id: lane for lane in lanes.lanes(EVERYTHING)}
-    old = before["head"].values.copy()
-    project.apply(MarkClicks((ClickKey(7, "N", "head"),), flag=UNCERTAIN))
-    after = {lane.id: lane for lane in lanes.lanes(EVERYTHING)}
-    assert {name for name in after if after[name] is not before[name]} == {"head"}
-    np.testing.assert_array_equal(before["head"].values, old)
 
 
 def test_following_edits_is_the_same_as_reading_everything(project, lanes, make):
@@ -142,36 +118,3 @@ def test_filters(project, lanes, make):
     assert lanes.next_flagged(12) == 40
     assert lanes.next_flagged(40) is None
     assert lanes.next_flagged(40, backwards=True) == 12
-
-
-def test_another_set_of_landmarks_has_other_lanes(project, lanes):
-    wrist = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", along=0.7)
-    project.apply(save_landmark_set(LandmarkSet("one", (wrist,))))
-    project.apply(Choose("landmark_set", "one"))
-    assert [lane.id for lane in lanes.lanes(LaneFilter())] == ["left_wrist"]
-
-
-def test_a_hundred_thousand_clicks(project):
-    """A click is in its lane without all others being read again."""
-    frames, cameras = 2800, ("N", "O", "S", "W")
-    project.apply(
-        PlaceClicks(
-            tuple(
-                Click(frame, camera, name, (1.5, 2.5))
-                for frame in range(frames)
-                for camera in cameras
-                for name in NINE.names
-            )
-        )
-    )
-    begun = time.process_time()
-    lanes = AnnotationLanes(project, 100_000, cameras=4)
-    everything, seconds = time.process_time() - begun, []
-    for frame in range(200, 220):
-        changed = project.apply(DeleteClicks((ClickKey(frame, "N", "head"),)))
-        start = time.process_time()
-        lanes.follow(changed)
-        for lane in lanes.lanes(LaneFilter()):
-            lane.summary.columns(np.linspace(0.0, 100_000.0, 1001))
-        seconds.append(time.process_time() - start)
-    assert sorted(seconds)[10] < 0.1 * everything, (everything, seconds)

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 
 from app.features.annotate.exchange.click_files import ExportDialog, ReferenceExportDialog
+from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
@@ -93,3 +94,21 @@ def test_the_reference_is_exported_as_far_as_it_is_known(qtbot, stage, tmp_path)
     few = np.isfinite(read_trajectory(tmp_path / "reference.trc").points).all(axis=2)
     np.testing.assert_array_equal(few, reference.sigma() <= 0.03)
     assert "Left out: " in stage.heard[-1]
+
+
+def test_landmark_sets_are_exported_changed_in_a_text_editor_and_imported(stage, project, tmp_path):
+    stage.dialogs.export_landmarks(tmp_path / "set")
+    file = tmp_path / "set.toml"
+    text = file.read_text(encoding="utf-8")
+    more = text.replace("nine landmarks", "with sternum") + (
+        '\n[[landmarks]]\nname = "sternum"\ncolour = "#112233"\nlimb = "torso"\npart = "torso"\n'
+    )
+    file.write_text(more, encoding="utf-8")
+    stage.dialogs.import_landmarks(file)
+    assert project.landmark_set().names == (*NINE.names, "sternum")
+    file.write_text(more.replace("#112233", "red"), encoding="utf-8")
+    stage.dialogs.import_landmarks(file)
+    assert "#rrggbb" in stage.problems[-1].sentence()
+    file.write_text(text, encoding="utf-8")
+    stage.dialogs.import_landmarks(file)
+    assert project.landmark_set() == NINE

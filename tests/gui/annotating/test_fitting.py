@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import threading
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from app.features.annotate.filling import reference_work
 from app.features.annotate.filling.reference_work import ReferenceWork
 from app.services.tasks.task import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
-from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import fit_of_reference
-from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.fitting import FITTED, fit_project, frames_around
+from stereotrack_core.project.fitting import FITTED
 from stereotrack_core.project.marks import FrameFlag, SetFlags
 from stereotrack_core.project.setups import load_reference
 
@@ -72,28 +66,6 @@ def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
     assert np.isnan(now.residuals[6]).all()
 
 
-def test_what_was_asked_for_last_is_shown_whichever_is_read_last(
-    qtbot, annotated, work, monkeypatch
-):
-    fitted(qtbot, work)
-    read, go, names = reference_work.read_reference, threading.Event(), []
-
-    def reading(project, recording, name, frames):
-        if not names:
-            names.append(name)
-            assert go.wait(300)
-        return replace(read(project, recording, name, frames), words=str(frames))
-
-    monkeypatch.setattr(reference_work, "read_reference", reading)
-    work.set_frame_count(FRAMES + 1)
-    qtbot.waitUntil(lambda: bool(names))
-    work.set_frame_count(FRAMES + 2)
-    qtbot.waitUntil(lambda: work.now.words == str(FRAMES + 2))
-    go.set()
-    qtbot.waitUntil(lambda: not work.tasks.tasks)
-    assert work.now.words == str(FRAMES + 2)
-
-
 def test_it_can_be_undone(qtbot, annotated, work):
     fitted(qtbot, work)
     annotated.undo()
@@ -119,13 +91,6 @@ def test_it_can_be_stopped(qtbot, annotated, work):
     assert fitted(qtbot, work).fit is not None  # another process has been started
 
 
-def test_the_process_ends_with_the_project(qtbot, work):
-    fitted(qtbot, work)
-    assert work._process.pid is not None
-    work.set_project(None, None, 0)
-    qtbot.waitUntil(lambda: work._process.pid is None)
-
-
 def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
     gap = range(16, 22)  # frame 20 is clicked
     annotated.apply(SetFlags(tuple(FrameFlag(frame, "left_hand", "gap") for frame in gap)))
@@ -134,13 +99,6 @@ def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
     known = np.isfinite(now.reference.points).all(axis=-1)
     assert now.reference.frame[~known[:, hand]].tolist() == [11, 12, 13, 14, 16, 17, 18, 19, 21]
     assert known[16:22, head].all()
-
-
-def test_without_a_click_there_is_nothing_to_fit_to(project, recording):
-    with pytest.raises(InputError, match="no click in frames 0 to 9"):
-        fit_project(
-            project, recording, range(10), FitSettings(), lambda fit: fit(on_frame=lambda _: None)
-        )
 
 
 def test_a_stored_reference_is_the_fit_again(qtbot, annotated, recording, work):
@@ -152,8 +110,3 @@ def test_a_stored_reference_is_the_fit_again(qtbot, annotated, recording, work):
     assert again.residual_px.keys() == fit.residual_px.keys()
     for key, residual in fit.residual_px.items():
         np.testing.assert_allclose(again.residual_px[key], residual, atol=1e-6)
-
-
-def test_frames_hang_on_the_clicked_ones_around():
-    assert frames_around(range(12, 15), (0, 10, 20, 30), 40) == range(10, 21)
-    assert frames_around(range(32, 50), (0, 30), 40) == range(30, 41)

@@ -84,16 +84,6 @@ def test_it_goes_backward_from_clicks_behind_and_not_beyond_other_clicks(project
     assert frames == {3, 4, 6, 7, 8}
 
 
-def test_other_landmarks_keep_what_was_found_for_them(project, moving):
-    project.apply(PlaceClicks((Click(2, "N", "head", (200.0, 200.0)),)))
-    project.apply(PlaceClicks((Click(2, "N", "left_hip", (260.0, 220.0)),)))
-    propose_selection(project, moving, Selection(range(3, 6)), nothing, never)
-    again = propose_selection(project, moving, Selection(range(3, 6), ("head",)), nothing, never)
-    assert again == "3 points proposed in frames 3 – 5, head."
-    names = [p.landmark for p in project.predictions.of_source(PROPOSED)]
-    assert names.count("left_hip") == 3
-
-
 def test_nothing_to_follow_is_said_and_it_can_be_stopped(project, moving):
     with pytest.raises(InputError, match="no click near frames 3 – 5"):
         propose_selection(project, moving, Selection(range(3, 6)), nothing, never)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from app.features.annotate import next_clicks
 from app.features.annotate.next_clicks import NextPresenter
-from app.widgets.tables.next_panel import NextPanel, SuggestionModel
+from app.widgets.tables.next_panel import NextPanel
 from stereotrack_core.annotation.click_gains import limb_sigma_deg
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.next_clicks import NextClicks, StopSign, Suggestion
+from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
 
@@ -97,48 +95,12 @@ def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make):
     assert again.wanted_deg == 40.0
 
 
-def test_a_ranking_that_comes_too_late_is_not_gone_on_with_in_another_project(
-    qtbot, project, presenter, make, monkeypatch
-):
-    begun, go, made, used = threading.Event(), threading.Event(), [], []
-
-    class Slow(NextClicks):
-        def __init__(self, *what, **how):
-            made.append(self)
-            if len(made) == 1:
-                begun.set()
-                assert go.wait(300)
-            super().__init__(*what, **how)
-
-        def best(self, wish):
-            used.append(self)
-            return super().best(wish)
-
-    monkeypatch.setattr(next_clicks, "NextClicks", Slow)
-    presenter.set_fit(fit_between(make, [0, 39]))
-    assert begun.wait(300)
-    late = presenter._worker._worker._thread
-    presenter.set_project(project, make.CAMERAS)
-    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit_between(make, [0, 39])))
-    go.set()
-    late.join(300)
-    there = make.clicks_at([10])
-    ranking_after(qtbot, presenter, lambda: project.apply(PlaceClicks(there)))
-    assert used[-1] is made[1], "the project's own ranking is gone on with"
-    assert presenter.heard[1] is None
-    assert len(presenter.heard) == 4
-
-
 def test_only_the_selection(qtbot, presenter, make):
     fit = fit_between(make, [0, 39])
     ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
     after = ranking_after(qtbot, presenter, lambda: presenter.set_frames(range(5, 9)))
     assert after.suggestions
     assert all(one.frame in range(5, 9) for one in after.suggestions)
-
-
-def test_without_a_fit_nothing_is_ranked(project, presenter):
-    assert presenter.heard == [None]
 
 
 ROWS = (
@@ -171,31 +133,12 @@ def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
     assert went[-1] == (5, "S", "left_elbow")
 
 
-def test_words_of_the_sign_and_of_the_rows(panel):
-    assert panel.sign.text() == "12 of 40 frames exceed 3 deg, most often the left forearm (12)."
-    assert panel.model.index(0, 3).data() == "14.3"
-    assert panel.model.index(1, 4).data() == "check: probable outlier, 40 px"
-
-
 def test_enough_is_said_with_a_doubt_where_clicks_lie_far_off(panel):
     reached = replace(SIGN, frames_missing=0)
     panel.show_ranking(ROWS, reached, COLOURS)
     assert panel.sign.text().endswith("target reached, once the outlying clicks are corrected.")
     panel.show_ranking([one for one in ROWS if not one.click_there], reached, COLOURS)
     assert panel.sign.text().endswith("target reached.")
-
-
-def test_a_narrow_panel_still_says_why(qtbot, panel):
-    assert panel.reason.text() == "17, left hand in N: left forearm uncertain (6.1 deg)."
-    panel.resize(340, 300)
-    assert panel.tree.isColumnHidden(4)
-    qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
-    qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
-    assert panel.reason.text().startswith("30, head in W: check: probable outlier")
-    panel.show_ranking(ROWS[1:], SIGN, COLOURS)
-    assert panel.tree.currentIndex().row() == 0  # the place stays chosen
-    panel.resize(700, 300)
-    assert not panel.tree.isColumnHidden(4)
 
 
 def test_the_wanted_accuracy_is_typed(qtbot, panel):
@@ -221,18 +164,3 @@ def test_nothing_fitted_offers_to_fit(qtbot, panel):
     panel.show_ranking((), SIGN, COLOURS)
     with qtbot.waitSignal(panel.nothing_left):
         panel.go_to_next()
-
-
-def test_of_a_hundred_thousand_rows_only_those_are_asked_for_that_are_seen(shown, monkeypatch):
-    asked, data = set(), SuggestionModel.data
-
-    def counted(model, index, role=Qt.ItemDataRole.DisplayRole):
-        asked.add(index.row())
-        return data(model, index, role)
-
-    monkeypatch.setattr(SuggestionModel, "data", counted)
-    panel = shown(NextPanel(), 700, 300)
-    many = tuple(Suggestion(k, "N", "head", 1.0, "reason") for k in range(100_000))
-    panel.show_ranking(many, SIGN, COLOURS)
-    panel.repaint()
-    assert 5 < len(asked) < 100

@@ -34,13 +34,11 @@ def lane(stage, name):
     return next(one.values for one in stage.timeline.lanes if one.id == name)
 
 
-def test_an_edit_is_seen_in_lanes_history_and_progress(qtbot, project, stage, make):
+def test_an_edit_is_seen_in_lanes_and_progress(qtbot, project, stage, make):
     assert lane(stage, "head")[10] == Mark.CLICKED
     assert stage.panels.bar.progress.text() == "216 clicks, no keyframes set"
     project.apply(PlaceClicks(make.clicks_at([15])))
     assert lane(stage, "head")[15] == Mark.CLICKED
-    first = stage.panels.history_panel.model.index(0, 0).data()
-    assert first == "place 9 landmarks in 4 cameras, frame 15"
     qtbot.waitUntil(lambda: stage.panels.bar.progress.text().startswith("252 clicks"))
 
 
@@ -83,21 +81,6 @@ def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
     assert lane(stage, "head")[33] == Mark.GAP
 
 
-def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
-    select(qtbot, stage, 8, 22)
-    stage.timeline.customContextMenuRequested.emit(QPoint(300, 60))
-    menu = stage.panels.bar.selection_menu
-    assert menu.isVisible()
-    texts = [action.text() for action in menu.actions() if action.text()]
-    assert texts[:11] == [
-        *("Interpolate", "Propose landmarks", "Fill from the fit", "Fill from the active run"),
-        *("Fill from keypoints", "Fill from detector"),
-        *("Accept proposals", "Accept points from the fit"),
-        *("Accept points from the active run", "Accept points from keypoints", "Clear clicks"),
-    ]
-    menu.hide()
-
-
 def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage):
     went = []
     stage.panels.click_requested.connect(lambda *where: went.append(where))
@@ -136,16 +119,6 @@ def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
     assert lane(stage, "head px")[20] == pytest.approx(before)
 
 
-def test_a_click_in_the_history_goes_back(qtbot, project, stage):
-    for frame in (1, 2, 3):
-        project.apply(SetKeyframes((frame,)))
-    tree = stage.panels.history_panel.tree
-    area = tree.visualRect(tree.model().index(2, 0))
-    qtbot.mouseClick(tree.viewport(), LEFT, pos=area.center())
-    qtbot.waitUntil(lambda: not stage.panels.history.jumping)
-    assert [one.frame for one in project.marks.keyframes()] == [1]
-
-
 def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
     stage.trigger("repeats")
     assert stage.book.action("annotate-repeats").isChecked()
@@ -164,14 +137,6 @@ def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
     qtbot.mouseClick(stage.panels.repeat_bar.button, LEFT)
     assert not stage.panels.repeat_bar.isVisible()
     assert stage.timeline.frame == 0  # where one was before
-
-
-def test_lanes_grow_while_frames_are_counted(qtbot, stage):
-    for count in (80, 100, 120):
-        stage.panels.set_frame_count(count)
-    assert len(lane(stage, "head")) == FRAMES
-    settled(qtbot, stage)
-    assert len(lane(stage, "head")) == 120
 
 
 def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
@@ -203,29 +168,6 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     settled(qtbot, stage)
     assert project.clicks.count() == 252
     assert stage.heard[-1] == "merge 36 clicks from clicks.csv"
-
-
-def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
-    path = tmp_path / "CollectedData_A.csv"
-    path.write_text(
-        "scorer,A,A,A,A\nbodyparts,head,head,wrist,wrist\ncoords,x,y,x,y\n"
-        "labeled-data/cam/img0005.png,10.5,20.5,30.5,40.5\n"
-    )
-    stage.trigger("import")
-    asking = stage.findChild(ImportDialog)
-    asking.path.setText(str(path))
-    asking.camera.setCurrentText("N")
-    qtbot.keyClicks(asking.names, "wrist")
-    qtbot.mouseClick(asking.accept_button, LEFT)
-    assert "'wrist' cannot be read" in asking.words.text()
-    asking.names.clear()
-    qtbot.mouseClick(asking.accept_button, LEFT)
-    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
-    dialog = stage.findChild(TakeInDialog)
-    assert "all labels of 'wrist'" in dialog.problems.toPlainText()
-    qtbot.mouseClick(dialog.accept_button, LEFT)
-    settled(qtbot, stage)
-    assert project.clicks.get(ClickKey(5, "N", "head")).position == (10.5, 20.5)
 
 
 def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):
@@ -270,31 +212,6 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     assert project.clicks.count() == 216
 
 
-def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_path):
-    stage.dialogs.merge(project.path)
-    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
-    assert "this project is already open" in str(stage.problems[0])
-
-
-def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
-    stage.timeline.set_range(2000, 10.0)
-    stage.panels.set_frame_count(2000)
-    settled(qtbot, stage)
-    stage.timeline.set_selection(range(2000))
-    stage.trigger("gap")
-    assert stage.tasks.tasks  # it is being done
-    settled(qtbot, stage)
-    assert lane(stage, "head")[1999] == Mark.GAP
-    assert stage.heard[-1].startswith("Done: flag frame 0 and 1999 more, as gap")
-
-
-def test_a_lane_that_is_clicked_chooses_its_landmark(qtbot, stage):
-    row = 2 * stage.timeline.lane_height + RULER_HEIGHT + 5
-    with qtbot.waitSignal(stage.panels.landmark_chosen) as caught:
-        qtbot.mouseClick(stage.timeline.viewport(), LEFT, pos=QPoint(30, row))
-    assert caught.args == [NINE.names[2]]
-
-
 def test_commands_have_words_and_say_why_not(stage):
     stage.panels.set_project(None, None, 0)
     stage.book.refresh()
@@ -317,9 +234,9 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         assert lane(stage, "head")[10] == Mark.CLICKED
         stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
         stage.book.refresh()
-        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "import"):
+        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "landmarks"):
             assert not stage.book.action(f"annotate-{name}").isEnabled(), name
-        for name in ("agreement", "export", "subject", "landmarks"):
+        for name in ("agreement", "export", "subject", "landmarks-export"):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name
         stage.dialogs.show_subjects()
         assert not stage.findChild(SubjectDialog).accept_button.isEnabled()

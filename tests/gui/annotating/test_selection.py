@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
 
 from app.widgets.timeline.bars import AnnotationBar
 from app.widgets.timeline.lanes import LaneFilter
@@ -62,16 +61,6 @@ def test_gaps(annotated):
         clear_flags(annotated, Selection(range(60)), GAP)
 
 
-def test_flags_leave_gaps_alone(annotated):
-    chosen = Selection(range(10, 14))
-    annotated.apply(set_flags(annotated, chosen, GAP))
-    annotated.apply(set_flags(annotated, chosen))
-    annotated.apply(clear_flags(annotated, chosen))
-    assert gaps_of(annotated) == (range(10, 14),)
-    with pytest.raises(InputError, match="nothing is flagged"):
-        clear_flags(annotated, chosen)
-
-
 def test_keyframes_every_n(annotated):
     annotated.apply(SetKeyframes(tuple(range(0, 60, 10))))
     assert annotated.progress().words() == "0 of 6 keyframes done"
@@ -124,14 +113,3 @@ def test_flagged_frames_are_gone_to(qtbot, bar):
     assert caught.args == [False]
     bar.show_progress("214 of 300 keyframes", 0.71, flagged=False)
     assert not bar.next_button.isEnabled()
-
-
-def test_commands_on_the_selection_are_a_menu(qtbot, bar):
-    done = []
-    action = QAction("Clear clicks", bar)
-    action.triggered.connect(lambda: done.append(1))
-    bar.set_selection_actions([action, None])
-    bar.show_selection_menu(bar.mapToGlobal(bar.rect().bottomRight()))
-    menu = bar.selection_menu
-    qtbot.mouseClick(menu, LEFT, pos=menu.actionGeometry(action).center())
-    assert done == [1]

@@ -31,12 +31,6 @@ def type_into(qtbot, box, text):
     qtbot.keyClick(box, Qt.Key.Key_Tab)
 
 
-def test_it_begins_with_the_recordings_subject(dialog):
-    assert dialog.name.text() == "P2"
-    assert dialog.lengths["upper_arm_length"].value() == 300
-    assert dialog.lengths["torso_length"].text() == "not measured"
-
-
 def test_lengths_are_typed_kept_and_used(qtbot, project, dialog):
     type_into(qtbot, dialog.name, "Anna")
     type_into(qtbot, dialog.lengths["torso_length"], "512")
@@ -60,13 +54,6 @@ def test_a_length_that_nobody_has_is_doubted(qtbot, dialog):
     assert dialog.words.text() == ""
 
 
-def test_changed_lengths_need_a_name(qtbot, project, make, shown, tasks):
-    dialog = shown(SubjectDialog(project, make.CAMERAS, None, tasks), 760, 440)
-    type_into(qtbot, dialog.lengths["torso_length"], "500")
-    assert not dialog.accept_button.isEnabled()
-    assert "Name the subject" in dialog.words.text()
-
-
 def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
     tall = replace(AVERAGE, upper_arm_length=0.33, torso_length=0.55)
     project.apply(PlaceClicks(make.clicks_at(range(20), sigma=1.0, proportions=tall)))
@@ -77,13 +64,6 @@ def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
     assert dialog.lengths["torso_length"].value() == pytest.approx(550, abs=4)
     qtbot.mouseClick(dialog.accept_button, LEFT)
     assert project.subjects.get("P2").facts["origin"] == "measured from clicks"
-
-
-def test_too_few_clicks_measure_nothing(qtbot, dialog):
-    qtbot.mouseClick(dialog.measure_button, LEFT)
-    qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
-    assert dialog.words.text().startswith("walk.stereotrack: too few clicks")
-    assert not dialog.take_button.isEnabled()
 
 
 def test_files_are_exchanged(project, make, dialog, tmp_path):

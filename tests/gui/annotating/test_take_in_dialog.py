@@ -9,7 +9,6 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.features.annotate.exchange.merging import TakeIn, TakeInDialog
 from stereotrack_core.annotation.click import ClickKey, Visibility
-from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.merging import incoming
 
@@ -110,13 +109,6 @@ def test_keys_decide_all_that_is_selected(qtbot, dialog):
     assert [dialog.shown.decision(row) for row in range(3)] == ["mine"] * 3
 
 
-def test_enter_shows_the_click_in_the_views(qtbot, dialog):
-    dialog.table.setCurrentIndex(dialog.table.model().index(row_of(dialog, "S"), 0))
-    with qtbot.waitSignal(dialog.visit_requested) as caught:
-        qtbot.keyClick(dialog.table, Qt.Key.Key_Return)
-    assert caught.args == [5, "S", "head"]
-
-
 def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dialog, make):
     click_cell(qtbot, dialog, row_of(dialog, "N"), 4)
     project.apply(place(make.clicks_at([9], sigma=5.0)[0]))
@@ -127,19 +119,3 @@ def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dial
     assert dialog.shown.decision(row_of(dialog, "N")) == "theirs"
     take(qtbot, dialog)
     assert not dialog.isVisible()
-
-
-def test_what_cannot_be_read_is_listed(project, shown, make, tasks):
-    problems = [InputError(f"line {k}: x is 'a'", where="c.csv") for k in range(60)]
-    one = TakeIn(incoming([], make.clicks_at([1]), "c.csv"), problems)
-    dialog = shown(TakeInDialog(project, lambda: one, one, tasks), 700, 500)
-    assert dialog.problems.isVisible()
-    assert dialog.problems.toPlainText().splitlines()[-1] == "and 10 more"
-    assert not dialog.table.isVisible()
-
-
-def test_nothing_to_do_cannot_be_done(project, shown, tasks):
-    one = TakeIn(incoming([], [], "c.csv"))
-    dialog = shown(TakeInDialog(project, lambda: one, one, tasks), 700, 500)
-    assert not dialog.accept_button.isEnabled()
-    assert dialog.outcome.text() == "Nothing will be written."

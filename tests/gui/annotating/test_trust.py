@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
 from app.features.annotate.exchange.agreement import AgreementDialog, agreement_report
-from app.widgets.forms.message import StateBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import BlindRepeats
@@ -103,12 +102,6 @@ def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
     assert "Agree on where the left hip is: the two positions differ by 16 px" in report.remedy
 
 
-def test_nothing_in_common_is_said(annotated, make):
-    report = report_of(annotated, make.clicks_at([50]), make)
-    assert report.verdict.startswith("Nothing to compare")
-    assert report.rows[0][1].text == "0"
-
-
 def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
     dialog = shown(AgreementDialog(), 940, 420)
     report = report_of(annotated, make.clicks_at(range(10), sigma=2.0, seed=9), make)
@@ -122,13 +115,3 @@ def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
         qtbot.mouseClick(dialog.look_button, LEFT)
     with qtbot.waitSignal(dialog.other_project_requested):
         qtbot.mouseClick(dialog.other_button, LEFT)
-
-
-def test_the_bar_says_that_clicks_are_hidden(qtbot, shown):
-    bar = shown(StateBar("Blind repeat", "Finish and show", "Finish it"), 600, 40)
-    bar.show_words("Blind repeat of frame 3")
-    assert bar.isVisible()
-    with qtbot.waitSignal(bar.ended):
-        qtbot.mouseClick(bar.button, LEFT)
-    bar.show_words("")
-    assert not bar.isVisible()

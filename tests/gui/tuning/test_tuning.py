@@ -152,7 +152,7 @@ def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
 def drawn(window):
     """How the curves of each run are drawn: width, whether solid, and how opaque."""
     plot = window.features.review.plot.plot
-    pens = {c.name: i.opts["pen"] for c, (i, _) in zip(plot._curves, plot._items, strict=True)}
+    pens = {c.name: i.opts["pen"] for c, i in zip(plot._curves, plot._items, strict=True)}
     solid = Qt.PenStyle.SolidLine
     return {
         name: (pen.widthF(), pen.style() == solid, pen.color().alpha())

@@ -9,8 +9,6 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.widgets.forms.form_dialog import (
     ask_to_export,
-    ask_to_open,
-    ask_to_open_several,
     file_filter,
 )
 from stereotrack_core.project.exporting.formats import format_named, formats_of
@@ -45,17 +43,3 @@ def test_format_and_suffix(qtbot, shown, tmp_path, chosen, name, form):
         assert found[1][0] != path
     assert Path(chosen).stem.split(".")[0] in path.name
     dialog.close()
-
-
-@pytest.mark.parametrize("ask", [ask_to_open, ask_to_open_several])
-def test_every_file_can_be_chosen_to_be_read(qtbot, monkeypatch, ask):
-    asked = []
-
-    def choose(_parent, _title, _start, files):
-        asked.append(files.split(";;"))
-        return ("", "") if ask is ask_to_open else ([], "")
-
-    for name in ("getOpenFileName", "getOpenFileNames"):
-        monkeypatch.setattr(QFileDialog, name, choose)
-    ask(QWidget(), "Open a table", "", "Table (*.csv)", pytest.fail)
-    assert asked == [["Table (*.csv)", "All files (*)"]]

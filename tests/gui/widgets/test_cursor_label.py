@@ -34,12 +34,6 @@ def test_the_name_is_readable_over_any_picture(shown, colour, picture):
     assert QColor(colour).name() in seen, "and the dot in the limb's own colour"
 
 
-def test_hues_stay_when_colours_are_made_readable():
-    for landmark in NINE.landmarks:
-        colour = QColor(landmark.colour)
-        assert abs(readable(colour).hsvHue() - colour.hsvHue()) <= 2
-
-
 def test_long_words_are_wrapped_in_a_narrow_view(shown):
     ground = QWidget()
     label = CursorLabel(ground)

@@ -4,13 +4,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QLabel, QToolButton
 
 from app.widgets.plots.frame_plot import thinned
 from app.widgets.plots.limb_plots import ErrorPlot, next_crossing
 from app.widgets.plots.plots import Curve
 from app.widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
-from app.widgets.style.theme import apply_theme, current_theme
+from app.widgets.style.theme import current_theme
 from app.widgets.timeline.lanes import Lane
 from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
@@ -136,19 +135,6 @@ class TestPlot:
         image = plot._plot.grab().toImage()
         assert limb_seen(image, position(plot, 205, 20)) == limb
 
-    def test_gap_is_left_open(self, plot, dark):
-        value = np.full(490, 20.0)
-        value[200:300] = np.nan
-        plot.set_curves([curve("head", value)])
-        image = plot._plot.grab().toImage()
-
-        def seen(frame):
-            return colour_share(plot, image, position(plot, frame, 20), LIMB_COLOURS["head"]) > 0.35
-
-        assert seen(150)
-        assert not seen(250)
-        assert seen(350)
-
     def test_dashes_tell_runs_apart(self, plot):
         shares = []
         for style in ("solid", "dash"):
@@ -167,17 +153,6 @@ class TestPlot:
             qtbot.mouseClick(plot._plot.viewport(), LEFT, pos=position(plot, 213, 10))
         assert caught.args[0] == pytest.approx(213, abs=1)
 
-    def test_set_frame_is_silent_and_moves_the_line(self, qtbot, plot, dark):
-        with qtbot.assertNotEmitted(plot.frame_requested):
-            plot.set_frame(300)
-        image = plot._plot.grab().toImage()
-        place = position(plot, 300, 15)
-        assert (
-            max(colour_share(plot, image, place + QPoint(d, 0), dark.playhead) for d in (-1, 0, 1))
-            > 0.4
-        )
-        assert colour_share(plot, image, place + QPoint(8, 0), dark.playhead) < 0.2
-
     def test_threshold_can_be_dragged(self, qtbot, plot):
         plot.set_threshold(12.0)
         port = plot._plot.viewport()
@@ -192,11 +167,6 @@ class TestPlot:
             qtbot.mouseRelease(port, LEFT, pos=end)
         assert 0 <= caught.args[0] < 12.0
         assert plot.threshold == pytest.approx(6.0, abs=1.0)
-
-    def test_set_threshold_is_silent(self, qtbot, plot):
-        with qtbot.assertNotEmitted(plot.threshold_changed):
-            plot.set_threshold(33.0)
-        assert plot.threshold == 33.0
 
     def test_crossing_obeys_threshold_and_legend(self, qtbot, plot):
         high = np.zeros(100)
@@ -218,36 +188,12 @@ class TestPlot:
         plot.set_curves(curves_of(490))
         assert plot.legend.hidden_limbs == {"head"}
 
-    def test_legend_names_only_what_is_drawn(self, qapp, plot):
-        plot.set_curves([curve("head", np.zeros(10), name="one")])
-        qapp.processEvents()
-        shown = {b.text() for b in plot.legend.findChildren(QToolButton) if b.isVisible()}
-        runs = {label.text() for label in plot.legend.findChildren(QLabel) if label.isVisible()}
-        assert shown == {"head"}
-        assert runs - {""} == {"one"}
-
     def test_ctrl_and_click_shows_one_alone(self, qtbot, plot):
         button = plot.legend.button("head")
         qtbot.mouseClick(button, LEFT, Qt.KeyboardModifier.ControlModifier)
         assert {c.limb for c in plot.shown_curves} == {"head"}
         qtbot.mouseClick(button, LEFT, Qt.KeyboardModifier.ControlModifier)
         assert {c.limb for c in plot.shown_curves} == set(LIMBS)
-
-    def test_narrow_legend_keeps_its_names(self, qapp, plot):
-        legend = plot.legend
-        assert legend.button("left_forearm").text() == "left forearm"
-        plot.resize(300, 240)
-        qapp.processEvents()
-        assert plot.width() == 300
-        assert legend.button("left_forearm").text() == "L forearm"
-        parts = [*legend.findChildren(QToolButton), *legend.findChildren(QLabel)]
-        shown = [part for part in parts if part.isVisible()]
-        assert len(shown) == 6 + 2 * 2, "limbs, and the line and name of each run"
-        for part in shown:
-            assert legend.rect().contains(part.geometry())
-            assert part.width() >= part.sizeHint().width(), "none is cut off"
-        for k, part in enumerate(shown):
-            assert not any(part.geometry().intersects(one.geometry()) for one in shown[:k])
 
     def test_wheel_zooms_and_tells(self, qtbot, plot):
         place = QPointF(position(plot, 245, 5))
@@ -278,25 +224,6 @@ class TestPlot:
         assert caught.args == [0, 495]
         assert plot._box.viewRange()[0] == pytest.approx([-0.5, 494.5])
 
-    def test_curves_that_grow_stay_in_sight(self, plot):
-        plot.set_curves(curves_of(600))
-        assert plot._box.viewRange()[0] == pytest.approx([-0.5, 599.5])
-
-    def test_only_the_person_zooms_the_timeline(self, qtbot, shown):
-        plot = ErrorPlot()
-        with qtbot.assertNotEmitted(plot.visible_range_changed):
-            shown(plot, 700, 200)
-            for frames in (1, 2, 30, 5):
-                plot.set_curves(curves_of(frames))
-            plot.set_range(300)
-            plot.set_visible_range(0, 300)
-            plot.resize(500, 150)
-
-    def test_axis_of_the_recording(self, plot):
-        plot.set_range(1000)
-        plot.set_curves(curves_of(20))
-        assert plot._box.viewRange()[0] == pytest.approx([-0.5, 999.5])
-
     @pytest.mark.parametrize("lanes", [1, 12])
     def test_frames_stand_over_those_of_the_timeline(self, qapp, plot, shown, lanes):
         timeline = TimelineView()
@@ -313,11 +240,6 @@ class TestPlot:
             for frame in (first, (first + last) // 2, last - 1):
                 x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(frame, 0))).x()
                 assert x == pytest.approx(timeline.scale.x_of(frame + 0.5), abs=4)
-
-    def test_threshold_that_is_set_says_its_value_and_no_signal(self, qtbot, plot):
-        with qtbot.assertNotEmitted(plot.threshold_changed):
-            plot.set_threshold(30.0)
-        assert plot._threshold.label.toPlainText() == "30 deg"
 
     def test_unexplained_share_is_drawn_when_asked_for_and_is_no_angle(self, plot):
         plot.set_frame(0)
@@ -337,13 +259,3 @@ class TestPlot:
         plot.set_curves([])
         plot.set_curves([curve("head", np.full(10, np.nan)), curve("torso", [])])
         assert not plot.grab().isNull()
-
-    def test_long_recording_is_drawn_thin(self, plot):
-        plot.set_curves(curves_of(100_000))
-        assert all(len(item.xData) < 4000 for item in [line for line, _ in plot._items])
-
-    def test_theme_changes_the_background(self, qapp, plot, dark):
-        apply_theme(qapp, "light")
-        qapp.processEvents()
-        image = plot._plot.grab().toImage()
-        assert image.pixelColor(2, 2).lightness() > 240

@@ -52,9 +52,3 @@ def test_the_picture_keeps_its_proportions_and_is_not_enlarged(view, qapp, width
     assert painted[0] == 0
     assert len(painted) == pytest.approx(min(room, WIDTH), abs=1)
     assert view.picture.height() == pytest.approx(min(room, WIDTH) * HEIGHT / WIDTH, abs=1)
-
-
-def test_without_a_picture_no_room_is_taken(view, qapp):
-    view.show_picture(None)
-    qapp.processEvents()
-    assert view.picture.height() == 0

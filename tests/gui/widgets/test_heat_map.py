@@ -15,12 +15,10 @@ def view(shown):
     made = HeatMapView()
     made.show_map(
         HeatMap(
-            "Correlation",
             ("torso x", "head α"),
             (("torso", "torso", 2), ("head", "head", 2)),
             VALUES,
             lambda row, column: f"row {row} column {column}",
-            ("correlation 1",),
         )
     )
     return shown(made, 400, 160)
@@ -52,12 +50,3 @@ def test_mouse_and_arrow_keys_say_the_numbers(view, qtbot):
     QTest.keyClick(view, Qt.Key.Key_Right)
     assert view.words() == "row 0 column 3"
     assert said[-1] == "row 0 column 3"
-
-
-def test_more_columns_than_pixels_are_averaged(view):
-    many = np.tile([1.0, -1.0], 5000)[None]
-    view.show_map(
-        HeatMap("Many", ("x",), (("torso", "torso", 10000),), many, lambda _r, _c: "", ("1",))
-    )
-    mixed = colour(view, 0, 5000)
-    assert max(mixed.red(), mixed.green(), mixed.blue()) < 70

@@ -107,12 +107,6 @@ def test_a_whole_number_has_no_sign_in_it(form, locale, tracking):
     assert form.whole.refusal == ""
 
 
-def test_large_numbers_are_shown_without_groups(form, locale):
-    form.number.setValue(12345.5)
-    form.whole.setValue(12345)
-    assert (form.number.text(), form.whole.text()) == ("12345.50 mm", "frame 12345")
-
-
 @pytest.mark.parametrize("digits", [0, 2])
 def test_a_stored_number_that_nobody_changes_is_kept_in_full(form, digits):
     field, stored = (
@@ -129,17 +123,6 @@ def test_a_stored_number_that_nobody_changes_is_kept_in_full(form, digits):
     write(field, "284,25")
     form.other.setFocus()
     assert (field.stored(), field.text()) == (0.28425, "284.25")
-
-
-def test_steps_and_values_of_the_program_are_what_a_refused_text_gives_way_to(form):
-    form.number.stepUp()
-    write(form.number, "1.2.3")
-    form.other.setFocus()
-    assert form.number.value() == 26.0
-    form.number.setValue(30.0)
-    write(form.number, "1.2.3")
-    form.other.setFocus()
-    assert form.number.value() == 30.0
 
 
 def test_a_dialog_is_not_accepted_with_a_number_that_was_refused(qtbot, shown):

@@ -38,27 +38,6 @@ def test_limbs_colour_is_seen(panel):
         assert LIMB_COLOURS[ROWS[row][0]].lower() in seen
 
 
-def test_nothing_to_show_is_said(panel):
-    panel.show_rows([])
-    assert not panel.table.isVisible()
-    panel.show_rows(ROWS)
-    assert panel.table.isVisible()
-
-
-def test_next_frame_keeps_the_selection(panel):
-    model = panel.table.model()
-    flags = QItemSelectionModel.SelectionFlag
-    panel.table.selectionModel().select(model.index(1, 0), flags.ClearAndSelect | flags.Rows)
-    panel.show_rows([(limb, label, "1.0", hint) for limb, label, _, hint in ROWS])
-    assert text(panel, 1, 2) == "1.0"
-    assert {index.row() for index in panel.table.selectedIndexes()} == {1}
-
-
-def test_fewer_rows(panel):
-    panel.show_rows(ROWS[:1])
-    assert panel.table.model().rowCount() == 1
-
-
 def test_copying_takes_the_selection_or_all(qtbot, panel):
     assert panel.copied_text().count("\n") == 2
     model = panel.table.model()

@@ -23,11 +23,6 @@ class Drawing(QObject):
     def scene(self):
         self.done.append("scene")
 
-    def both(self):
-        self.done.append("both")
-        self.queue.soon(self.scene)
-        self.queue.soon(self.views)
-
     def fails(self):
         raise ArithmeticError("drawing")
 
@@ -58,11 +53,6 @@ def test_a_piece_asked_for_again_keeps_its_place_and_is_drawn_once(drawing, qtbo
         drawing.queue.soon(piece)
     assert drawn(drawing, qtbot)[:2] == ["scene", "views"]
     assert drawing.done.count("scene") == 1
-
-
-def test_a_piece_may_ask_for_others(drawing, qtbot):
-    drawing.queue.soon(drawing.both)
-    assert drawn(drawing, qtbot)[:3] == ["both", "scene", "views"]
 
 
 def test_what_is_gone_is_not_drawn(drawing, qtbot):

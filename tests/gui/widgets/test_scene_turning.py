@@ -7,7 +7,7 @@ from PySide6.QtTest import QTest
 
 from app.widgets.scene import lettering
 from app.widgets.scene import scene_view as scene_view_module
-from app.widgets.scene.content import PointLegend, SceneContent
+from app.widgets.scene.content import SceneContent
 from app.widgets.scene.orbit import Orbit
 from app.widgets.scene.scene_view import SceneView
 from tests.gui.widgets.test_scene_view import MESHES, pixels, snapshot
@@ -51,14 +51,6 @@ class TestLettering:
         scene.set_layer_visible("floor", False)
         assert not written.now(scene)
 
-    def test_near_the_floor_numbers_are_on_lines_that_are_seen(self, scene, monkeypatch):
-        written = Written(monkeypatch)
-        scene.show_scene(SceneContent(meshes=MESHES))
-        scene.resize(500, 180)
-        texts = set(written.now(scene))
-        assert any(text.startswith("x = ") for text in texts)
-        assert any(text.startswith("y = ") for text in texts)
-
     def test_axes_stand_as_the_world_does(self, scene):
         scene.show_scene(SceneContent())
         scene.set_orbit(Orbit(np.zeros(3), -np.pi / 2, 0.0, 14.0))  # from the south
@@ -67,18 +59,6 @@ class TestLettering:
         blue = np.argwhere(corner[..., 2] > corner[..., 0] + 110)
         assert np.ptp(red[:, 1]) > np.ptp(red[:, 0]), "x goes to the right"
         assert np.ptp(blue[:, 0]) > np.ptp(blue[:, 1]), "z goes up"
-
-    def test_colours_of_points_are_explained_while_points_are_shown(self, scene):
-        places = np.array([[5.0, 5.0, 5.0]])
-        pink = (250, 60, 160)
-        legend = PointLegend("Points by view:", (("N", pink),))
-        scene.show_scene(SceneContent(places, np.array([pink], np.uint8), legend))
-        scene.set_view("front")
-        row = pixels(snapshot(scene))[:30, :200]
-        assert (np.abs(row - pink).max(axis=2) < 4).sum() > 40
-        scene.set_layer_visible("cloud", False)
-        row = pixels(snapshot(scene))[:30, :200]
-        assert not (np.abs(row - pink).max(axis=2) < 40).any()
 
 
 class Clock:
@@ -118,10 +98,3 @@ class TestDragging:
         assert set(clock.sizes[3:]) == {(320, 240)}, "a quarter of the pixels in a quarter of time"
         qtbot.waitUntil(scene.at_rest, timeout=3000)
         assert clock.sizes[-1] == (640, 480)
-
-    def test_a_fast_machine_renders_all_of_them(self, scene, monkeypatch):
-        scene.show_scene(SceneContent(meshes=MESHES))
-        scene.repaint()
-        clock = Clock(monkeypatch, scene, 0.004 / (640 * 480))
-        drag(scene, 60)
-        assert set(clock.sizes[3:]) == {(640, 480)}

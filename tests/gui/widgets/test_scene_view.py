@@ -1,4 +1,4 @@
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -11,7 +11,6 @@ from app.widgets.scene.orbit import Orbit
 from app.widgets.scene.renderer import SceneUnavailable
 from app.widgets.scene.scene_view import SceneView
 from app.widgets.style.limb_colours import LIMB_COLOURS
-from app.widgets.style.theme import apply_theme
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import body_mesh
 from stereotrack_core.body.model import body_model, landmarks
@@ -132,13 +131,6 @@ class TestModel:
         bare.set_highlighted("")
         assert share_of_hue(snapshot(bare), dark.accent) == 0.0
 
-    def test_leg_is_drawn_but_not_chosen(self, bare):
-        bare.show_scene(SceneContent(meshes=(box("left_thigh", (0, 0, 1)),)))
-        bare.set_view("front")
-        middle = QPointF(320, 240)
-        assert np.ptp(pixels(snapshot(bare))[200:280, 280:360]) < 60
-        assert bare.limb_at(middle) == ""
-
 
 class TestClicking:
     @pytest.mark.parametrize("limb", LIMBS)
@@ -153,25 +145,6 @@ class TestClicking:
         with qtbot.waitSignal(scene.limb_clicked) as caught:
             qtbot.mouseClick(scene, Qt.MouseButton.LeftButton, pos=QPoint(round(x), round(y)))
         assert caught.args == [limb]
-
-    def test_picture_and_click_agree(self, scene):
-        scene.set_layer_visible("floor", False)
-        scene.show_scene(
-            SceneContent(meshes=(box("head", (0.3, 0.1, 1.2)), box("torso", (9, 9, 9))))
-        )
-        scene.set_orbit(Orbit(np.array([0.2, 0.0, 1.1]), 0.9, 0.4, 3.0))
-        green = np.abs(pixels(snapshot(scene))[..., 1] - pixels(snapshot(scene))[..., 0]) > 30
-        for y in range(5, 480, 23):
-            for x in range(5, 640, 23):
-                around = green[y - 3 : y + 4, x - 3 : x + 4]
-                if around.all() or not around.any():
-                    named = scene.limb_at(QPointF(x + 0.5, y + 0.5))
-                    assert named == ("head" if around.all() else "")
-
-    def test_nearer_limb_wins(self, scene):
-        scene.show_scene(SceneContent(meshes=(box("torso", (0, 0, 1)), box("head", (0, 1, 1)))))
-        scene.set_view("front")
-        assert scene.limb_at(QPointF(320, 240)) == "head"
 
     def test_click_beside_and_hidden_model_say_nothing(self, qtbot, scene):
         scene.show_scene(SceneContent(meshes=(box("torso", (0, 0, 1)),)))
@@ -241,12 +214,6 @@ class TestEye:
             scene.event(event)
             assert event.isAccepted() is taken
 
-    def test_eye_stays_when_the_body_moves(self, scene):
-        scene.show_scene(SceneContent(meshes=MESHES))
-        before = scene.orbit
-        scene.show_scene(SceneContent(meshes=body_mesh(BODY, t_pose(HIPS + 0.5))))
-        assert scene.orbit is before
-
 
 class TestLayers:
     content = SceneContent(
@@ -272,14 +239,6 @@ class TestLayers:
         scene.set_layer_visible(layer, True)
         np.testing.assert_array_equal(pixels(snapshot(scene)), before)
 
-    def test_unknown_layer_is_an_error(self, scene):
-        with pytest.raises(KeyError):
-            scene.set_layer_visible("clouds", True)
-
-    def test_cloud_has_the_given_colours(self, bare):
-        bare.show_scene(replace(self.content, meshes=(), reference=None, ellipsoids=()))
-        assert share_of_hue(snapshot(bare), "#ff00ff") > 0.005
-
     def test_camera_shows_its_image_upright(self, bare):
         bare.set_layer_visible("cameras", True)
         image = np.zeros((48, 64, 3), np.uint8)
@@ -295,103 +254,6 @@ class TestLayers:
         assert share_of_hue(upper, "#ff0000") > 0.01
         assert share_of_hue(lower, "#0000ff") > 0.01
         assert share_of_hue(lower, "#ff0000") == 0.0
-
-    def test_new_image_replaces_the_old_one(self, bare):
-        bare.set_layer_visible("cameras", True)
-        images = [np.full((48, 64, 3), c, np.uint8) for c in ((250, 10, 10), (10, 10, 250))]
-        for image, colour in zip(images, ("#ff0000", "#0000ff"), strict=True):
-            bare.show_scene(SceneContent(cameras=(camera_north(),), camera_images={"N": image}))
-            bare.set_orbit(Orbit(np.array([0.0, 2.0, 1.3]), np.pi / 2, 0.0, 2.0))
-            assert share_of_hue(snapshot(bare), colour) > 0.01
-
-    def test_camera_that_is_gone_is_not_drawn(self, bare):
-        bare.set_layer_visible("cameras", True)
-        orbit = Orbit(np.array([0.0, 2.0, 1.3]), 0.3, 0.2, 3.0)
-        bare.set_orbit(orbit)
-        empty = pixels(snapshot(bare))
-        bare.show_scene(SceneContent(cameras=(camera_north("A"), camera_north("B"))))
-        assert (pixels(snapshot(bare)) != empty).any()
-        bare.show_scene(SceneContent())
-        np.testing.assert_array_equal(pixels(snapshot(bare)), empty)
-
-    def test_reference_with_unknown_landmarks_is_drawn_in_part(self, bare):
-        reference = landmarks(BODY, POSE)
-        bare.set_orbit(Orbit(np.array([0.0, 0.0, 1.2]), np.pi / 2, 0.0, 4.0))
-        counts = []
-        for unknown in (0, 4, 9):
-            known = reference.copy()
-            known[:unknown] = np.nan
-            bare.show_scene(SceneContent(reference=known))
-            counts.append((pixels(snapshot(bare)) > 240).all(axis=2).sum())
-        assert counts[0] > counts[1] > counts[2] == 0
-
-
-class TestRendering:
-    def test_only_the_newest_content_is_rendered(self, qapp, scene, monkeypatch):
-        scene.show_scene(SceneContent(meshes=MESHES))
-        scene.repaint()
-        rendered = []
-        original = scene._renderer.set_content
-        monkeypatch.setattr(
-            scene._renderer,
-            "set_content",
-            lambda c, *rest: (rendered.append(c), original(c, *rest)),
-        )
-        contents = [SceneContent(meshes=MESHES) for _ in range(20)]
-        for content in contents:
-            scene.show_scene(content)
-        qapp.processEvents()
-        assert rendered == [contents[-1]]
-
-    def test_hidden_scene_renders_nothing(self, qapp, qtbot, dark):
-        view = SceneView()
-        qtbot.addWidget(view)
-        view.show_scene(SceneContent(meshes=MESHES))
-        qapp.processEvents()
-        assert view._renderer is None
-
-    def test_actors_are_used_again(self, scene):
-        scene.show_scene(TestLayers.content)
-        snapshot(scene)
-        actors = scene._renderer._window.scene.GetActors().GetNumberOfItems()
-        for k in range(5):
-            scene.show_scene(
-                replace(TestLayers.content, meshes=body_mesh(BODY, t_pose(HIPS + 0.01 * k)))
-            )
-            snapshot(scene)
-        assert scene._renderer._window.scene.GetActors().GetNumberOfItems() == actors
-
-    def test_edges_are_smoothed_at_rest(self, qtbot, scene):
-        scene.show_scene(SceneContent(meshes=MESHES))
-        scene.repaint()
-        assert not scene._image_is_fine
-        qtbot.waitUntil(lambda: scene._image_is_fine, timeout=3000)
-
-    def test_theme_changes_the_background(self, qapp, bare):
-        bare.show_scene(SceneContent(meshes=MESHES))
-        dark = pixels(snapshot(bare))[2, 2].sum()
-        apply_theme(qapp, "light")
-        qapp.processEvents()
-        assert pixels(snapshot(bare))[2, 2].sum() > dark + 300
-
-    def test_snapshot_has_the_size_of_the_widget(self, scene):
-        scene.resize(300, 200)
-        assert (snapshot(scene).width(), snapshot(scene).height()) == (300, 200)
-
-    def test_many_scenes_come_and_go(self, qapp, dark):
-        for _ in range(4):
-            view = SceneView()
-            view.resize(120, 100)
-            view.show_scene(SceneContent(meshes=MESHES))
-            assert not snapshot(view).isNull()
-            view.deleteLater()
-            qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-
-    def test_empty_scene_shows_the_floor(self, scene):
-        scene.show_scene(SceneContent())
-        before = pixels(snapshot(scene))
-        scene.set_layer_visible("floor", False)
-        assert (pixels(snapshot(scene)) != before).any()
 
 
 class TestWithoutOpenGL:

@@ -16,10 +16,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.widgets.style.icons import data_folder, icon, resource_path, set_icon
-from app.widgets.style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
+from app.widgets.style.limb_colours import LIMB_COLOURS
 from app.widgets.style.theme import apply_theme, chosen_theme, current_theme, load_theme
-from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.recording.landmarks import LANDMARKS
 
 
 def luminance(colour):
@@ -57,24 +55,6 @@ class TestContrast:
         for colour in LIMB_COLOURS.values():
             assert contrast(colour, theme.plot_background) >= 2.0, colour
 
-    def test_accent_is_no_limb(self, name):
-        hue = QColor(load_theme(name).accent).hsvHue()
-        for limb, colour in LIMB_COLOURS.items():
-            if limb != "torso":
-                assert abs(hue - QColor(colour).hsvHue()) > 30
-
-
-def test_colours_cover_every_limb_and_landmark():
-    assert set(LIMB_COLOURS) == set(LIMBS)
-    assert set(LANDMARK_LIMBS) == set(LANDMARKS)
-    assert set(LANDMARK_LIMBS.values()) <= set(LIMBS)
-    assert len(set(LIMB_COLOURS.values())) == len(LIMBS)
-
-
-def test_limb_words_and_numbers():
-    assert limb_words("left_upper_arm") == "left upper arm"
-    assert limb_rgb("head") == (0, 158, 115)
-
 
 def test_theme_reaches_palette_and_tokens(qapp, dark):
     assert qapp.palette().color(QPalette.ColorRole.Window) == QColor(dark.window)
@@ -106,17 +86,6 @@ def test_widgets_that_are_there_already_change(qapp, qtbot, dark):
             assert colours.color(QPalette.ColorRole.WindowText).name() == theme.text, widget
 
 
-def test_system_theme_is_one_of_the_two(qapp, dark):
-    apply_theme(qapp, "system")
-    assert chosen_theme() == "system"
-    assert current_theme().name in {"dark", "light"}
-
-
-def test_unknown_theme_is_refused(qapp):
-    with pytest.raises(ValueError, match="no theme"):
-        apply_theme(qapp, "pink")
-
-
 ICONS = sorted(path.stem for path in (data_folder("resources") / "icons").glob("*.svg"))
 
 
@@ -143,8 +112,3 @@ def test_icons_follow_the_theme(qapp, qtbot, dark):
     expected = QColor(load_theme("light").text)
     for target in (button, action):
         assert target.icon().pixmap(24, 24).toImage().pixelColor(12, 12) == expected
-
-
-def test_unknown_icon_is_an_error(qapp):
-    with pytest.raises(FileNotFoundError, match=r"no-such-icon\.svg"):
-        icon("no-such-icon")

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from app.widgets.style.theme import load_theme
 from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, TimelineScale, covered_columns
-from app.widgets.timeline.painting import heat_colours, rgba, strip_pixels
+from app.widgets.timeline.painting import heat_colours
 
 THEME = load_theme("dark")
 
@@ -26,20 +26,6 @@ def test_no_value_is_lost_and_none_invented(length, columns, seed):
         assert np.nanmax(seen) == np.nanmax(values)
     else:
         assert np.isnan(seen).all()
-
-
-@given(length=st.integers(1, 400), columns=st.integers(1, 100))
-@settings(max_examples=60, deadline=None)
-def test_column_has_the_largest_value_near_it(length, columns):
-    values = np.random.default_rng(length).normal(size=length)
-    edges = np.linspace(0, length, columns + 1)
-    seen = Pyramid(values, np.fmax).columns(edges)
-    slack = 0.26 * length / columns
-    for c in range(columns):
-        inside = values[int(np.floor(edges[c])) : max(int(np.ceil(edges[c + 1])), 1)]
-        low = max(0, int(np.floor(edges[c] - slack)))
-        around = values[low : int(np.ceil(edges[c + 1] + slack)) + 1]
-        assert inside.max() <= seen[c] <= around.max()
 
 
 def test_reading_does_not_grow_with_the_recording():
@@ -88,27 +74,6 @@ def test_heat_becomes_lighter_with_the_value():
     assert colours[5, 3] == 0
 
 
-@pytest.mark.parametrize("frames", [1, 7, 490])
-def test_each_kind_gives_a_strip_of_the_width(frames):
-    edges = np.linspace(0, frames, 301)
-    for lane in (
-        Lane("a", "#0072B2", "heat", np.linspace(90, 45, frames)),
-        Lane("b", "#0072B2", "marks", np.full(frames, Mark.CLICKED)),
-        Lane("c", "#0072B2", "bars", (Span(0, frames - 1),)),
-    ):
-        pixels = strip_pixels(lane, edges, 15, THEME)
-        assert pixels.shape == (15, 300, 4)
-        assert (pixels[7] != rgba(THEME.base)).any()
-
-
-@pytest.mark.parametrize("kind", ["heat", "marks", "bars"])
-def test_empty_lane_is_an_empty_strip(kind):
-    pixels = strip_pixels(
-        Lane("a", "#0072B2", kind, np.array([])), np.linspace(0, 9, 50), 15, THEME
-    )
-    assert (pixels == rgba(THEME.base)).all()
-
-
 def test_words_for_a_frame():
     heat = Lane("a", "#0072B2", "heat", np.array([32.14, np.nan]), unit="deg")
     assert heat.value_text(0) == "32.1 deg"
@@ -141,11 +106,6 @@ class TestScale:
         assert self.scale.zoomed(1e9, 300.0).visible >= 8.0
         assert self.scale.frame_at(-50.0) == 0
         assert self.scale.frame_at(5000.0) == 999
-
-    def test_short_recording(self):
-        scale = TimelineScale(frame_count=3, left=0.0, width=300.0).whole()
-        assert scale.zoomed(4.0, 10.0).is_whole
-        assert scale.ticks() == [0, 1, 2]
 
     @pytest.mark.parametrize("frames", [1, 10, 490, 100_000, 12_345_678])
     def test_ticks_have_room(self, frames):

@@ -1,13 +1,9 @@
-import statistics
-import time
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 
 from app.widgets.style.limb_colours import LIMB_COLOURS
-from app.widgets.style.theme import apply_theme
 from app.widgets.timeline.lanes import Lane, Mark, Span
 from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView
@@ -83,18 +79,6 @@ class TestScrubbing:
         assert requested == [100, 110, 120, 130, 140]
         assert timeline.selection is None
 
-    def test_set_frame_is_silent(self, qtbot, timeline):
-        with qtbot.assertNotEmitted(timeline.frame_requested):
-            timeline.set_frame(77)
-        assert timeline.frame == 77
-
-    def test_frames_outside_are_not_asked_for(self, qtbot, timeline):
-        timeline.set_frame(489)
-        with qtbot.assertNotEmitted(timeline.frame_requested):
-            qtbot.keyClick(timeline, Qt.Key.Key_Right)
-        timeline.set_frame(100_000)
-        assert timeline.frame == 489
-
     def test_playhead_is_seen_at_its_frame(self, timeline, dark):
         for frame in (30, 400):
             timeline.set_frame(frame)
@@ -152,14 +136,6 @@ class TestSelection:
             qtbot.keyClick(timeline, Qt.Key.Key_Escape)
         assert caught.args == [None]
 
-    def test_it_is_shaded(self, timeline):
-        inside, outside = at(timeline, 250, 320), at(timeline, 350, 320)
-        before = colour_at(timeline, inside)
-        assert before == colour_at(timeline, outside)
-        timeline.set_selection(range(240, 260))
-        assert colour_at(timeline, inside) != before
-        assert colour_at(timeline, outside) == before
-
 
 class TestZoom:
     def test_wheel_zooms_at_the_cursor(self, qtbot, timeline):
@@ -174,16 +150,6 @@ class TestZoom:
         timeline.set_frame(320)
         assert timeline.scale.first <= 320 < timeline.scale.last
         assert timeline.scale.visible == pytest.approx(50)
-
-    def test_shift_and_wheel_moves(self, timeline):
-        timeline.set_visible_range(100, 150)
-        wheel(timeline, 500, -1, Qt.KeyboardModifier.ShiftModifier)
-        assert timeline.scale.first == pytest.approx(105)
-
-    def test_scroll_bar_moves(self, timeline):
-        timeline.set_visible_range(0, 49)
-        timeline.horizontalScrollBar().setValue(timeline.horizontalScrollBar().maximum())
-        assert timeline.scale.last == pytest.approx(490)
 
     def test_keys(self, qtbot, timeline):
         timeline.set_frame(213)
@@ -242,22 +208,6 @@ class TestLanes:
         qtbot.keyClick(timeline, Qt.Key.Key_Up)
         assert timeline.selected_lanes == {LANDMARKS[0]}
 
-    def test_a_lane_that_is_selected_by_a_key_is_scrolled_to(self, qapp, qtbot, timeline):
-        timeline.resize(1000, 150)
-        qapp.processEvents()
-        qtbot.keyClick(timeline, Qt.Key.Key_Up)
-        bar = timeline.verticalScrollBar()
-        assert bar.value() == bar.maximum() > 0
-
-    def test_groups_of_lanes_stand_beside_each_other(self, timeline):
-        marks = np.full(490, Mark.CLICKED, dtype=np.uint8)
-        before = len(timeline.lanes)
-        timeline.set_lanes([Lane("left elbow", "#0072B2", "marks", marks)], "annotation")
-        assert timeline.lanes[0].name == "left elbow"
-        assert len(timeline.lanes) == before + 1
-        timeline.set_lanes([])
-        assert [lane.name for lane in timeline.lanes] == ["left elbow"]
-
     def test_what_was_clicked_in_few_views_and_gaps_look_different(self, timeline):
         pictures = []
         for mark in (Mark.CLICKED, Mark.PARTLY, Mark.GAP, Mark.NONE, Mark.MISSING):
@@ -269,13 +219,6 @@ class TestLanes:
             pictures.append(bytes(strip.constBits()))
         assert len(set(pictures)) == 5
 
-    def test_heat_is_seen_where_it_is(self, timeline):
-        values = np.zeros(490)
-        values[100:110] = 90.0
-        timeline.set_lanes([Lane("error", "#D55E00", "heat", values, 90.0)])
-        assert colour_at(timeline, at(timeline, 105)).lightness() > 180
-        assert colour_at(timeline, at(timeline, 130)).lightness() < 60
-
     def test_one_bad_frame_among_many_is_seen(self, timeline):
         values = np.zeros(100_000)
         values[43_210] = 90.0
@@ -285,13 +228,6 @@ class TestLanes:
         x = int(timeline.scale.x_of(43_210))
         assert max(image.pixelColor(x + d, RULER_HEIGHT + 5).lightness() for d in (-1, 0, 1)) > 180
 
-    def test_theme_repaints(self, qapp, timeline):
-        corner = QPoint(5, 328)
-        before = colour_at(timeline, corner)
-        apply_theme(qapp, "light")
-        qapp.processEvents()
-        assert colour_at(timeline, corner).lightness() > before.lightness() + 100
-
     def test_nothing_open_is_painted_and_takes_keys(self, qtbot, shown):
         view = shown(TimelineView(), 500, 120)
         with qtbot.assertNotEmitted(view.frame_requested):
@@ -299,39 +235,3 @@ class TestLanes:
             qtbot.mouseClick(view.viewport(), LEFT, pos=QPoint(300, 60))
             wheel(view, 300, 1)
         assert not view.grab().isNull()
-
-
-def painting_seconds(view, work, repeats=15):
-    times = []
-    for k in range(repeats):
-        start = time.process_time()
-        work(k)
-        view.viewport().repaint()
-        times.append(time.process_time() - start)
-    return statistics.median(times)
-
-
-class TestCost:
-    def test_painting_does_not_grow_with_the_recording(self, shown):
-        seconds = {}
-        for frames in (2_000, 100_000):
-            view = shown(TimelineView(), 1000, 330)
-            view.set_range(frames, 10.0)
-            view.set_lanes(lanes_of(frames))
-            view.viewport().repaint()
-            seconds[frames] = painting_seconds(
-                view, lambda k, v=view, n=frames: v.set_visible_range(k, n / 2 + k)
-            )
-        assert seconds[100_000] < 3 * seconds[2_000] + 0.004, seconds
-
-    def test_scrubbing_reads_no_data(self, shown, monkeypatch):
-        view = shown(TimelineView(), 1000, 330)
-        view.set_range(100_000, 10.0)
-        view.set_lanes(lanes_of(100_000))
-        view.viewport().repaint()
-        monkeypatch.setattr(view, "_painted", lambda: pytest.fail("the lanes were painted again"))
-        view.set_frame(500)
-        view.viewport().repaint()
-        for frame in range(0, 20_000, 1000):
-            view.set_frame(frame)
-            view.viewport().repaint()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QWidget
@@ -22,14 +21,14 @@ from stereotrack_core.annotation.personal_subject import (
 from stereotrack_core.counting import counted
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import UseSubject
-from stereotrack_core.recording.description import Subject, write_subject
+from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import Run
 
 from ....context import Context
 from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
-from ....widgets.forms.form_dialog import FormDialog, ask_to_save, push_button
-from ....widgets.style.building import hbox, label
+from ....widgets.forms.form_dialog import FormDialog
+from ....widgets.style.building import label
 from ....widgets.tables.plain import PlainTable
 from ..clicking.clicked_frames import ClickedFrames
 
@@ -60,35 +59,14 @@ class PersonalDialog(FormDialog):
             *(f"{one[:1].upper()}{one[1:]}." for one in left_out_words(found)),
         ]
         self.lean = label("\n".join(said))
-        self.export_button = push_button(
-            "&Export subject …", self._ask_to_export, "Write a subject.toml for other recordings"
-        )
-        self.lay_out(
-            self.offsets, self.lean, self.lengths, label(_ABOUT, "muted"),
-            hbox(self.export_button, None), size=(560, 620),
-        )  # fmt: skip
+        parts = (self.offsets, self.lean, self.lengths, label(_ABOUT, "muted"))
+        self.lay_out(*parts, size=(560, 600))
         self.accept_button.setEnabled(not project.read_only)
 
     def _use(self) -> None:
         edit = UseSubject(self._found.subject, ORIGIN)
         if self.attempt(lambda: self._project.apply(edit)):
             self.accept()
-
-    def _ask_to_export(self) -> None:
-        ask_for_subject_file(self, self._found.subject, self.store)
-
-    def store(self, path: Path) -> None:
-        """Write the subject to a file."""
-        if self.attempt(lambda: write_subject(path, self._found.subject)):
-            self.say(f"Saved to {path}.")
-
-
-def ask_for_subject_file(parent: QWidget, subject: Subject, use: Callable[[Path], object]) -> None:
-    """Let the person choose where a subject goes."""
-    ask_to_save(
-        parent, "Export the subject", f"{subject.name or 'subject'}.toml", _FILES,
-        lambda path: use(path if path.suffix else path.with_suffix(".toml")),
-    )  # fmt: skip
 
 
 class Personalising(QObject):
@@ -130,12 +108,6 @@ class Personalising(QObject):
         if self._run() is None and not self._session.clouds.available:
             return "Track the recording first: without depth it cannot be tracked here."
         return ""
-
-    def why_no_export(self) -> str:
-        """Why no subject can be exported."""
-        if self._session.project.project is None:
-            return self._session.no_recording() or "No project is open. Open or create one first."
-        return "" if self._session.subject() is not None else "There is no subject to export."
 
     # ---- doing it
 
@@ -195,15 +167,6 @@ class Personalising(QObject):
         dialog.raise_()
         dialog.activateWindow()
 
-    def ask_to_export(self) -> None:
-        """Write the subject that is used to a file."""
-        subject = self._session.subject()
-        if subject is not None:
-            parent, attempt = self._context.docks.dialog_parent, self._context.notifier.attempt
-            ask_for_subject_file(
-                parent, subject, lambda path: attempt(lambda: write_subject(path, subject))
-            )
-
 
 def personal_commands(personalising: Personalising) -> list[Command]:
     """Commands of the menu Annotate."""
@@ -212,7 +175,4 @@ def personal_commands(personalising: Personalising) -> list[Command]:
         command("annotate-personalise", "Personalise body", "Estimate from the clicked frames "
                 "where this person's joints lie in the tracked body, and show it before it is "
                 "used.", personalising.begin, icon="ruler", why_not=personalising.why_not),
-        command("annotate-export-subject", "Export subject …", "Write the subject that is used, "
-                "with lengths and offsets, to a subject.toml for other recordings.",
-                personalising.ask_to_export, icon="export", why_not=personalising.why_no_export),
     ]  # fmt: skip
