@@ -124,7 +124,7 @@ class CameraDoubts(QObject):
 
 
 def _answer(question: _Question) -> _Answer:
-    """Called in the worker's thread, which has ended before the project is closed."""
+    """Called in the worker's thread; the project may be closed meanwhile."""
     project = question.project
     asked = sorted(frames_asked(project.clicks.frames()))
     clicks = [click for frame in asked for click in project.clicks.at(frame)]

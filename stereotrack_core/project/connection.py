@@ -188,6 +188,12 @@ class Access:
             self._lock.release()
 
     @contextmanager
+    def for_nobody_else(self) -> Iterator[None]:
+        """Let no other thread read either: closing what it reads from would end the program."""
+        with self.alone(), self._reading:
+            yield
+
+    @contextmanager
     def at_once(self) -> Iterator[sqlite3.Connection]:
         """The database; the window's thread does not wait for a long edit of another one."""
         waits = self._log is None or current_thread() is not main_thread()

@@ -168,7 +168,7 @@ class Project:
 
     def close(self) -> None:
         """Give the file back; a second time does nothing."""
-        with self._access.alone():
+        with self._access.for_nobody_else():
             self._listeners.clear()
             self._resources.close()
 

@@ -135,3 +135,25 @@ def test_a_drive_of_the_network_keeps_to_one_file(path):
     with Project.open(path, interactive=True, mounts=[("/", "nfs4")]) as project:
         project.apply(place(click(3)))
         assert not path.with_name(f"{path.name}-wal").exists()
+
+
+def test_closing_waits_for_whoever_reads(path):
+    """SQLite ends the program where a connection is closed that another thread reads from."""
+    for _ in range(40):
+        with Project.open(path, who="A", interactive=True) as project:
+            project.apply(PlaceClicks(tuple(map(click, range(300)))))
+            begun, ended = threading.Event(), []
+
+            def read(project=project, begun=begun, ended=ended):
+                try:
+                    while True:
+                        project.clicks.all()
+                        begun.set()
+                except sqlite3.ProgrammingError as error:
+                    ended.append(str(error))
+
+            thread = threading.Thread(target=read)
+            thread.start()
+            assert begun.wait(PATIENCE_S)
+        thread.join(PATIENCE_S)
+        assert "closed" in ended[0]
