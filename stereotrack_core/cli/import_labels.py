@@ -96,8 +96,8 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
             f"{count} of its clicks contradict{'s' if count == 1 else ''} the project; nothing "
             "was imported",
             where=str(args.file),
-            remedy="Choose which to keep with --conflicts mine or --conflicts theirs, or merge "
-            "them one by one in the workbench.",
+            remedy="Choose which to keep with --conflicts mine or --conflicts theirs, or use "
+            "their means in the workbench.",
         )
     edit = found.edit(decided)
     if edit.clicks:

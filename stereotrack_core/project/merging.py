@@ -1,15 +1,15 @@
-"""Clicks of a file or another project beside the own: new ones are taken, others decided."""
+"""Clicks of a file or another project beside the own: new ones are taken, the others as decided."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from math import sqrt
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from stereotrack_core.annotation.agreement import Difference, differences
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.clicks import PlaceClicks
@@ -21,26 +21,15 @@ Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 _MERGED = "merged"  # origin of a click that is the mean of two
 
 
-def has_mean(conflict: Difference) -> bool:
-    """Whether both sides give a position, so that there is a place between them."""
-    return conflict.apart is not None
-
-
-def mean_click(conflict: Difference) -> Click:
-    """The place between two clicks.
+def _mean_click(conflict: Difference) -> Click | None:
+    """The place between two clicks; None where one of them has no place.
 
     It is as visible and as sure as the worse of both says; where both state how sure they are,
     the mean of two independent clicks is surer.
-
-    InputError where one of them has no place.
     """
     mine, theirs = conflict.first, conflict.second
     if conflict.apart is None or mine is None or theirs is None or mine.position is None:
-        frame, camera, landmark = conflict.key
-        raise InputError(
-            f"{landmark} in {camera}, frame {frame}, has a position on one side only",
-            remedy="Keep mine or use theirs; there is no mean.",
-        )
+        return None
     sigma = None
     if mine.sigma is not None and theirs.sigma is not None:
         sigma = 0.5 * sqrt(mine.sigma**2 + theirs.sigma**2)
@@ -69,37 +58,26 @@ class Incoming:
     same: tuple[Click, ...]
     conflicts: tuple[Difference, ...]
 
-    def edit(
-        self,
-        decisions: Mapping[ClickKey, Decision] | Decision | None = None,
-        *,
-        with_new: bool = True,
-    ) -> PlaceClicks:
-        """The one edit that takes in what is new and what was decided; the rest stays as it is.
+    def edit(self, decision: Decision | None = None, *, with_new: bool = True) -> PlaceClicks:
+        """The one edit that takes in what is new, and for all conflicts what was decided.
 
-        `decisions`: one by ClickKey, or one for all conflicts; conflicts that a
-        mapping does not name stay the project's. `with_new`: whether clicks that the project says
-        nothing about are taken in.
+        `with_new`: whether clicks that the project says nothing about are taken in. Where there is
+        no mean of both, the project's click stays.
 
-        Raises InputError where there are conflicts and no decisions, or a mean was asked for that
-        there is not.
+        Raises InputError where there are conflicts and no decision.
         """
-        if decisions is None and self.conflicts:
+        if decision is None and self.conflicts:
             raise self._undecided(self.conflicts[0])
         taken = list(self.new) if with_new else []
-        means = 0
-        for conflict in self.conflicts:
-            decision = decisions
-            if isinstance(decisions, Mapping):
-                decision = decisions.get(conflict.key, "mine")
-            if decision == "mean":
-                taken.append(mean_click(conflict))
-                means += 1
-            elif decision == "theirs" and conflict.second is not None:
-                taken.append(conflict.second)
-        number = counted(len(taken), "click")
-        between = f", {means} of them mean positions," if means else ""
-        return PlaceClicks(tuple(taken), f"merge {number}{between} from {self.source}")
+        between = ""
+        if decision == "theirs":
+            taken += [one.second for one in self.conflicts if one.second is not None]
+        elif decision == "mean":
+            means = [mean for one in self.conflicts if (mean := _mean_click(one)) is not None]
+            taken += means
+            between = f", {len(means)} of them mean positions," if means else ""
+        words = f"merge {counted(len(taken), 'click')}{between} from {self.source}"
+        return PlaceClicks(tuple(taken), words)
 
     def _undecided(self, conflict: Difference) -> InputError:
         frame, camera, landmark = conflict.key

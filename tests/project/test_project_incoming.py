@@ -43,7 +43,7 @@ def test_two_projects_are_merged_by_one_edit(project, second_project):
         InputError, match=r"1 click already in the project differs.*frame 1.*Choose"
     ):
         found.edit()
-    project.apply(found.edit({B.key: "theirs"}))
+    project.apply(found.edit("theirs"))
     assert project.clicks.get(B.key).position == (11.0, 20.0)
     assert project.clicks.get(B.key).who == "B"
     assert project.clicks.get(A.key).who == "A"

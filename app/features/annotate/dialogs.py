@@ -24,7 +24,7 @@ from stereotrack_core.interop.run_file import at_recording, reference_in
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
 from stereotrack_core.project.exporting.labels import export_keypoints
-from stereotrack_core.project.merging import clicks_of_project, incoming
+from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET, REFERENCE
 from stereotrack_core.project.selection import Selection
@@ -37,7 +37,7 @@ from ...session.project_opening import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open, ask_to_save
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.click_files import ExportDialog, ImportDialog, ReferenceExportDialog
-from .exchange.merging import TakeIn, TakeInDialog
+from .exchange.merging import TakeInDialog
 from .panels import AnnotationPanels
 from .setup.subject_dialog import SubjectDialog
 
@@ -45,6 +45,8 @@ _PROJECTS = "Projects (*.stereotrack)"
 _LANDMARK_SETS = "Landmark sets (*.toml)"
 _Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
 """Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
+_Compared: TypeAlias = tuple[Callable[[], Incoming], Incoming, tuple[InputError, ...]]
+"""How to compare once more, what was found, and what could not be read."""
 
 
 class AnnotationDialogs(QObject):
@@ -153,20 +155,17 @@ class AnnotationDialogs(QObject):
         self._take_in(lambda project, _recording: _clicks_of(path, project), path.name)
 
     def _take_in(self, read: Callable[[Project, Recording], _Elsewhere], source: str) -> None:
-        def work(project: Project, recording: Recording) -> tuple[Callable[[], TakeIn], TakeIn]:
+        def work(project: Project, recording: Recording) -> _Compared:
             theirs, problems, unstated = read(project, recording)
 
-            def compare() -> TakeIn:
+            def compare() -> Incoming:
                 mine = project.clicks.all(with_deleted=True)
-                return TakeIn(incoming(mine, theirs, source, unstated=unstated), problems)
+                return incoming(mine, theirs, source, unstated=unstated)
 
-            return compare, compare()
+            return compare, compare(), problems
 
-        def show(
-            project: Project, _recording: Recording, found: tuple[Callable[[], TakeIn], TakeIn]
-        ) -> None:
+        def show(project: Project, _recording: Recording, found: _Compared) -> None:
             dialog = TakeInDialog(project, *found, self._panels.tasks, self._panels.window)
-            dialog.visit_requested.connect(self._panels.click_requested)
             dialog.taken_in.connect(self._panels.said)
             self._show(dialog)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.features.annotate.exchange.merging import TakeIn, TakeInDialog
+from app.features.annotate.exchange.merging import TakeInDialog
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.merging import incoming
@@ -46,19 +46,9 @@ def take(qtbot, dialog):
 def dialog(project, theirs, shown, tasks):
     def compare():
         mine = project.clicks.all(with_deleted=True)
-        return TakeIn(incoming(mine, theirs, "clicks of B"))
+        return incoming(mine, theirs, "clicks of B")
 
-    return shown(TakeInDialog(project, compare, compare(), tasks), 860, 560)
-
-
-def click_cell(qtbot, dialog, row, column):
-    area = dialog.table.visualRect(dialog.table.model().index(row, column))
-    qtbot.mouseClick(dialog.table.viewport(), LEFT, pos=area.center())
-
-
-def row_of(dialog, camera):
-    keys = [one.key for one in dialog.shown.conflicts]
-    return keys.index(ClickKey(5, camera, "head"))
+    return shown(TakeInDialog(project, compare, compare(), (), tasks), 560, 240)
 
 
 def test_it_counts_before_anything_is_written(project, dialog):
@@ -84,38 +74,31 @@ def test_mine_stays_where_nothing_is_decided(qtbot, project, dialog):
     assert project.clicks.count() == 71
 
 
-def test_a_click_on_a_side_decides(qtbot, project, dialog):
+def choose(dialog, decision):
+    dialog.decision.setCurrentIndex(dialog.decision.findData(decision))
+
+
+def test_one_choice_holds_for_all_that_differ(qtbot, project, dialog):
     x = project.clicks.get(ClickKey(5, "N", "head")).position[0]
-    click_cell(qtbot, dialog, row_of(dialog, "N"), 5)
-    click_cell(qtbot, dialog, row_of(dialog, "S"), 4)
-    box = QPoint(10, dialog.with_new.height() // 2)
-    qtbot.mouseClick(dialog.with_new, LEFT, pos=box)
-    assert not dialog.with_new.isChecked()
-    assert dialog.outcome.text().startswith("2 clicks will be written")
+    choose(dialog, "theirs")
+    assert dialog.outcome.text() == "39 clicks will be written."
+    qtbot.mouseClick(dialog.with_new, LEFT, pos=QPoint(10, dialog.with_new.height() // 2))
+    choose(dialog, "mean")  # one of the three has a place on both sides
+    assert dialog.outcome.text() == (
+        "1 click will be written, 2 conflicts keep the project's click."
+    )
     take(qtbot, dialog)
     assert project.clicks.get(ClickKey(5, "N", "head")).position[0] == pytest.approx(x + 2.0)
-    assert not project.clicks.get(ClickKey(5, "S", "head")).deleted
-    assert project.clicks.count() == 72
-
-
-def test_keys_decide_all_that_is_selected(qtbot, dialog):
-    dialog.table.selectAll()
-    qtbot.keyClick(dialog.table, Qt.Key.Key_B)
-    said = [dialog.shown.decision(row) for row in range(3)]
-    assert said.count("mean") == 1  # one of the three has a place on both sides
-    qtbot.keyClick(dialog.table, Qt.Key.Key_T)
-    assert [dialog.shown.decision(row) for row in range(3)] == ["theirs"] * 3
-    qtbot.mouseClick(dialog.decide_buttons["mine"], LEFT)
-    assert [dialog.shown.decision(row) for row in range(3)] == ["mine"] * 3
+    assert project.clicks.count() == 71
 
 
 def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dialog, make):
-    click_cell(qtbot, dialog, row_of(dialog, "N"), 4)
+    choose(dialog, "theirs")
     project.apply(place(make.clicks_at([9], sigma=5.0)[0]))
     take(qtbot, dialog)
     assert dialog.isVisible()
     assert "has changed in the meantime" in dialog.words.text()
     assert len(dialog.shown.conflicts) == 4
-    assert dialog.shown.decision(row_of(dialog, "N")) == "theirs"
+    assert dialog.decision.currentData() == "theirs"
     take(qtbot, dialog)
     assert not dialog.isVisible()
