@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import Literal, TypeAlias
@@ -132,13 +131,6 @@ def agreement_by_landmark(found: Iterable[Difference]) -> dict[str, Agreement]:
     return {name: agreement(all_of_them, name) for name in names}
 
 
-def farthest_first(found: Iterable[Difference]) -> tuple[Difference, ...]:
-    """What to look at first: differences in kind, then distances; those that agree are left out."""
-    order = {"seen differently": 0, "only first": 1, "only second": 1, "apart": 2}
-    chosen = [one for one in found if one.kind != "same"]
-    return tuple(sorted(chosen, key=lambda one: (order[one.kind], -(one.distance or 0.0), one.key)))
-
-
 def click_sigmas(
     found: Iterable[Difference], landmarks: Iterable[str], usual: float, *, enough: int = 20
 ) -> dict[str, float]:
@@ -158,36 +150,6 @@ def click_sigmas(
 
     together = drawn(agreement(all_of_them), usual)
     return {name: drawn(agreement(all_of_them, name), together) for name in landmarks}
-
-
-def next_repeat(
-    done: Sequence[int],
-    repeated: Collection[int],
-    share: float,
-    *,
-    apart: int = 20,
-    seed: int = 0,
-) -> int | None:
-    """The frame to be annotated again now; None while none is due.
-
-    `done` are frames in the order in which they were annotated first, `share` the part of them, 0
-    to 1, that is annotated again. A frame waits until `apart` others were annotated, so that nobody
-    remembers the places. The choice is at random, but the same for the same seed and frame, so that
-    it does not change when the project is opened again.
-
-    ValueError where the share is not between 0 and 1.
-    """
-    if not 0.0 <= share <= 1.0:
-        raise ValueError(f"the share {share} is not between 0 and 1")
-    known = set(repeated)
-    if len(known & set(done)) >= int(share * len(done)):
-        return None
-    waiting = [frame for frame in done[: max(0, len(done) - apart)] if frame not in known]
-
-    def lot(frame: int) -> bytes:
-        return hashlib.blake2b(f"{seed} {frame}".encode(), digest_size=8).digest()
-
-    return min(waiting, key=lot, default=None)
 
 
 @dataclass(frozen=True)

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from stereotrack_core.annotation.agreement import next_repeat
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.counting import counted
 from stereotrack_core.project.project import Project
 
-USUAL_SHARE = 0.05
-"""Part of the frames that is annotated again where this is switched on."""
-
 ROUND = 1
 """The repetition that is annotated."""
 
-_SHARE, _FRAME = "repeats.share", "repeats.frame"
+_FRAME = "repeats.frame"
 
 
 class BlindRepeats:
-    """Schedules finished frames again, and keeps their second reading apart from the first.
+    """Keeps the second reading of a frame apart from the first.
 
     What is under way is kept in the project, so that the first reading stays hidden when the
     program was closed in between. Edits of the second reading are made by
@@ -31,24 +27,6 @@ class BlindRepeats:
         self._project = project
         frame = project.view_settings.get(_FRAME)
         self.active: int | None = frame if isinstance(frame, int) else None
-
-    @property
-    def share(self) -> float:
-        """Part of the finished frames that comes again; 0 where this is switched off."""
-        return float(self._project.view_settings.get(_SHARE, 0.0))
-
-    def switch(self, share: float) -> None:
-        """Let this part of the frames come again; 0 switches it off."""
-        self._project.view_settings.set(_SHARE, share or None)
-
-    def due(self) -> int | None:
-        """The finished frame that should be annotated again now; None while none is due."""
-        if not self.share or self.active is not None or self._project.read_only:
-            return None
-        keyframes = [one for one in self._project.marks.keyframes() if one.done]
-        done = [one.frame for one in sorted(keyframes, key=lambda one: (one.at, one.frame))]
-        repeated = {click.frame for click in self._project.clicks.again(ROUND)}
-        return next_repeat(done, repeated, self.share)
 
     def begin(self, frame: int | None) -> None:
         """Annotate a frame again from now on; None shows everything, and keeps what was clicked."""

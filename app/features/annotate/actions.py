@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from stereotrack_core.counting import frames_in_words
-from stereotrack_core.project.blind_repeats import USUAL_SHARE
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.marks import GAP, SetKeyframes
 from stereotrack_core.project.project import Project
@@ -135,24 +134,15 @@ def _ask_for_keyframes(p: AnnotationPanels) -> None:
 
 
 def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
-    def scheduled() -> bool:
-        return p.repeats is not None and p.repeats.share > 0
-
-    def schedule() -> None:
-        if p.repeats is not None:
-            p.repeats.switch(0.0 if scheduled() else USUAL_SHARE)
-
     def no_repeat() -> str:
         active = p.repeats is not None and p.repeats.active is not None
         return "" if active else "No blind repeat is in progress."
 
     command = Menu(f"{_MENU}/&Quality check", p.no_edit).command
     return [
-        command("annotate-repeats", "Schedule blind repeats", "Ask for 5 percent of the finished "
-                "keyframes again, with their clicks hidden, to measure how precise the clicks are.",
-                schedule, checked=scheduled),
         command("annotate-repeat-now", "Repeat this frame blind", "Hide the clicks of this frame "
-                "and annotate it a second time.", lambda: p.begin_repeat(p.frame)),
+                "and annotate it again, to measure how precise the clicks are.",
+                lambda: p.begin_repeat(p.frame)),
         command("annotate-repeat-finish", "Finish blind repeat", "Show all clicks of the frame "
                 "again. Both passes are kept.", p.finish_repeat, "Ctrl+Return", "accept",
                 why_not=no_repeat),

@@ -142,15 +142,14 @@ class AnnotationLanes:
         """The lanes that a filter lets through; unchanged ones are the same objects as before."""
         shown = [
             self._lane(place)
-            for place, name in enumerate(self._set.names)
+            for place in range(len(self._set.names))
             if "landmarks" in chosen.kinds
-            and name not in chosen.hidden
             and not (chosen.only_flagged and not self._flagged_at(place).any())
         ]
         if not chosen.only_flagged:
             for kind in KINDS[1:]:
                 if kind in chosen.kinds:
-                    shown += [lane for lane in self._limbs[kind] if lane.id not in chosen.hidden]
+                    shown += self._limbs[kind]
         return tuple(shown)
 
     def flagged_frames(self) -> IntArray:

@@ -228,10 +228,6 @@ class AnnotationPanels(QObject):
             self.next_panel.awaited = False  # who goes on clicking stays where they are
         if "repeat_click" in changed.tables:
             self._tell_repeat()
-        if changed.how == "done" and _a_keyframe_is_done(changed) and self.repeats is not None:
-            due = self.repeats.due()
-            if due is not None:
-                self.begin_repeat(due)
 
     @Slot()
     def _show_numbers(self) -> None:
@@ -275,7 +271,6 @@ class AnnotationPanels(QObject):
         if self.project is not None and not self.project.read_only:
             stored = {
                 "kinds": sorted(chosen.kinds),
-                "hidden": sorted(chosen.hidden),
                 "only_flagged": chosen.only_flagged,
             }
             self.project.view_settings.set(_FILTER, stored)
@@ -297,9 +292,6 @@ class AnnotationPanels(QObject):
     def _show_lanes(self) -> None:
         lanes = self.lanes if self._shown else None
         self.timeline.set_lanes(lanes.lanes(self.bar.filter) if lanes is not None else (), _GROUP)
-        if lanes is not None:
-            every = lanes.lanes(LaneFilter(frozenset(KINDS)))
-            self.bar.set_lanes([(lane.id, lane.name) for lane in every])
 
     @Slot(QPoint)
     def _on_menu(self, place: QPoint) -> None:
@@ -411,24 +403,10 @@ def click_cameras(recording: Recording | None) -> dict[str, Camera]:
     return {name: recording.cameras[name] for name in names}
 
 
-def _a_keyframe_is_done(changed: Changed) -> bool:
-    return any(
-        change.table.name == "keyframe" and change.after is not None and bool(change.after[0])
-        for change in changed.changes
-    )
-
-
 def _stored_filter(project: Project) -> LaneFilter:
     stored = project.view_settings.get(_FILTER)
     if not isinstance(stored, dict):
         return LaneFilter()
-    return LaneFilter(
-        _names(stored.get("kinds")) & frozenset(KINDS),
-        _names(stored.get("hidden")),
-        bool(stored.get("only_flagged", False)),
-    )
-
-
-def _names(stored: object) -> frozenset[str]:
-    """Names in a list that somebody else may have written."""
-    return frozenset(map(str, stored)) if isinstance(stored, list) else frozenset()
+    kinds = stored.get("kinds")
+    known = frozenset(kind for kind in KINDS if isinstance(kinds, list) and kind in kinds)
+    return LaneFilter(known, bool(stored.get("only_flagged", False)))

@@ -78,7 +78,6 @@ class AnnotationBar(QWidget):
         super().__init__(parent)
         self.filter = LaneFilter()
         """Which lanes are shown."""
-        self._lanes: tuple[tuple[str, str], ...] = ()
         self.strip = thin_progress()
         self.strip.setRange(0, 1000)
         self.strip.setFixedSize(72, 6)
@@ -145,10 +144,6 @@ class AnnotationBar(QWidget):
         words = "Lanes" if chosen == LaneFilter() else "Lanes *"
         self.lanes_button.setText(_with_arrow("Only flagged" if chosen.only_flagged else words))
 
-    def set_lanes(self, lanes: Sequence[tuple[str, str]]) -> None:
-        """Offer these lanes, each with what the program and what a person calls it."""
-        self._lanes = tuple(lanes)
-
     def _fill_lanes_menu(self) -> None:
         menu = self.lanes_menu
         menu.clear()
@@ -157,11 +152,7 @@ class AnnotationBar(QWidget):
         menu.addSeparator()
         for kind in KINDS:
             action = self._add(KIND_WORDS[kind], checked=kind in self.filter.kinds)
-            action.toggled.connect(lambda _on, kind=kind: self._toggle("kinds", kind))
-        menu.addSeparator()
-        for name, words in self._lanes:
-            action = self._add(words, checked=name not in self.filter.hidden)
-            action.toggled.connect(lambda _on, name=name: self._toggle("hidden", name))
+            action.toggled.connect(lambda _on, kind=kind: self._toggle(kind))
         menu.addSeparator()
         menu.addAction("Reset", lambda: self._change(LaneFilter()))
 
@@ -171,8 +162,8 @@ class AnnotationBar(QWidget):
         action.setChecked(checked)
         return action
 
-    def _toggle(self, field: str, name: str) -> None:
-        self._change(replace(self.filter, **{field: getattr(self.filter, field) ^ {name}}))
+    def _toggle(self, kind: str) -> None:
+        self._change(replace(self.filter, kinds=self.filter.kinds ^ {kind}))
 
     def _change(self, chosen: LaneFilter) -> None:
         if chosen != self.filter:

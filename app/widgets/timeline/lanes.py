@@ -184,8 +184,6 @@ class LaneFilter:
 
     kinds: frozenset[str] = frozenset({"landmarks", "uncertainty"})
     """Of :data:`KINDS`."""
-    hidden: frozenset[str] = frozenset()
-    """What lanes are called (``Lane.id``) that are left out."""
     only_flagged: bool = False
     """Leave out the landmarks without a flagged frame, and all limbs."""
 

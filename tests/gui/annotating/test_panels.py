@@ -21,7 +21,6 @@ from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks
-from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
@@ -119,14 +118,9 @@ def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
     assert lane(stage, "head px")[20] == pytest.approx(before)
 
 
-def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
-    stage.trigger("repeats")
-    assert stage.book.action("annotate-repeats").isChecked()
-    for frame in range(41):
-        project.apply(SetKeyframes((frame,), "done"))
-        if stage.panels.repeats.active is not None:
-            break
-    frame = stage.panels.repeats.active
+def test_a_frame_may_be_annotated_again_blindly(qtbot, project, stage, make):
+    frame = 3
+    stage.panels.begin_repeat(frame)
     assert stage.timeline.frame == frame
     assert stage.panels.repeat_bar.isVisible()
     project.apply(PlaceClicks(make.clicks_at([frame])))
@@ -140,9 +134,9 @@ def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
 
 
 def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
-    chosen = LaneFilter(frozenset({"landmarks"}), frozenset({"head"}))
+    chosen = LaneFilter(frozenset({"landmarks", "residual"}))
     stage.panels.bar._change(chosen)
-    assert len(stage.timeline.lanes) == 8
+    assert len(stage.timeline.lanes) == 9
     recording = stage.panels.recording
     stage.panels.set_project(None, None, 0)
     assert not stage.timeline.lanes
@@ -201,7 +195,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     qtbot.mouseClick(dialog.look_button, LEFT)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     merging = stage.findChild(TakeInDialog)
-    qtbot.mouseClick(merging.decide_buttons["mean"], LEFT)
+    merging.decision.setCurrentIndex(merging.decision.findData("mean"))
     qtbot.mouseClick(merging.accept_button, LEFT)
     settled(qtbot, stage)
     mine, other_x = make.clicks_at(range(0, FRAMES, 10), sigma=1.0)[0], theirs[0].position[0]
@@ -234,7 +228,7 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         assert lane(stage, "head")[10] == Mark.CLICKED
         stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
         stage.book.refresh()
-        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "landmarks"):
+        for name in ("clear", "gap", "done", "fit", "repeat-now", "merge", "landmarks"):
             assert not stage.book.action(f"annotate-{name}").isEnabled(), name
         for name in ("agreement", "export", "subject", "landmarks-export"):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name

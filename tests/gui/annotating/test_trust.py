@@ -14,7 +14,6 @@ from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import BlindRepeats
 from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, PlaceClicks
-from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 
 LEFT = Qt.MouseButton.LeftButton
@@ -22,26 +21,14 @@ LEFT = Qt.MouseButton.LeftButton
 
 @pytest.fixture
 def annotated(project, make):
-    """Forty frames that are done, one after the other."""
+    """Forty frames with clicks."""
     project.apply(PlaceClicks(make.clicks_at(range(40), sigma=2.0, seed=1)))
-    for frame in range(40):
-        project.apply(SetKeyframes((frame,), "done"))
     return project
-
-
-def test_nothing_comes_again_unless_switched_on(annotated):
-    repeats = BlindRepeats(annotated)
-    assert repeats.due() is None
-    repeats.switch(0.05)
-    assert repeats.due() in range(20)  # those done long ago, so that nobody remembers
-    repeats.switch(0.0)
-    assert repeats.due() is None
 
 
 def test_the_second_reading_is_blind_and_apart(annotated, make):
     repeats = BlindRepeats(annotated)
-    repeats.switch(0.05)
-    frame = repeats.due()
+    frame = 3
     first = annotated.clicks.at(frame)
     repeats.begin(frame)
     assert repeats.active == frame
@@ -57,7 +44,6 @@ def test_the_second_reading_is_blind_and_apart(annotated, make):
     repeats.begin(None)
     assert repeats.active is None
     assert repeats.words() == ""
-    assert repeats.due() is not None  # two of forty are five percent
 
 
 def test_what_is_under_way_survives_closing(recording, make):
