@@ -38,7 +38,7 @@ class ErrorCurves(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.plot = ErrorPlot(unit="deg")
+        self.plot = ErrorPlot()
         self._drawn: tuple[list[DrawnRun], int] = [], 0
         self._lanes_of: tuple[object, ...] = ()
         self._no_curves = QLabel(_NO_CURVES)

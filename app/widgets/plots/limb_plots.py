@@ -1,49 +1,76 @@
-"""Errors of limbs over the frames, several runs over each other."""
+"""Errors of limbs over the frames, several runs over each other, linked to the timeline."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
+from stereotrack_core.arrays import FloatArray, IntArray
+
 from ..style.building import hbox, label, vbox
-from ..style.limb_colours import EXTRA_COLOURS
-from ..style.theme import current_theme
-from .frame_plot import FRAME_KEYS, FramePlot
-from .plots import Curve, label_axis
+from ..style.limb_colours import EXTRA_COLOURS, limb_words
+from ..style.theme import Dressed, current_theme
+from .plots import Curve, LimbLegend, dress_plot, label_axis, new_plot, pen_of
 
 _HELP = (
     "Click to go to a frame, drag the threshold line, scroll to zoom, right-drag to scale. "
-    f"{FRAME_KEYS}"
+    "Keys: arrows step, 0 shows all frames."
 )
+_TITLE = "angular error"
+_UNIT = "deg"
+_HALF_STROKE = 0.4
 
 
-class ErrorPlot(FramePlot):
-    """Curves per limb with a threshold that can be dragged and a playhead."""
+class ErrorPlot(Dressed):
+    """Curves per limb with a legend, a threshold that can be dragged and a playhead."""
 
     threshold_changed = Signal(float)
-    """The line was dragged to this value; beside those of :class:`FramePlot`."""
+    """The line was dragged to this value."""
+    frame_requested = Signal(int)
+    """The person clicked at this frame."""
+    visible_range_changed = Signal(float, float)
+    """The person zoomed or moved; borders of the visible frames as in :meth:`set_visible_range`."""
 
-    def __init__(
-        self,
-        parent: QWidget | None = None,
-        *,
-        title: str = "angular error",
-        unit: str = "deg",
-    ) -> None:
-        super().__init__(_name(title), parent)
-        self._unit = unit
-        self._headings = title, ""
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._frame = 0
+        self._frame_count = 0
+        self._quiet = False
+        self._curves: tuple[Curve, ...] = ()
+        self._items: list[pg.PlotCurveItem] = []
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.set_title(_TITLE)
         self.setAccessibleDescription(_HELP)
+        self.setMinimumSize(200, 110)
+        self._plot = new_plot(self)
+        self._plot.setFocusProxy(self)
+        self._plot.setMinimumHeight(80)
+        self._box = self._plot.getViewBox()
+        self._box.setMouseEnabled(x=True, y=False)
+        self._playhead = pg.InfiniteLine(0.0, angle=90)
+        self._playhead.setZValue(30)
+        self._plot.addItem(self._playhead, ignoreBounds=True)
+        self._box.sigXRangeChanged.connect(self._on_range_changed)
+        self._box.sigResized.connect(self._thin)
+        self._plot.scene().sigMouseClicked.connect(self._on_clicked)
+        self.legend = LimbLegend(self)
+        """Switches of the limbs."""
+        self.legend.toggled.connect(self._on_toggled)
         self._add_threshold()
-        self._heading = label(title, "heading", wraps=False)
+        self._headings = _TITLE, ""
+        self._heading = label(_TITLE, "heading", wraps=False)
         head = hbox(self._heading, (self.legend, 1), margins=(8, 0, 0, 0))
         self.setLayout(vbox(head, (self._plot, 1), spacing=0))
         self._dress()
+
+    def sizeHint(self) -> QSize:
+        return QSize(900, 200)
 
     # ---- what is shown
 
@@ -54,7 +81,7 @@ class ErrorPlot(FramePlot):
 
     def set_title(self, title: str) -> None:
         """Show another measure."""
-        self.setAccessibleName(_name(title))
+        self.setAccessibleName(f"Plot of the {title} over frames")
 
     def set_heading(self, words: str, brief: str = "", tip: str = "") -> None:
         """Say what is shown; `brief` is what stands there where `words` have no room."""
@@ -69,9 +96,66 @@ class ErrorPlot(FramePlot):
         """What is said over the curves; empty where there is no room for it."""
         return "" if self._heading.isHidden() else self._heading.text()
 
+    @property
+    def shown_curves(self) -> tuple[Curve, ...]:
+        """Curves of limbs that are not switched off."""
+        hidden = self.legend.hidden_limbs
+        return tuple(curve for curve in self._curves if curve.limb not in hidden)
+
     def set_curves(self, curves: Sequence[Curve]) -> None:
-        super().set_curves(curves)
+        """Show these curves; what a person has zoomed to is kept."""
+        first, last = self._box.viewRange()[0]
+        low, high = self._extent()
+        was_whole = not self._curves or (first <= low + 0.5 and high - 0.5 <= last)
+        before, self._curves = self._curves, tuple(curves)
+        if [_look(curve) for curve in before] != [_look(curve) for curve in self._curves]:
+            self._renew_items()
+        self.legend.set_curves(self._curves)
+        self._limit()
+        if was_whole and self._extent() != (low, high):
+            self.show_everything()
+        self._on_toggled()
         self._fit_heading()
+
+    def _renew_items(self) -> None:
+        for old in self._items:
+            self._plot.removeItem(old)
+        self._items = [self._new_line(curve) for curve in self._curves]
+
+    def set_range(self, frame_count: int) -> None:
+        """Let the axis be that of a recording of `frame_count` frames."""
+        self._frame_count = frame_count
+        self.show_everything()
+
+    def set_frame(self, frame: int) -> None:
+        """Move the playhead."""
+        self._frame = frame
+        self._playhead.setValue(frame)
+
+    def set_visible_range(self, first: float, last: float) -> None:
+        """Zoom to the frames from `first` up to `last` without emitting a signal.
+
+        As in the timeline, frame k covers the stretch from k to k + 1 and is drawn in its middle.
+        """
+        self._quiet = True
+        self._box.setXRange(first - 0.5, last - 0.5, padding=0)
+        self._quiet = False
+
+    def set_margins(self, left: float, right: float) -> None:
+        """Leave so many pixels beside the frames, so that they stand over a timeline's.
+
+        The timeline has the frame numbers then, and the plot leaves them out.
+        """
+        self._plot.getAxis("left").setWidth(left)
+        self._plot.getPlotItem().layout.setContentsMargins(0.0, 0.0, right, 0.0)
+        self._plot.getAxis("bottom").setStyle(showValues=False)
+        self._plot.getAxis("bottom").setHeight(6)
+
+    def show_everything(self) -> None:
+        """Zoom so that all frames are seen, without emitting a signal."""
+        self._limit()
+        self.set_visible_range(*self._extent())
+        self._fit_values()
 
     def set_threshold(self, value: float) -> None:
         """Move the threshold's line without emitting a signal."""
@@ -95,13 +179,22 @@ class ErrorPlot(FramePlot):
 
     # ---- inside
 
+    def _extent(self) -> tuple[float, float]:
+        """Borders of all frames."""
+        if self._frame_count:
+            return 0.0, float(self._frame_count)
+        ends = [(c.frame[0], c.frame[-1] + 1) for c in self._curves if len(c.frame)]
+        if not ends:
+            return 0.0, 1.0
+        return float(min(a for a, _ in ends)), float(max(b for _, b in ends))
+
     def _add_threshold(self) -> None:
         self._threshold = pg.InfiniteLine(
             45.0,
             angle=0,
             movable=True,
-            bounds=(0.0, 180.0 if self._unit == "deg" else None),
-            label="{value:.0f} " + self._unit,
+            bounds=(0.0, 180.0),
+            label="{value:.0f} " + _UNIT,
             labelOpts={"position": 0.985, "anchors": [(1, 0), (1, 1)]},
         )
         self._threshold.sigPositionChanged.connect(self._on_threshold)
@@ -134,18 +227,133 @@ class ErrorPlot(FramePlot):
             if fits:
                 return
 
+    def _new_line(self, curve: Curve) -> pg.PlotCurveItem:
+        item = pg.PlotCurveItem(
+            pen=pen_of(curve.colour, curve.style, curve.emphasis),
+            connect="finite",
+            name=f"{curve.name}, {limb_words(curve.limb)}",
+        )
+        # the playhead moves over kept pictures of the curves
+        item.setCacheMode(pg.PlotCurveItem.CacheMode.DeviceCoordinateCache)
+        item.setZValue(1 if curve.emphasis == "front" else 0)
+        self._plot.addItem(item)
+        return item
+
+    def _thin(self) -> None:
+        first, last = self._box.viewRange()[0]
+        columns = max(int(self._box.width()), 50)
+        hidden = self.legend.hidden_limbs
+        for curve, line in zip(self._curves, self._items, strict=True):
+            line.setVisible(curve.limb not in hidden)
+            if curve.limb not in hidden:
+                line.setData(*thinned(curve.frame, curve.value, first, last, columns))
+
+    def _on_toggled(self) -> None:
+        self._fit_values()
+        self._thin()
+
+    def _limit(self) -> None:
+        first, last = self._extent()
+        self._quiet = True
+        self._box.setLimits(xMin=first - 0.5, xMax=last - 0.5, minXRange=min(4.0, last - first))
+        self._quiet = False
+
     def _dress(self) -> None:
-        super()._dress()
         theme = current_theme()
-        label_axis(self._plot, "left", self._unit)
+        dress_plot(self._plot)
+        self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
+        self.legend.refresh()
+        label_axis(self._plot, "left", _UNIT)
         self._threshold.setPen(pg.mkPen(theme.error, width=1.5, style=Qt.PenStyle.DotLine))
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
         self._threshold.label.setColor(QColor(theme.error))
         self._threshold.label.fill = pg.mkBrush(theme.plot_background)
 
+    # ---- what a person does
 
-def _name(title: str) -> str:
-    return f"Plot of the {title} over frames"
+    def _on_range_changed(self) -> None:
+        self._thin()
+        if not self._quiet:
+            first, last = self._box.viewRange()[0]
+            self.visible_range_changed.emit(first + 0.5, last + 0.5)
+
+    def _on_clicked(self, event: object) -> None:
+        position = event.scenePos()  # type: ignore[attr-defined]
+        left = event.button() == Qt.MouseButton.LeftButton  # type: ignore[attr-defined]
+        if left and self._curves and self._box.sceneBoundingRect().contains(position):
+            self._request(round(self._box.mapSceneToView(position).x()))
+
+    def _request(self, frame: int) -> None:
+        first, last = self._extent()
+        frame = int(min(max(frame, first), last - 1))
+        if frame != self._frame:
+            self.set_frame(frame)
+            self.frame_requested.emit(frame)
+
+    def event(self, event: QEvent) -> bool:
+        # as in the timeline, what shows a whole image shows all frames here
+        asks = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
+        if asks and _shows_all(cast(QKeyEvent, event)):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        step = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+        if event.key() == Qt.Key.Key_Left:
+            self._request(self._frame - step)
+        elif event.key() == Qt.Key.Key_Right:
+            self._request(self._frame + step)
+        elif _shows_all(event):
+            self.show_everything()
+            self.visible_range_changed.emit(*self._extent())
+        else:
+            super().keyPressEvent(event)
+
+
+def _shows_all(event: QKeyEvent) -> bool:
+    modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+    return event.key() == Qt.Key.Key_0 and modifiers == Qt.KeyboardModifier.NoModifier
+
+
+def _look(curve: Curve) -> tuple[object, ...]:
+    """What a curve's items are made for: other values of the same curve go into the same line."""
+    return curve.name, curve.limb, curve.colour, curve.style, curve.emphasis
+
+
+def thinned(
+    frame: IntArray, value: FloatArray, first: float, last: float, columns: int
+) -> tuple[FloatArray, FloatArray]:
+    """Points to draw for the frames from `first` to `last` on `columns` columns of pixels.
+
+    Each column keeps its smallest and largest value, so that no peak is lost; a column in which
+    nothing is known keeps a NaN, which interrupts the line.
+    Returns x and y (K,); K is at most about twice the number of columns, or that of the frames.
+    """
+    start = max(int(np.searchsorted(frame, first)) - 1, 0)
+    stop = min(int(np.searchsorted(frame, last, side="right")) + 1, len(frame))
+    x = frame[start:stop].astype(np.float64)
+    y = np.asarray(value[start:stop], dtype=np.float64)
+    size = len(x) // max(columns, 1)
+    if size < 4:
+        return _seen_alone(x, y)
+    starts = np.arange(0, len(x), size)
+    low = np.fmin.reduceat(y, starts)
+    high = np.fmax.reduceat(y, starts)
+    return np.repeat(x[starts], 2), np.stack([low, high], axis=1).ravel()
+
+
+def _seen_alone(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Make a short stroke of each value without neighbours, of which a line shows nothing."""
+    known = np.isfinite(y)
+    before, after = np.append(False, known[:-1]), np.append(known[1:], False)
+    alone = known & ~before & ~after
+    times = np.where(alone, 2, 1)
+    last = np.cumsum(times)[alone] - 1
+    x, y = np.repeat(x, times), np.repeat(y, times)
+    x[last] += _HALF_STROKE
+    x[last - 1] -= _HALF_STROKE
+    return x, y
 
 
 def next_crossing(

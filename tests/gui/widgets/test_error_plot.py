@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 
-from app.widgets.plots.frame_plot import thinned
-from app.widgets.plots.limb_plots import ErrorPlot, next_crossing
+from app.widgets.plots.limb_plots import ErrorPlot, next_crossing, thinned
 from app.widgets.plots.plots import Curve
 from app.widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
 from app.widgets.style.theme import current_theme
