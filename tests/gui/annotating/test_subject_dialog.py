@@ -10,9 +10,7 @@ from PySide6.QtCore import Qt
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.schema import SUBJECT
-from stereotrack_core.project.setups import save_subject
+from stereotrack_core.project.setups import UseSubject
 from stereotrack_core.recording.description import Subject
 
 LEFT = Qt.MouseButton.LeftButton
@@ -21,7 +19,7 @@ RECORDED = Subject("P2", upper_arm_length=0.30)
 
 @pytest.fixture
 def dialog(project, make, shown, tasks):
-    return shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 760, 440)
+    return shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 560, 420)
 
 
 def type_into(qtbot, box, text):
@@ -42,7 +40,6 @@ def test_lengths_are_typed_kept_and_used(qtbot, project, dialog):
     assert subject.upper_arm_length == pytest.approx(0.300)
     assert subject.hand_length is None
     assert project.subjects.get("Anna").facts["origin"] == "entered"
-    project.undo()
     project.undo()
     assert project.subject() is None
 
@@ -76,18 +73,12 @@ def test_files_are_exchanged(project, make, dialog, tmp_path):
     assert "no such file" in dialog.words.text()
 
 
-def test_subjects_are_reused_and_deleted(qtbot, project, make, shown, tasks):
-    for subject in (Subject("Anna", torso_length=0.5), Subject("Bert", torso_length=0.6)):
-        project.apply(save_subject(subject))
-    project.apply(Choose(SUBJECT.name, "Bert"))
-    dialog = shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 760, 440)
-    assert dialog.chosen() == "Bert"
-    dialog.list.setFocus()
-    qtbot.keyClick(dialog.list, Qt.Key.Key_Up)
-    assert dialog.lengths["torso_length"].value() == 500
+def test_the_subject_in_use_is_shown_and_given_up(qtbot, project, make, shown, tasks):
+    project.apply(UseSubject(Subject("Bert", torso_length=0.6), "entered"))
+    dialog = shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 560, 420)
+    assert dialog.name.text() == "Bert"
+    assert dialog.lengths["torso_length"].value() == 600
+    qtbot.mouseClick(dialog.recorded_button, LEFT)
+    assert dialog.draft() == RECORDED
     qtbot.mouseClick(dialog.accept_button, LEFT)
-    assert project.subject().name == "Anna"
-    again = shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 760, 440)
-    qtbot.mouseClick(again.delete_button, LEFT)
-    assert project.subjects.names() == ("Bert",)
     assert project.subject() is None

@@ -1,4 +1,4 @@
-"""Enter a subject's lengths, measure them from clicks, keep and reuse them."""
+"""Enter the subject's lengths, measure them from clicks, keep them in a file."""
 
 from __future__ import annotations
 
@@ -8,14 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QSignalBlocker, Qt, Slot
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QLabel,
-    QListWidget,
-    QListWidgetItem,
-    QWidget,
-)
+from PySide6.QtCore import Slot
+from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from stereotrack_core.annotation.click_points import (
     MeasuredLength,
@@ -25,10 +19,10 @@ from stereotrack_core.annotation.click_points import (
 from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.project.entries import Choose, DeleteEntry
+from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import SUBJECT
-from stereotrack_core.project.setups import load_subject, save_subject
+from stereotrack_core.project.setups import UseSubject
 from stereotrack_core.recording.description import LENGTHS, Subject, read_subject, write_subject
 
 from ....services.tasks.task import TaskList
@@ -40,9 +34,8 @@ from ....widgets.forms.form_dialog import (
     push_button,
 )
 from ....widgets.forms.numbers import NumberField
-from ....widgets.style.building import hbox, label, vbox
+from ....widgets.style.building import hbox, label
 
-_RECORDED = "as in the recording"
 _FILES = "Subject (*.toml)"
 _LENGTHS: Mapping[str, tuple[str, str]] = {
     "shoulder_width": ("Shoulder width", "between the joint centres of both shoulders"),
@@ -77,7 +70,7 @@ class _Measured:
 
 
 class SubjectDialog(FormDialog):
-    """The project's subjects at the left, the lengths of one of them at the right.
+    """The name and the lengths of the subject that the project uses.
 
     Parameters
     ----------
@@ -93,22 +86,18 @@ class SubjectDialog(FormDialog):
         tasks: TaskList,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Subjects", "&Use", self._use, parent, close=True)
+        super().__init__("Subject", "&Use", self._use, parent, close=True)
         self._project, self._cameras, self._tasks = project, cameras, tasks
         self._recorded = recorded or Subject()
         self._measured: _Measured | None = None
         self._offsets = self._recorded.offsets
-        self.list = QListWidget()
-        self.list.setAccessibleName("Subjects")
-        self.list.setMaximumWidth(190)
         self.name = line_edit("Name", placeholder="Name of the subject")
         self.lengths: dict[str, NumberField] = {}
         self._averages: dict[str, QLabel] = {}
         self._found: dict[str, QLabel] = {}
         self._lay_out_parts()
-        self.list.currentRowChanged.connect(self._on_chosen)
         self.name.textChanged.connect(self._check)
-        self._fill_list()
+        self.show_subject(project.subject() or self._recorded)
 
     def _lay_out_parts(self) -> None:
         self.measure_button = push_button("&Measure from clicks", self._measure)
@@ -117,13 +106,13 @@ class SubjectDialog(FormDialog):
         ask = partial(ask_to_open, self, "Load a subject", "", _FILES, self.load)
         load_button = push_button("&Load …", ask)
         self.store_button = push_button("Save as &file …", self._ask_to_store)
-        self.delete_button = push_button("&Delete", self._delete)
+        again = partial(self.show_subject, self._recorded)
+        self.recorded_button = push_button("As in the &recording", again)
         name = label("&Name", wraps=False)
         name.setBuddy(self.name)
-        left = vbox((self.list, 1), hbox(load_button, self.store_button), self.delete_button)
+        kept = hbox(self.recorded_button, load_button, self.store_button, None)
         measured = hbox(self.measure_button, self.take_button, None)
-        right = vbox(hbox(name, self.name), self._form(), measured, None)
-        self.lay_out((hbox(left, (right, 1), spacing=12), 1), size=(760, 440))
+        self.lay_out(hbox(name, self.name), kept, self._form(), measured, None, size=(560, 420))
 
     def _form(self) -> QGridLayout:
         grid = QGridLayout()
@@ -148,33 +137,7 @@ class SubjectDialog(FormDialog):
         grid.setColumnStretch(3, 1)
         return grid
 
-    def _used(self) -> str | None:
-        return self._project.chosen(self._project.subjects)
-
-    def _fill_list(self) -> None:
-        used = self._used()
-        with QSignalBlocker(self.list):
-            self.list.clear()
-            for name in (None, *self._project.subjects.names()):
-                item = QListWidgetItem(_RECORDED if name is None else name)
-                item.setData(Qt.ItemDataRole.UserRole, name)
-                font = item.font()
-                font.setBold(name == used)
-                font.setItalic(name is None)
-                item.setFont(font)
-                item.setToolTip("This project uses this subject." if name == used else "")
-                self.list.addItem(item)
-                if name == used:
-                    self.list.setCurrentItem(item)
-        self._on_chosen()
-
     # ---- what is shown
-
-    def chosen(self) -> str | None:
-        """The project's subject that is chosen in the list; None: the recording's."""
-        item = self.list.currentItem()
-        name: str | None = None if item is None else item.data(Qt.ItemDataRole.UserRole)
-        return name
 
     def draft(self) -> Subject:
         """The subject as it is written in the form."""
@@ -191,13 +154,6 @@ class SubjectDialog(FormDialog):
         self._check()
 
     @Slot()
-    def _on_chosen(self) -> None:
-        name = self.chosen()
-        known = self._recorded if name is None else load_subject(self._project.subjects, name)
-        self.show_subject(known)
-        self.delete_button.setEnabled(name is not None and not self._project.read_only)
-
-    @Slot()
     def _check(self) -> None:
         draft = self.draft()
         average = _average_of(draft)
@@ -212,8 +168,7 @@ class SubjectDialog(FormDialog):
 
     def _differs(self, draft: Subject) -> bool:
         """Whether the form says something else than the recording does."""
-        same = replace(draft, name="") == replace(self._recorded, name="")
-        return self.chosen() is not None or not same
+        return draft != replace(self._recorded, name=draft.name and self._recorded.name)
 
     # ---- what is done
 
@@ -253,19 +208,15 @@ class SubjectDialog(FormDialog):
             taken = {key: value for key, value in known.items() if value is not None}
             self.show_subject(replace(self.draft(), **taken))
 
-    def _choose(self, name: str | None) -> None:
-        if self._used() != name:
-            self._project.apply(Choose(SUBJECT.name, name))
-
     def _use(self) -> None:
         draft = self.draft()
 
         def use() -> None:
-            if not draft.name or (self.chosen() is None and not self._differs(draft)):
-                self._choose(None)
+            if not self._differs(draft):
+                if self._project.chosen(self._project.subjects) is not None:
+                    self._project.apply(Choose(SUBJECT.name, None))
             else:
-                self._project.apply(save_subject(draft, origin=self._origin(draft)))
-                self._choose(draft.name)
+                self._project.apply(UseSubject(draft, self._origin(draft)))
 
         if self.attempt(use):
             self.accept()
@@ -276,17 +227,6 @@ class SubjectDialog(FormDialog):
         both = [(getattr(self._measured.subject, k), getattr(draft, k)) for k in self.lengths]
         same = all(a is None or (b is not None and abs(a - b) < 0.001) for a, b in both)
         return "measured from clicks" if same else "entered"
-
-    def _delete(self) -> None:
-        name = self.chosen()
-
-        def delete() -> None:
-            if name is not None and self._used() == name:
-                self._choose(None)
-            self._project.apply(DeleteEntry(SUBJECT.name, str(name)))
-
-        if name is not None and self.attempt(delete):
-            self._fill_list()
 
     def load(self, path: Path) -> None:
         """Write the subject of a file into the form; one without a name gets the file's."""
