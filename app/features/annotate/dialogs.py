@@ -57,7 +57,6 @@ class AnnotationDialogs(QObject):
         self._panels = panels
         panels.leaving.connect(self._close_all)
         self._agreement: AgreementDialog | None = None
-        self._other: Path | None = None
 
     def _show(self, dialog: QDialog) -> None:
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -219,7 +218,6 @@ class AnnotationDialogs(QObject):
             dialog = self._agreement = AgreementDialog(self._panels.window)
             dialog.again_requested.connect(partial(self.compare_with, None))
             dialog.other_project_requested.connect(self._ask_for_other)
-            dialog.differences_requested.connect(self._look_at_differences)
             dialog.destroyed.connect(self._on_agreement_closed)
             self._show(dialog)
         self.compare_with(None)
@@ -230,7 +228,6 @@ class AnnotationDialogs(QObject):
 
     def compare_with(self, path: Path | None) -> None:
         """Compare with another person's project; None: both readings of blind repeats."""
-        self._other = path
 
         def work(project: Project, recording: Recording) -> tuple[str, AgreementReport]:
             landmarks, cameras = project.landmark_set(), recording.cameras
@@ -252,16 +249,6 @@ class AnnotationDialogs(QObject):
     @Slot()
     def _on_agreement_closed(self) -> None:
         self._agreement = None
-
-    @Slot()
-    def _look_at_differences(self) -> None:
-        if self._other is None:
-            unstated = ("flag", "sigma")
-            self._take_in(
-                lambda project, _: (project.clicks.again(), (), unstated), "blind repeats"
-            )
-        else:
-            self.merge(self._other)
 
     # ---- subject and landmarks
 

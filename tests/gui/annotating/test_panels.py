@@ -192,7 +192,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     qtbot.waitUntil(lambda: "Nothing to compare" in dialog.verdict.text(), timeout=20_000)
     stage.dialogs.compare_with(path)
     qtbot.waitUntil(lambda: "click uncertainty" in dialog.verdict.text(), timeout=20_000)
-    qtbot.mouseClick(dialog.look_button, LEFT)
+    stage.dialogs.merge(path)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     merging = stage.findChild(TakeInDialog)
     merging.decision.setCurrentIndex(merging.decision.findData("mean"))

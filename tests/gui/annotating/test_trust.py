@@ -97,7 +97,5 @@ def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
     lines = QGuiApplication.clipboard().text().splitlines()
     assert len(lines) == 11
     assert lines[1].startswith("all landmarks\t360\t")
-    with qtbot.waitSignal(dialog.differences_requested):
-        qtbot.mouseClick(dialog.look_button, LEFT)
     with qtbot.waitSignal(dialog.other_project_requested):
         qtbot.mouseClick(dialog.other_button, LEFT)

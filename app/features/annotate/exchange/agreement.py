@@ -69,8 +69,6 @@ class AgreementReport:
     """What to do about it; empty where nothing needs to be done."""
     rows: tuple[CellRow, ...]
     """All landmarks together, then each of them."""
-    found: tuple[Difference, ...]
-    """What it was computed from."""
 
 
 def agreement_report(
@@ -101,7 +99,7 @@ def agreement_report(
         low, high = min(sigmas.values()), max(sigmas.values())
         taken = f"The fit therefore uses click uncertainties of {low:.1f} to {high:.1f} px."
         remedy = f"{remedy} {taken}".strip()
-    return AgreementReport(_verdict(together, frames), remedy, tuple(rows), common)
+    return AgreementReport(_verdict(together, frames), remedy, tuple(rows))
 
 
 def _verdict(together: Agreement, frames: int) -> str:
@@ -167,8 +165,6 @@ class AgreementDialog(QDialog):
     """The person wants to choose another project to compare with."""
     again_requested = Signal()
     """The person wants to see the frames that were annotated again."""
-    differences_requested = Signal()
-    """The person wants to look at every click that differs, and to merge."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -189,8 +185,7 @@ class AgreementDialog(QDialog):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.copy_button = push_button("&Copy table", self._copy)
-        self.look_button = push_button("&Show differences …", self.differences_requested.emit)
-        below = hbox(self.copy_button, self.look_button, None, push_button("Close", self.reject))
+        below = hbox(self.copy_button, None, push_button("Close", self.reject))
         top = hbox((self._words, 1), again_button, self.other_button)
         parts = (top, self.verdict, self.remedy, (self.table, 1), below)
         self.setLayout(vbox(*parts, margins=(9, 9, 9, 9)))
@@ -203,7 +198,6 @@ class AgreementDialog(QDialog):
         self.remedy.setText(report.remedy)
         self.remedy.setVisible(bool(report.remedy))
         self.model.show(report.rows)
-        self.look_button.setEnabled(bool(report.found))
 
     def _copy(self) -> None:
         headings = "\t".join(column.heading for column in COLUMNS)
