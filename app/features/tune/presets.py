@@ -4,16 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal, Slot
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QFileDialog,
-    QFormLayout,
-    QLabel,
-    QLineEdit,
-    QWidget,
-)
+from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.entries import DeleteEntry
@@ -32,8 +24,10 @@ from stereotrack_core.tracking.presets import (
 from ...context import Context
 from ...session.project import ProjectPresenter
 from ...session.runs import RunEntry
+from ...widgets.forms.form_dialog import FormDialog, ask_to_open, ask_to_save, line_edit
 from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_panel import ParameterPanel
+from ...widgets.style.building import hbox, label, label_of
 
 
 class PresetShelf(QObject):
@@ -109,7 +103,7 @@ class PresetShelf(QObject):
             self.changed.emit()
 
 
-class NameDialog(QDialog):
+class NameDialog(FormDialog):
     """Asks for the name of a preset, and says at once what is wrong with it.
 
     Parameters
@@ -125,36 +119,20 @@ class NameDialog(QDialog):
     def __init__(
         self, title: str, what: str, name: str, shelf: PresetShelf, parent: QWidget | None = None
     ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle(title)
+        super().__init__(title, "Save", lambda: self.accept(), parent)
         self._shelf = shelf
-        self.name = QLineEdit(name)
-        self.name.setAccessibleName("Name")
+        self.name = line_edit("Name", name)
         self.name.selectAll()
-        words, self.remark = QLabel(what), QLabel()
-        words.setMinimumWidth(320)
-        self.buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
-        )
-        self.buttons.accepted.connect(self.accept)
-        self.buttons.rejected.connect(self.reject)
-        layout = QFormLayout(self)
-        layout.addRow(words)
-        layout.addRow("Name", self.name)
-        layout.addRow(self.remark)
-        layout.addRow(self.buttons)
-        for label in (words, self.remark):
-            label.setWordWrap(True)
         self.name.textChanged.connect(self._look)
+        self.lay_out(label(what), hbox(label_of(self.name, "&Name"), self.name), size=(360, 130))
         self._look()
 
+    @Slot()
     def _look(self) -> None:
         name = self.name.text()
         problem, replaced = self._shelf.problem_with(name), name.strip() in self._shelf.own
-        self.remark.setText(
-            problem or ("The existing preset with this name will be replaced." * replaced)
-        )
-        self.buttons.button(QDialogButtonBox.StandardButton.Save).setEnabled(not problem)
+        self.say(problem or ("The existing preset with this name will be replaced." * replaced))
+        self.accept_button.setEnabled(not problem)
 
 
 _FILES = "Preset (*.toml)"
@@ -202,6 +180,7 @@ class PresetWork(QObject):
             self.shelf,
             self._context.docks.dialog_parent,
         )
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._keep(dialog.name.text().strip(), settings))
         dialog.open()
 
@@ -220,11 +199,8 @@ class PresetWork(QObject):
 
     def load(self) -> None:
         """Take a preset from a file into the project."""
-        dialog = QFileDialog(self._context.docks.dialog_parent, "Load preset")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.setNameFilter(_FILES)
-        dialog.fileSelected.connect(lambda path: self.take_file(Path(path)))
-        dialog.open()
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Load preset", "", _FILES, self.take_file)
 
     def take_file(self, path: Path) -> None:
         """Take a preset from this file into the project, and use it."""
@@ -238,16 +214,13 @@ class PresetWork(QObject):
 
     def export(self) -> None:
         """Write the settings to a file that the command line takes as a preset."""
-        dialog = QFileDialog(self._context.docks.dialog_parent, "Export preset")
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setNameFilter(_FILES)
-        dialog.setDefaultSuffix("toml")
-        dialog.fileSelected.connect(lambda path: self.write_file(Path(path)))
-        dialog.open()
+        parent = self._context.docks.dialog_parent
+        ask_to_save(parent, "Export preset", "preset.toml", _FILES, self.write_file)
 
     def write_file(self, path: Path) -> None:
         """Write the settings to this file."""
         track = self._session.track
+        path = path if path.suffix else path.with_suffix(".toml")
         name = path.stem if track.differs_from_preset or track.preset in PRESETS else track.preset
         try:
             write_preset(path, named(name, track.settings, self.shelf.base_of(track.preset)))

@@ -197,10 +197,10 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     tuning.features.tune.panel.table.selectRow(1)
     trigger(tuning, "trial_adopt")
     dialog = tuning.findChild(NameDialog)
-    save = dialog.buttons.button(dialog.buttons.StandardButton.Save)
+    save = dialog.accept_button
     assert not save.isEnabled(), "a preset needs a name"
     QTest.keyClicks(dialog.name, "fast")
-    assert "built-in preset" in dialog.remark.text()
+    assert "built-in preset" in dialog.words.text()
     dialog.name.selectAll()
     QTest.keyClicks(dialog.name, "wide joints")
     QTest.mouseClick(save, Qt.MouseButton.LeftButton)
