@@ -337,15 +337,15 @@ class StudyController(QObject):
         window = self.window
         if window is None:
             return
-        study, target = window.study, path.with_suffix(".csv")
+        study = window.study
         rows = [row for row in study.rows if row.recording in recordings]
 
         def work(task: Task) -> int:
             plan = plan_study(study, rows, on_progress=task.report, cancelled=task.token.cancelled)
-            return write_result_table(target, study, plan.jobs, stored_results(study.table))
+            return write_result_table(path, study, plan.jobs, stored_results(study.table))
 
         def done(count: int) -> None:
-            window.say(f"{counted(count, 'value')} written to {target}.")
+            window.say(f"{counted(count, 'value')} written to {path}.")
 
         self._begin("exporting results", work, done)
 

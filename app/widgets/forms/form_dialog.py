@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from itertools import chain, count
 from pathlib import Path
@@ -14,6 +15,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QLabel,
     QLineEdit,
+    QMessageBox,
     QPushButton,
     QWidget,
 )
@@ -143,8 +145,16 @@ def ask_to_save(
     """Let the person choose a file to write; one that is there is asked about, or gone on with."""
     options = QFileDialog.Option.DontConfirmOverwrite if goes_on else QFileDialog.Option(0)
     chosen, _ = QFileDialog.getSaveFileName(parent, title, str(proposed), files, options=options)
-    if chosen:
-        use(Path(chosen))
+    if not chosen:
+        return
+    path, usual = Path(chosen), re.search(r"\*(\.\w+)", files)
+    if not path.suffix and usual:
+        path = path.with_suffix(usual[1])  # the dialog has asked about the file without it
+        question = f"{path.name} exists already. Replace it?"
+        yes = QMessageBox.StandardButton.Yes
+        if path.exists() and not goes_on and QMessageBox.question(parent, title, question) != yes:
+            return
+    use(path)
 
 
 def file_filter(form: ExportFormat) -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from app.widgets.forms.form_dialog import (
     ask_to_export,
+    ask_to_save,
     file_filter,
 )
 from stereotrack_core.project.exporting.formats import format_named, formats_of
@@ -43,3 +44,17 @@ def test_format_and_suffix(qtbot, shown, tmp_path, chosen, name, form):
         assert found[1][0] != path
     assert Path(chosen).stem.split(".")[0] in path.name
     dialog.close()
+
+
+def test_a_file_that_the_suffix_names_is_asked_about(qtbot, tmp_path, monkeypatch):
+    parent, found, there = QWidget(), [], tmp_path / "mine.toml"
+    qtbot.addWidget(parent)
+    monkeypatch.setattr(
+        QFileDialog, "getSaveFileName", lambda *_, **__: (str(tmp_path / "mine"), "")
+    )
+    answers = iter([QMessageBox.StandardButton.No, QMessageBox.StandardButton.Yes])
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: next(answers))
+    for expected in ([there], [there], [there, there]):  # new, refused, replaced
+        ask_to_save(parent, "Export preset", "preset.toml", "Preset (*.toml)", found.append)
+        assert found == expected
+        there.touch()
