@@ -65,6 +65,7 @@ class InstantPresenter(QObject):
         runs.changed.connect(self._on_runs)
         track.advanced.connect(self._on_advanced)
         track.rested.connect(self._keep)
+        track.state_changed.connect(self._on_track_state)
         view_state.drawing_changed.connect(self.tell_soon)
         view_state.display_changed.connect(self.tell_soon)
 
@@ -192,6 +193,12 @@ class InstantPresenter(QObject):
         return self._clouds.available and any(
             kind in _DEPTH_KINDS for kind in self._view_state.wanted().values()
         )
+
+    @Slot()
+    def _on_track_state(self) -> None:
+        """Ask for what was not asked for while the tracker was busy."""
+        if not self._track.running and not self.settled():
+            self.tell_soon()
 
     @Slot(object)
     def _on_advanced(self, tracked: TrackedFrame) -> None:
