@@ -23,7 +23,7 @@ class Part:
     address: str
     """Page and heading that explain it, as a link names them."""
     about: str
-    """What it is, in short."""
+    """Summary of the page."""
 
 
 def anchor_of(heading: str) -> str:

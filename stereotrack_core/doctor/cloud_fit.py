@@ -41,7 +41,7 @@ class Surface:
 
 
 Way: TypeAlias = Literal["range", "any"]
-"""What may be wrong about a view: all its distances by a factor, or turn and place."""
+"""Error of a view: a factor on all its distances (range), or a rigid displacement (any)."""
 
 
 @dataclass(frozen=True)

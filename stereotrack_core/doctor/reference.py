@@ -80,7 +80,7 @@ _AXES: Mapping[str, tuple[str, str, str]] = {
     "its x axis points up: z must point up": ("z", "y", "-x"),
     "x and y are exchanged": ("y", "x", "z"),
 }
-"""What may be wrong about its axes, and what has to be written for x, y and z then."""
+"""Errors of the axes of a reference, and the axes to write as x, y and z instead."""
 
 
 @dataclass(frozen=True, eq=False)

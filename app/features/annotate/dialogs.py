@@ -46,7 +46,7 @@ _LANDMARK_SETS = "Landmark sets (*.toml)"
 _Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
 """Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
 _Compared: TypeAlias = tuple[Callable[[], Incoming], Incoming, tuple[InputError, ...]]
-"""How to compare once more, what was found, and what could not be read."""
+"""A function that compares again, the clicks compared, and the errors of reading."""
 
 
 class AnnotationDialogs(QObject):

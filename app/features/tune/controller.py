@@ -1,4 +1,4 @@
-"""What the Tune workspace does: trials beside the run."""
+"""Controller of the Tune workspace: trials beside the run."""
 
 from __future__ import annotations
 

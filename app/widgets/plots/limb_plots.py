@@ -317,7 +317,7 @@ def _shows_all(event: QKeyEvent) -> bool:
 
 
 def _look(curve: Curve) -> tuple[object, ...]:
-    """What a curve's items are made for: other values of the same curve go into the same line."""
+    """Key of a curve's plot items: a curve with the same key is drawn by the same line."""
     return curve.name, curve.limb, curve.colour, curve.style, curve.emphasis
 
 

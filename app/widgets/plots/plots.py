@@ -1,4 +1,4 @@
-"""What all plots have in common: the theme's colours, the legend of limbs and runs."""
+"""Base of all plots: colours of the theme, legend of limbs and runs."""
 
 from __future__ import annotations
 

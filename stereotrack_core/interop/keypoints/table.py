@@ -85,7 +85,7 @@ class TableTimes:
 
     frames: dict[int, int | None]
     notes: tuple[str, ...] = ()
-    """What was decided, as clauses."""
+    """Decisions about the table, as clauses of a sentence."""
 
     def placed(self, rows: Iterable[FileRow]) -> Iterator[FileRow]:
         """The rows at the recording's frames; those between two frames are left out."""

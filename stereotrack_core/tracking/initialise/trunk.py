@@ -78,8 +78,8 @@ def _sight_of(depths: Iterable[ViewDepth], places: FloatArray) -> IntArray:
         pinhole = np.array([g.focal, g.c_x, g.c_y])
         in_camera = g.world_from_depth.inverse().apply(places)
         silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette
-        limits = _SEE_THROUGH_PX / g.disparity_scale, _SUPPORT_PX / g.disparity_scale
-        _count_sight(in_camera, depth.range_z, silhouette, pinhole, *limits, seen)
+        limits = np.array([_SEE_THROUGH_PX, _SUPPORT_PX]) / g.disparity_scale
+        _count_sight(in_camera, depth.range_z, silhouette, pinhole, limits, seen)
     return seen
 
 
@@ -223,17 +223,17 @@ def _count_sight(
     image: Any,
     silhouette: Any,
     pinhole: Any,
-    see_through: float,
-    support: float,
+    limits: Any,
     seen: Any,
 ) -> None:
     """Add to the counters (M, 4) how one view judges every point.
 
     `points` (M, 3) are in the frame of the depth camera; `image` (H, W) are ranges along z, NaN
-    where not known; `silhouette` is (0, 0) where it is not known; `see_through` and `support` are
-    differences of inverse range.
+    where not known; `silhouette` is (0, 0) where it is not known; `limits` (2,) are the
+    differences of inverse range for seeing through and for support.
     """
     height, width = image.shape
+    see_through, support = limits[0], limits[1]
     for i in range(points.shape[0]):
         z = points[i, 2]
         if z < 0.1:

@@ -32,7 +32,7 @@ _DECISIONS = (
 
 
 class TakeInDialog(FormDialog):
-    """What is new, what is equal, and what contradicts; one choice for all that contradicts.
+    """Counts new, equal and differing clicks; one choice decides all that differ.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def _conflict_words(incoming: Incoming) -> str:
 
 
 def _problem_words(problems: tuple[InputError, ...]) -> list[str]:
-    """What could not be read, line by line."""
+    """Errors of reading, one per line."""
     shown = problems[:_SHOWN_PROBLEMS]
     words = [f"{problem.what}. {problem.remedy}".strip() for problem in shown]
     if (more := len(problems) - len(words)) > 0:
