@@ -43,9 +43,9 @@ _ARMS = [*UPPER_ARMS, *FOREARMS]
 _DOUBTFUL = 0.08
 """Probability that some arm segment is lost from which a frame is looked at again."""
 
-_LEAST = 1.0
+_LEAST = 0.5
 """Sum of these probabilities, the frames expected to be lost, from which a stretch is worth a look:
-four undisturbed views of mesh-P4 have up to 0.6, and looking there cost a sixth of the time."""
+four undisturbed views of mesh-P4 have up to 0.4, and looking there cost a sixth of the time."""
 
 _BEFORE, _AFTER = 4, 8
 """Frames without doubt before and after a stretch that are tracked again with it."""
