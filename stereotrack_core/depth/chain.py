@@ -7,11 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import ImageArray
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
@@ -20,7 +19,7 @@ from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
-from stereotrack_core.depth.sources import DepthSource, StereoSource
+from stereotrack_core.depth.sources import DepthSource, Pictures, StereoSource
 from stereotrack_core.depth.view_chain import LearnedFrame, Stopwatch, ViewChain, ViewResult
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
@@ -41,16 +40,6 @@ _ROW_FRAMES = 2
 
 _BACKGROUND_FRAMES = 40
 """Frames, spread over the recording, from which the background is learned in advance."""
-
-
-class Pictures(Protocol):
-    """Where images come from; see :class:`FrameReader`."""
-
-    def frame_set(self, k: int) -> FrameSet:
-        """All images of one instant."""
-
-    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
-        """The empty scene as (left or None, image), or None where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +143,7 @@ class DepthChain:
         `on_image` is told in several threads how many images of how many are done, and may raise
         :class:`Cancelled`.
         """
-        self.silhouettes.learn(reader.background)
+        self.silhouettes.learn(reader, frames)
         waiting = []
         for chain in self._chains:
             view = self._recording.view(chain.name)
@@ -179,7 +168,10 @@ class DepthChain:
         `other` has the same parameters of matching and of learning the background, and has learned
         from these frames; colours are calibrated with them anew.
         """
-        self.silhouettes.learn(reader.background)
+        if self.silhouettes and other.silhouettes:
+            self.silhouettes = other.silhouettes
+        else:
+            self.silhouettes.learn(reader, frames)
         for own, learned in zip(self._chains, other._chains, strict=True):
             own.take_over(learned)
         if self._colour and len(self._chains) > 1:

@@ -2,45 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
+from stereotrack_core.depth.clean_plate import clean_plate
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.depth.light import EmptyScene, empty_scene
 from stereotrack_core.depth.outline import outline_without_depth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification, depth_rectification
-from stereotrack_core.depth.sources import grey
+from stereotrack_core.depth.sources import Pictures, grey
+from stereotrack_core.pose_model.detector import PoseDetector, load_detector
+from stereotrack_core.pose_model.following import whereabouts
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.person_boxes import person_boxes
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 
 _LARGEST_SHARE = 0.5
 """Largest share of a picture that a person covers."""
 
-Background: TypeAlias = Callable[[str], tuple[ImageArray | None, ImageArray] | None]
-"""Gives a view's empty scene as (None, image) for a mono view, or None where there is none."""
+_FRAMES = 16
+"""Frames from which the empty scene is made where no picture of it is stated."""
 
 
 class MonoSilhouettes:
-    """Silhouettes of the mono views of a recording that state a picture of the empty scene.
+    """Silhouettes of the mono views of a recording.
+
+    A view without a stated picture of the empty scene needs the installed pose detector, which
+    tells the scene from the person in some frames; without it the view gives nothing.
 
     Parameters
     ----------
     views : sequence of str
-        Names of mono views; those without a picture of the empty scene give nothing.
+        Names of mono views.
     """
 
     def __init__(
         self, recording: Recording, parameters: DepthParameters, views: Sequence[str]
     ) -> None:
         wanted = parameters.silhouettes and parameters.background_empty_scene
+        self._recording = recording
+        self._detector = load_detector() if wanted and views else None
         self._views = {
             name: depth_rectification(recording.reference_camera(recording.view(name)))
             for name in (views if wanted else ())
-            if recording.view(name).image.background is not None
+            if self._detector or recording.view(name).image.background is not None
         }
         self._empty: dict[str, EmptyScene] = {}
         self._unknown: dict[str, tuple[Float32Array, BoolArray]] = {}
@@ -48,15 +56,35 @@ class MonoSilhouettes:
     def __bool__(self) -> bool:
         return bool(self._views)
 
-    def learn(self, background: Background) -> None:
-        """Take the pictures of the empty scene, by the view's name; what it raises is passed on."""
-        for name, rectification in self._views.items():
-            found = background(name)
-            if found is not None:
-                empty = _undistorted(rectification, found[1])
-                self._empty[name] = empty_scene(empty)
-                nowhere = np.full(empty.shape, np.nan, dtype=np.float32)
-                self._unknown[name] = nowhere, np.zeros(empty.shape, dtype=np.bool_)
+    def learn(self, pictures: Pictures, frames: range) -> None:
+        """Take the pictures of the empty scene, or make them from some of the frames.
+
+        What `pictures` raises is passed on.
+        """
+        stated = {name: pictures.background(name) for name in self._views}
+        empty = {n: _undistorted(self._views[n], one[1]) for n, one in stated.items() if one}
+        if self._detector is not None and len(empty) < len(stated):
+            empty |= self._made(self._detector, stated.keys() - empty.keys(), pictures, frames)
+        for name, picture in empty.items():
+            self._empty[name] = empty_scene(picture)
+            nowhere = np.full(picture.shape, np.nan, dtype=np.float32)
+            self._unknown[name] = nowhere, np.zeros(picture.shape, dtype=np.bool_)
+
+    def _made(
+        self, detector: PoseDetector, names: Set[str], pictures: Pictures, frames: range
+    ) -> dict[str, ImageArray]:
+        """Pictures of the empty scene, without those views that show hardly anybody."""
+        shown: dict[str, list[ImageArray]] = {name: [] for name in self._views if name in names}
+        for k in np.linspace(frames[0], frames[-1], _FRAMES).astype(int).tolist():
+            seen = pictures.frame_set(k).views
+            for name in shown.keys() & seen.keys():
+                shown[name].append(_undistorted(self._views[name], seen[name].image))
+        boxes = person_boxes(self._recording)
+        plates = {}
+        for name, some in shown.items():
+            where = whereabouts(self._recording, self._recording.view(name), boxes.get(name))
+            plates[name] = clean_plate(detector, some, where)
+        return {name: plate for name, plate in plates.items() if plate is not None}
 
     def of(self, frame_set: FrameSet) -> tuple[Mapping[str, ViewDepth], Mapping[str, str]]:
         """The views of an instant, by name: their outlines, without any range; and problems.

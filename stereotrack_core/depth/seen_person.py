@@ -16,11 +16,11 @@ from stereotrack_core.depth.background import (
     empty_scene_model,
     percentile_model,
 )
-from stereotrack_core.depth.chain import Pictures, rectification_of, source_of
+from stereotrack_core.depth.chain import rectification_of, source_of
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
+from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth, Pictures
 from stereotrack_core.depth.standing import still_person
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View

@@ -21,7 +21,7 @@ from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.rows import row_offset
 from stereotrack_core.depth.subpixel import refined_disparity
-from stereotrack_core.recording.reader import ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages
 
 _DARK_BELOW = 16  # of 255
 _BRIGHT = 0.01  # share of an image that reaches it unless it is dark
@@ -36,6 +36,16 @@ were off by 13 and 12 degrees, with 1 by 7 and 7 (mesh-P4)."""
 
 NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
 _NOMINAL_BASELINE = 0.12  # metres; makes inverse depth comparable with a stereo disparity
+
+
+class Pictures(Protocol):
+    """Where images come from; see :class:`FrameReader`."""
+
+    def frame_set(self, k: int) -> FrameSet:
+        """All images of one instant."""
+
+    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
+        """The empty scene as (left or None, image), or None where there is none."""
 
 
 class NoDepth(Exception):

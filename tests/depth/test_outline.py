@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stereotrack_core.depth import mono_silhouettes
 from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.outline import difference_of, sharp_outline
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.pose_model.detector import DetectedPose, PersonBox
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from tests.depth.scenes import texture
@@ -91,13 +93,27 @@ CAMERAS = {
 EMPTY = np.full((CAMERAS["N"].height, CAMERAS["N"].width), 60, np.uint8)
 
 
+class Pictures:
+    """Pictures of the empty scene of some views; S has none."""
+
+    def __init__(self, empty, frames=()):
+        self.empty, self.frames = empty, frames
+
+    def background(self, view):
+        return None if view == "S" else (None, self.empty)
+
+    def frame_set(self, k):
+        return FrameSet(k, dict.fromkeys("NS", ViewImages(image=self.frames[k])))
+
+
 @pytest.fixture
-def silhouettes():
+def silhouettes(monkeypatch):
+    monkeypatch.setattr(mono_silhouettes, "load_detector", lambda: None)
     streams = Stream("N", "N.mp4", "N.png"), Stream("S", "S.mp4")
     views = tuple(View(stream.camera, "mono", stream) for stream in streams)
     recording = Recording(Path("mono"), "mono", 10.0, views, CAMERAS)
     made = MonoSilhouettes(recording, DepthParameters(), ("N", "S"))
-    made.learn(lambda _: (None, EMPTY))
+    made.learn(Pictures(EMPTY), range(1))
     return made
 
 
@@ -124,7 +140,7 @@ def structured(seed):
 
 
 def test_a_picture_that_has_changed_everywhere_is_told(silhouettes):
-    silhouettes.learn(lambda _: (None, structured(1)))
+    silhouettes.learn(Pictures(structured(1)), range(1))
     found, problems = silhouettes.of(shown(structured(2)))
     assert not found
     assert set(problems) == {"N"}
@@ -149,7 +165,7 @@ def test_a_picture_that_has_changed_everywhere_is_told(silhouettes):
 )
 def test_other_light_and_a_camera_that_was_touched_leave_the_silhouette(silhouettes, light):
     empty = structured(1)
-    silhouettes.learn(lambda _: (None, empty))
+    silhouettes.learn(Pictures(empty), range(1))
     picture = empty.copy()
     picture[60:270, 120:240] = structured(5)[60:270, 120:240] // 4
     found, problems = silhouettes.of(shown(light(picture.astype(float)).clip(0, 255).astype("u1")))
@@ -168,3 +184,37 @@ def test_silhouettes_can_be_switched_off(silhouettes):
     for name in ("silhouettes", "background_empty_scene"):
         off = replace(DepthParameters(), **{name: False})
         assert not MonoSilhouettes(recording, off, ("N",))
+
+
+class BrightPerson:
+    """Detector of one person, the only thing that is brighter than 200."""
+
+    def landmarks(self, picture, crop, *, mask=False):
+        bright = picture > 200
+        middle = np.argwhere(bright).mean(axis=0)[::-1]
+        sure, circle = np.ones(33), np.array([middle, middle - [0.0, 60.0]])
+        points, metres = np.tile(middle, (33, 1)), np.zeros((33, 3))
+        seen = bright.astype(np.float32) if mask else None
+        return DetectedPose(points, sure, sure, 1.0, circle, metres, seen)
+
+    def find_people(self, picture, **_):
+        middle = np.argwhere(picture > 200).mean(axis=0)[::-1]
+        return [PersonBox(middle, middle - [0.0, 60.0], np.zeros((2, 2)), 1.0)]
+
+
+def test_a_scene_that_nobody_recorded_empty_is_what_is_seen_beside_the_person(monkeypatch):
+    monkeypatch.setattr(mono_silhouettes, "load_detector", BrightPerson)
+    monkeypatch.setattr(mono_silhouettes, "person_boxes", lambda _recording: {})
+    view = View("S", "mono", Stream("S", "S.mp4"))
+    recording = Recording(Path("mono"), "mono", 10.0, (view,), CAMERAS)
+    empty = structured(1) // 2
+    frames = [empty.copy() for _ in range(20)]
+    for k, frame in enumerate(frames):  # sways: most of its place is never seen
+        frame[100:250, 150 + k : 220 + k] = 255
+    made = MonoSilhouettes(recording, DepthParameters(), ("S",))
+    made.learn(Pictures(None, frames), range(20))
+    found, problems = made.of(shown(frames[10]))
+    assert not problems
+    person = frames[10] == 255
+    outline = found["S"].outline
+    assert (outline & person).sum() > 0.95 * (outline | person).sum()
