@@ -19,11 +19,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from stereotrack_core import program
-        from stereotrack_core.window import Window
 
         from .start import show
 
-        return program.main(argv, window=Window(__package__ or "app", show))
+        return program.main(argv, window=show)
     except KeyboardInterrupt:  # while what is needed is still being loaded
         sys.stderr.write("Stopped.\n")
         return 1

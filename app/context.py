@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from .services.actions import ActionRegistry
 from .services.docks import Docks
-from .services.notifier import Notifier
+from .services.failures import Notifier
 from .services.tasks.task import Processes, TaskList
 from .session.session import Session
 from .session.view_state import ViewState

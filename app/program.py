@@ -14,21 +14,20 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import DemoTracking
 
+from .features import detector, report
 from .features.annotate import feature as annotate
 from .features.annotate.feature import Annotate
 from .features.calibrate import feature as calibrate
 from .features.calibrate.feature import CalibrateController
-from .features.detector import feature as detector
-from .features.detector.feature import DetectorController
-from .features.inspect import feature as inspect
+from .features.detector import DetectorController
+from .features.inspect import controller as inspect
 from .features.inspect.controller import InspectController
 from .features.project import feature as project
 from .features.project.files import FileController
-from .features.report import feature as report
-from .features.report.feature import ReportController
+from .features.report import ReportController
 from .features.review import feature as review
 from .features.review.feature import Review
-from .features.study import feature as study
+from .features.study import controller as study
 from .features.study.controller import StudyController
 from .features.track import feature as track
 from .features.track.controller import RunsController
@@ -37,13 +36,11 @@ from .features.tune.controller import TuneController
 from .features.view import feature as view
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
-from .services.tasks.garbage import GarbageTimer
-from .services.tasks.task import Processes, wait_for_threads
+from .services.tasks.task import GarbageTimer, Processes, wait_for_threads
 from .session.runs import RunEntry
 from .shell.dialogs import write_picture
 from .shell.main_window import MainWindow
-from .widgets.style.icons import icon
-from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme
+from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, icon
 
 _LOOK_MS = 50
 _CALM_LOOKS = 4

@@ -153,12 +153,12 @@ def _check(opening: Opening) -> None:
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
         from stereotrack_core.recording.importing.sources import is_unmade
-        from stereotrack_core.study.description import OLD_SUFFIX, SUFFIX, read_study
+        from stereotrack_core.study.description import SUFFIX, read_study
 
         from .start import check_workspace_name
 
         check_workspace_name(opening.workspace)
-        if path.is_file() and path.name.endswith((SUFFIX, OLD_SUFFIX)):
+        if path.is_file() and path.name.endswith(SUFFIX):
             read_study(path)
         elif path.is_file() and holds_run(path):
             meta_of_run(path)

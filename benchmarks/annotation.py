@@ -21,7 +21,7 @@ from benchmarks.common import ended, parser_of, put_table, recordings_of, say
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import pose_at, standing
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.annotation.fit.trajectory import Clouds
 from stereotrack_core.annotation.landmark_set import NINE
@@ -30,9 +30,14 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.sampling import segment_blocked
-from stereotrack_core.evaluation.circumstances import in_image
-from stereotrack_core.evaluation.errors import errors_against, reference_within, truth_of
-from stereotrack_core.evaluation.summary import Summary, summarise
+from stereotrack_core.evaluation.limbs import in_image
+from stereotrack_core.evaluation.summary import (
+    Summary,
+    errors_against,
+    reference_within,
+    summarise,
+    truth_of,
+)
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS

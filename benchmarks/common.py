@@ -12,7 +12,7 @@ from pathlib import Path
 
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.evaluation.summary import truth_of
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
 from stereotrack_core.tables import markdown_text

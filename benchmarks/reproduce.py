@@ -38,8 +38,13 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import LimbErrors, errors_against, truth_of
-from stereotrack_core.evaluation.summary import Spread, summarise
+from stereotrack_core.evaluation.summary import (
+    LimbErrors,
+    Spread,
+    errors_against,
+    summarise,
+    truth_of,
+)
 from stereotrack_core.recording.description import LENGTHS, Recording, Subject
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.tables import markdown_text

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.program import make_window
 from app.services.failures import leave_out_noise
-from app.services.tasks.garbage import GarbageTimer
+from app.services.tasks.task import GarbageTimer
 from app.widgets.style.theme import apply_theme
 from benchmarks.common import ended
 

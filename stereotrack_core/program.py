@@ -14,10 +14,10 @@ from stereotrack_core.cli.output import FAILED, OK, WRONG_INPUT, complain, put, 
 from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.version import __version__
-from stereotrack_core.window import Opening, Window
+from stereotrack_core.window import Opening, ShowWindow
 
 
-def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> int:
+def main(argv: Sequence[str] | None = None, *, window: ShowWindow | None = None) -> int:
     """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else.
 
     Without `argv` the arguments are those of the process. The core itself does not know the
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
         return _unexpected(error, debug="--debug" in arguments)
 
 
-def _run(command: str, arguments: Sequence[str], window: Window | None) -> int:
+def _run(command: str, arguments: Sequence[str], window: ShowWindow | None) -> int:
     """One command, with its messages unless its options ask for silence."""
     args = parser_of(command_named(command)).parse_args(arguments, Namespace(window=window))
     with speaking(quiet=getattr(args, "quiet", False)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
@@ -45,14 +45,9 @@ class Opening:
     picture: Path | None = None
 
 
-@dataclass(frozen=True)
-class Window:
-    """The window, as the program knows it.
+ShowWindow: TypeAlias = Callable[[Opening, Callable[[str], None]], bool]
+"""Shows the window until it is closed.
 
-    Some modules of `package` run in processes of their own. `show` shows the window until it is
-    closed: it is given what to begin with and what tells the person a sentence, and returns whether
-    all went well.
-    """
-
-    package: str
-    show: Callable[[Opening, Callable[[str], None]], bool]
+It is given what to begin with and what tells the person a sentence, and returns whether all went
+well.
+"""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import os
-import pkgutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,30 +10,8 @@ from pathlib import Path
 import pytest
 
 import stereotrack_core
-from stereotrack_core import compiled as module
-from stereotrack_core.compiled import compiled
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
-
-
-@compiled(inline="always")
-def _next(x):
-    """One more."""
-    return x + 1
-
-
-@compiled()
-def _count(x, upto):
-    while x < upto:
-        x = _next(x)
-    return x
-
-
-def test_a_loop_calls_another_and_both_are_compiled():
-    assert _count(2, 7) == 7
-    assert _count.machine().signatures, "numba has compiled it"
-    assert _next(1) == 2
-    assert _next.__doc__ == "One more."
 
 
 def test_decorating_does_not_load_numba():
@@ -88,19 +64,6 @@ def test_constants_and_functions_that_callees_call_count_as_well(caller, tmp_pat
     assert caller() == ["125.0", "0"]
     _edit(tmp_path / "values.py", "[1.0, 2.0]", "[1.0, 4.0]")
     assert caller() == ["127.0", "0"]
-
-
-def test_every_compiled_function_has_a_digest_of_its_own():
-    packages = pkgutil.walk_packages(stereotrack_core.__path__, "stereotrack_core.")
-    modules = [importlib.import_module(p.name) for p in packages if "__main__" not in p.name]
-    found = {
-        (one.__module__, one.__name__): one.digest
-        for names in map(vars, modules)
-        for one in names.values()
-        if isinstance(one, module._Compiled)
-    }
-    assert len(found) > 15
-    assert len({*found.values()}) == len(found)
 
 
 _STARTS = """

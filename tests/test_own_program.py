@@ -5,10 +5,9 @@ import subprocess
 import sys
 from contextlib import suppress
 
-import pytest
 import threadpoolctl
 
-from stereotrack_core.blas_threads import OneBlasThread, one_blas_thread
+from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.own_program import asked_module, module_command
 from stereotrack_core.version import __version__
 
@@ -21,23 +20,11 @@ def test_the_command_line_runs_in_a_process_of_its_own(tmp_path):
 
 def test_a_frozen_program_starts_itself_and_knows_what_it_is_asked(monkeypatch):
     monkeypatch.setattr(sys, "frozen", True, raising=False)
-    command = module_command("app.pdf", ["page.html", "page.pdf"])
+    command = module_command("stereotrack_core", ["info", "folder"])
     assert command[0] == sys.executable
-    assert asked_module(command) == ("app.pdf", ["page.html", "page.pdf"])
+    assert asked_module(command) == ("stereotrack_core", ["info", "folder"])
     for argv in (["stereotrack"], ["stereotrack", "open", "x"], ["stereotrack", "--run-module"]):
         assert asked_module(argv) is None
-
-
-class CountedLimit:
-    def __init__(self):
-        self.set = self.restored = 0
-
-    def __call__(self):
-        self.set += 1
-        return self
-
-    def restore_original_limits(self):
-        self.restored += 1
 
 
 def blas_threads():
@@ -46,22 +33,6 @@ def blas_threads():
         for pool in threadpoolctl.threadpool_info()
         if pool["user_api"] == "blas"
     }
-
-
-def test_the_first_to_leave_gives_nothing_back():
-    limit = CountedLimit()
-    threads = OneBlasThread(limit)
-    first = threads.hold()
-    second = threads.hold()
-    first()
-    assert (limit.set, limit.restored) == (1, 0)
-    first()
-    assert limit.restored == 0, "ending twice must not end another's"
-    second()
-    assert (limit.set, limit.restored) == (1, 1)
-    with pytest.raises(ValueError, match="inside"), threads():
-        raise ValueError("inside")
-    assert (limit.set, limit.restored) == (2, 2)
 
 
 def test_blas_really_runs_on_one_thread_until_the_last_has_left():

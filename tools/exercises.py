@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from stereotrack_core.simulation.keyed import Motion, keyed
-from stereotrack_core.simulation.postures import Arm, Posture
+from stereotrack_core.simulation.postures import Arm, Motion, Posture, keyed
 
 _STANDING = Posture()
 

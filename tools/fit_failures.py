@@ -26,9 +26,7 @@ from stereotrack_core.evaluation.failure_segments.find import FailureSearch, str
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, agreement, pooled
 from stereotrack_core.evaluation.failure_segments.stretches import (
     ARM_HALVES,
-    SAID_SIGNS,
-    UNSAID,
-    UNSAID_SIGNS,
+    SIGNS,
     failure_signs,
     failures_by_signs,
 )
@@ -101,8 +99,7 @@ class Example:
     run : Run
     fps : float
     truth : tuple of FailureSegment
-    said, unsaid : (F, 6, S) float64
-        Its signs, of runs that say how likely limbs are lost and of those that do not.
+    signs : (F, 6, S) float64
     failing : (F, 6) bool
         Whether limbs are in failures by error.
     """
@@ -111,8 +108,7 @@ class Example:
     run: Run
     fps: float
     truth: tuple[FailureSegment, ...]
-    said: FloatArray
-    unsaid: FloatArray
+    signs: FloatArray
     failing: BoolArray
 
 
@@ -165,21 +161,20 @@ def example(run: Run, place: Path) -> Example:
     for failure in truth:
         inside = (run.frame >= failure.first) & (run.frame <= failure.last)
         failing |= inside[:, None] & np.isin(LIMBS, failure.limbs)
-    said, unsaid = (failure_signs(run, recording.fps, said=each) for each in (True, False))
-    return Example(place.name, run, recording.fps, truth, said, unsaid, failing)
+    signs = failure_signs(run, recording.fps)
+    return Example(place.name, run, recording.fps, truth, signs, failing)
 
 
 def fitted_by_limb(examples: Sequence[Example]) -> dict[str, FloatArray]:
     """Coefficients (1 + S,) by their name."""
     failing = np.concatenate([each.failing for each in examples])
     result = {}
+    signs = np.concatenate([each.signs for each in examples])
     for half, limbs in ARM_HALVES.items():
-        for said, ending in ((True, ""), (False, UNSAID)):
-            signs = np.concatenate([each.said if said else each.unsaid for each in examples])
-            rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
-            known = np.isfinite(rows).all(axis=1)
-            fails = failing[:, list(limbs)].ravel()[known]
-            result[f"{half}{ending}"] = fitted(rows[known], fails, SHRINKAGE, rising=True)
+        rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
+        known = np.isfinite(rows).all(axis=1)
+        fails = failing[:, list(limbs)].ravel()[known]
+        result[half] = fitted(rows[known], fails, SHRINKAGE, rising=True)
     return result
 
 
@@ -202,7 +197,7 @@ def written(coefficients: Mapping[str, FloatArray]) -> str:
     """Text of the module that holds them."""
     lines = ['"""Written by ``tools/fit_failures.py``: a constant, a slope per sign."""']
     for name, values in coefficients.items():
-        names = ("constant", *(UNSAID_SIGNS if name.endswith(UNSAID) else SAID_SIGNS))
+        names = ("constant", *SIGNS)
         rows = [
             f"    {value + 0.0:.4f},  # {sign}" for value, sign in zip(values, names, strict=True)
         ]

@@ -32,8 +32,7 @@ from simulated_people import RECORDINGS, TRACKED
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
-from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import CALLED
+from stereotrack_core.evaluation.summary import CALLED, errors_against
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording

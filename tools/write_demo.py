@@ -12,9 +12,8 @@ import av
 import cv2
 
 from stereotrack_core.demo import SHIPPED
-from stereotrack_core.simulation.disturbances import parsed_disturbances
 from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions, parsed_disturbances
 
 _DEMO = Simulation(
     person="P2",

@@ -30,8 +30,6 @@ TUTORIAL_FRAMES = (99, 110)
 """Frames that the tutorial says to click."""
 CALM_LOOKS = 3
 """So often nothing is under way before a picture is taken."""
-REPORT_PAGE = 1
-"""The one with the curves; the first one is 0."""
 
 
 def main(demo: Path, docs: Path) -> int:
@@ -54,7 +52,6 @@ def main(demo: Path, docs: Path) -> int:
     )
     done = _calibration(places.recording, demo / "boards", docs) and done
     done = _import(places.recording, docs) and done
-    done = _report_page(places.recording, runs[0], docs / "report.png") and done
     done = _annotate(places.recording, docs / "annotate.png") and done
     done = _tutorial(demo / "tutorial", docs) and done
     return 0 if done else 1
@@ -195,7 +192,7 @@ def _import(recording: Path, docs: Path) -> bool:
     """The first two steps of the wizard on the videos of two views."""
     from PySide6.QtCore import QEventLoop, QTimer
 
-    from app.features.project.importing.looking import look
+    from app.features.project.importing.preview import look
     from app.features.project.importing.wizard import ImportWizard
     from app.program import WindowProgram
     from app.shell.dialogs import write_picture
@@ -253,25 +250,6 @@ def _sees(camera: Camera, place: RigidTransform, board: Board) -> bool:
     pixels = camera.project(place.apply(board.corners))
     inside = ((pixels > 8.0) & (pixels < (camera.width - 9.0, camera.height - 9.0))).all()
     return bool(inside and (camera.camera_from_world @ place).rotation[2, 2] > 0.4)
-
-
-def _report_page(recording: Path, run: Path, picture: Path) -> bool:
-    """Write the page of the report on a run that has its curves."""
-    from app.pdf import page_picture
-    from stereotrack_core.interop.run_file import read_run
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.report.pages import run_page
-    from stereotrack_core.report.reported import Source, gathered
-
-    opened = open_recording(recording)
-    reported = gathered(
-        Source(
-            run.stem, read_run(run), opened, opened.reference, "the recording's reference",
-            command=f"stereotrack report {run.name} -o report.html",
-        )
-    )  # fmt: skip
-    page = run_page(reported, "png", for_print=True)
-    return page_picture(page, REPORT_PAGE, run.stem, 1.25).save(str(picture))
 
 
 def _open_runs(program: WindowProgram, runs: list[Path]) -> None:

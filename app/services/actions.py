@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from ..widgets.redraw import RedrawQueue
-from ..widgets.style.icons import set_icon
+from ..widgets.style.theme import set_icon
 
 _SHORTCUTS = "shortcuts"
 
@@ -334,7 +334,6 @@ class ActionRegistry(QObject):
             self._share_keys(self._keys[command.id])
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
-        action.setWhatsThis(words)
         tip = f"{named}. {words}" if named not in {"", command.text} else words
         action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 

@@ -14,6 +14,7 @@ from ..widgets.scene.scene_view import SceneView
 from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
+from .failures import Notifier
 from .focus import FocusWalk
 from .layout import (
     Workspace,
@@ -23,9 +24,8 @@ from .layout import (
     leave_room,
     restore_layout,
     save_layout,
+    stored_text,
 )
-from .notifier import Notifier
-from .stored import stored_text
 
 _CORNER = Qt.Corner.BottomRightCorner
 _USUAL = ("track", "annotate")

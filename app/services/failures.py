@@ -11,7 +11,14 @@ from pathlib import Path
 from types import TracebackType
 
 import platformdirs
-from PySide6.QtCore import QMessageLogContext, QObject, QtMsgType, Signal, qInstallMessageHandler
+from PySide6.QtCore import (
+    QMessageLogContext,
+    QObject,
+    QtMsgType,
+    Signal,
+    Slot,
+    qInstallMessageHandler,
+)
 
 from stereotrack_core.errors import InputError, visible
 from stereotrack_core.worker_processes import Lost
@@ -112,3 +119,62 @@ class FailureRelay(QObject):
     def _on_thread_exception(self, args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None and not isinstance(args.exc_value, SystemExit):
             self.message.emit(message_of(args.exc_value))
+
+
+SAID_MS = 6000
+
+
+class Notifier(QObject):
+    """Tells the window what to show; knows nothing of how.
+
+    Signals
+    -------
+    shown : Message
+        Something that the person should read.
+    taken_back : Message
+        It holds no longer.
+    cleared : ()
+        No message holds any longer.
+    dismissed : Message
+        A person has closed this message without doing what it offers.
+    said : str, int
+        Words for the status line, and for how many milliseconds.
+    """
+
+    shown = Signal(object)
+    taken_back = Signal(object)
+    cleared = Signal()
+    dismissed = Signal(object)
+    said = Signal(str, int)
+
+    @Slot(object)
+    def show(self, message: Message) -> None:
+        """Show a message until it is closed."""
+        self.shown.emit(message)
+
+    @Slot(object)
+    def error(self, error: BaseException) -> None:
+        """Show what went wrong in words."""
+        self.shown.emit(message_of(error))
+
+    def attempt(self, do: Callable[[], object]) -> bool:
+        """Do something; where it cannot be done, show why."""
+        try:
+            do()
+        except (InputError, OSError) as error:
+            self.error(error)
+            return False
+        return True
+
+    def take_back(self, message: Message) -> None:
+        """Remove a message that holds no longer."""
+        self.taken_back.emit(message)
+
+    def clear(self) -> None:
+        """Close all messages."""
+        self.cleared.emit()
+
+    @Slot(str)
+    def say(self, words: str, milliseconds: int = SAID_MS) -> None:
+        """Say something in the status line, for a while."""
+        self.said.emit(words, milliseconds)

@@ -4,11 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
-from PySide6.QtCore import QSettings, QSize, Qt
+from PySide6.QtCore import QByteArray, QSettings, QSize, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar
 
-from .stored import stored_bytes
+T = TypeVar("T")
+
+
+def stored_text(settings: QSettings, key: str) -> str:
+    """A text; empty where there is none."""
+    return _of_kind(settings.value(key), str) or ""
+
+
+def stored_texts(settings: QSettings, key: str) -> list[str] | None:
+    """Texts; None where there are none. A single one comes back from the file by itself."""
+    value = settings.value(key)
+    if isinstance(value, str):
+        return [value]
+    texts = _of_kind(value, list)
+    return None if texts is None else [text for text in texts if isinstance(text, str)]
+
+
+def stored_bytes(settings: QSettings, key: str) -> QByteArray | None:
+    """What a widget says about its arrangement."""
+    return _of_kind(settings.value(key), QByteArray)
+
+
+def _of_kind(value: object, kind: type[T]) -> T | None:
+    return value if isinstance(value, kind) else None
+
 
 _VERSION = 10
 LEAST_WIDTH, LEAST_HEIGHT = 0.45, 0.35

@@ -10,7 +10,7 @@ import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.comparison.compare import (
+from stereotrack_core.evaluation.compare import (
     Candidate,
     Comparison,
     Pair,
@@ -21,10 +21,9 @@ from stereotrack_core.evaluation.comparison.compare import (
 )
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ..widgets.tables.comparison_panel import ComparedCell, ComparedRow
-from .judgement import Judgement
+from ..widgets.tables.runs_panel import ComparedCell, ComparedRow
+from .judgement import Judgement, with_quality
 from .runs import RunEntry
-from .truth import with_quality
 
 _LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
 _UNITS = {"deg": "°"}

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from stereotrack_core.doctor.before_tracking import hindrances
-from stereotrack_core.doctor.diagnose import glance
+from stereotrack_core.doctor.diagnose import glance, hindrances
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import Finding, by_severity, examine
@@ -18,8 +17,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 
 from ..services.failures import message_of
-from ..services.tasks.newest import LatestOnly
-from ..services.tasks.shared import Shared
+from ..services.tasks.newest import LatestOnly, Shared
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
 

@@ -13,24 +13,63 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.accuracy import arms_good_to
-from stereotrack_core.evaluation.errors import LimbErrors, errors_against
+from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
+from stereotrack_core.evaluation.summary import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..services.failures import message_of
 from ..services.tasks.newest import LatestOnly
-from ..widgets.style.limb_colours import limb_words
+from ..widgets.style.colours import limb_words
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
-from .truth import (
-    Against,
-    Truth,
-    measure_of,
-    project_truth,
-    recorded_truth,
-    with_quality,
-)
+
+Against: TypeAlias = Literal["recording", "project"]
+
+TORSO_POSITION = "torso_position"
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A trajectory that is taken as truth."""
+
+    against: Against
+    """Whose it is."""
+    words: str
+    """``the project's reference “fitted to clicks”``."""
+    trajectory: LandmarkTrajectory
+    reference: Reference | None = None
+    """What says how good it is; None where nothing does."""
+
+    def quality(self, frames: IntArray) -> dict[str, float]:
+        """How good it is over some frames, by measure; see :func:`reference_quality`."""
+        return {} if self.reference is None else reference_quality(self.reference, frames)
+
+
+def recorded_truth(trajectory: LandmarkTrajectory | None) -> Truth | None:
+    """The recording's own reference, which does not say how good it is."""
+    if trajectory is None:
+        return None
+    return Truth("recording", "the recording's reference", trajectory)
+
+
+def project_truth(name: str, reference: Reference) -> Truth:
+    """The reference that a project uses."""
+    words = f"the project's reference “{name}”"
+    return Truth("project", words, reference.trajectory(), reference)
+
+
+def measure_of(limb: str) -> str:
+    """The measure that a limb's error is; the torso's is its long axis."""
+    return "torso_long" if limb == "torso" else limb
+
+
+def with_quality(error: str, good: float | None, digits: int = 1) -> str:
+    """``9.1°, reference good to 2.3``; the error alone where the reference does not say."""
+    if good is None or not np.isfinite(good):
+        return error
+    return f"{error}, reference uncertainty {good:.{digits}f}"
+
 
 Measure: TypeAlias = Literal["error", "sigma"]
 
@@ -47,9 +86,6 @@ LOST_SHARE = 0.5
 USUAL_UNEXPLAINED = 0.3
 USUAL_RESIDUAL = 0.03
 """Share of the cloud, and metres, up to which a frame's fit says nothing against its limbs."""
-
-CROSSED_METRES = 0.16
-"""Two limbs whose axes come nearer than this may be taken for each other."""
 
 MEASURED_LIMBS = tuple(limb for limb in LIMBS if limb != "head")
 """Limbs that errors are stated for; the head enters no measure."""
@@ -192,14 +228,11 @@ class Doubt:
     limb: str
     lost: float
     """Probability that it is lost; NaN where not known."""
-    cause: str
-    """Probable cause in words; may be empty."""
 
     @property
     def words(self) -> str:
         """What is to be said of the limb, without its name."""
-        doubt = "likely wrong" if self.lost > LOST_SHARE else "uncertain"
-        return f"{doubt} ({self.cause})" if self.cause else doubt
+        return "likely wrong" if self.lost > LOST_SHARE else "uncertain"
 
 
 def doubts(tracked: TrackedFrame) -> tuple[Doubt, ...]:
@@ -210,44 +243,7 @@ def doubts(tracked: TrackedFrame) -> tuple[Doubt, ...]:
     )
     unsure = (chance > UNCERTAIN_SHARE) | (sigma > UNCERTAIN_DEG)
     order = [int(i) for i in np.lexsort((-sigma, -chance)) if unsure[i]]
-    return tuple(
-        Doubt(
-            LIMBS[i],
-            float(tracked.estimate.limb_lost[i]),
-            probable_cause(tracked.landmarks, LIMBS[i]),
-        )
-        for i in order
-    )
-
-
-def probable_cause(landmarks: FloatArray, limb: str) -> str:
-    """Why an arm may be uncertain, by what is near it; empty where nothing is.
-
-    Parameters
-    ----------
-    landmarks : (9, 3) float64, world, metres
-    limb : str
-    """
-    side, _, part = limb.partition("_")
-    if part not in {"upper_arm", "forearm"} or not np.isfinite(landmarks).all():
-        return ""
-    other = "left" if side == "right" else "right"
-    at = {name: landmarks[i] for i, name in enumerate(LANDMARKS)}
-    forearm = at[f"{side}_elbow"], at[f"{side}_hand"]
-    if _distance(*forearm, at[f"{other}_elbow"], at[f"{other}_hand"]) < CROSSED_METRES:
-        return "crossed"
-    hips = 0.5 * (at["left_hip"] + at["right_hip"])
-    neck = 0.5 * (at["left_shoulder"] + at["right_shoulder"])
-    if _distance(*forearm, hips, neck) < CROSSED_METRES:
-        return "close to the torso"
-    return ""
-
-
-def _distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> float:
-    """Smallest distance between two segments, by points along both (good to a millimetre)."""
-    along = np.linspace(0.0, 1.0, 41)[:, None]
-    first, second = a + along * (b - a), c + along * (d - c)
-    return float(np.linalg.norm(first[:, None] - second[None], axis=-1).min())
+    return tuple(Doubt(LIMBS[i], float(tracked.estimate.limb_lost[i])) for i in order)
 
 
 def heading_words(judgement: Judgement) -> tuple[str, str, str]:

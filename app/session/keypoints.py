@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.detectors import DetectorImport, removal
-from stereotrack_core.project.keypoints import DetectorState
+from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of

@@ -1,25 +1,92 @@
-"""Opening whatever a person names: recordings, projects, runs, and videos that are none yet."""
+"""Open what a person names: recordings, projects, runs, videos; and what was opened last."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import zip_longest
 from pathlib import Path
 
 from PySide6.QtCore import QMimeData, QObject, QSettings, Signal, Slot
 
 from stereotrack_core.interop.run_file import holds_run
 from stereotrack_core.interop.run_places import is_run_of, recording_of_run_file
+from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.importing.sources import is_media, is_unmade
-from stereotrack_core.study.description import OLD_SUFFIX, SUFFIX
+from stereotrack_core.study.description import SUFFIX as STUDY_SUFFIX
 
+from ..services.layout import stored_texts
 from ..services.tasks.task import Task, TaskList
 from .document import DocumentPresenter
 from .project import ProjectPresenter
-from .recents import Recent, forget_all, is_project, recents_in, remember
 from .tracking import TrackPresenter
+
+_PATHS = "recent"
+_DATES = "recent_dates"
+MOST_RECENT = 10
+
+
+@dataclass(frozen=True)
+class Recent:
+    """A recording folder or project file, and when it was opened last."""
+
+    path: Path
+    opened: datetime | None = None
+    """None where that is not known."""
+
+    @property
+    def when(self) -> str:
+        """``2026-11-25 14:10``; empty where it is not known."""
+        return f"{self.opened:%Y-%m-%d %H:%M}" if self.opened is not None else ""
+
+    def says(self) -> str:
+        """Name, date and folder, in one line."""
+        return "   ".join(
+            part for part in (self.path.name, self.when, str(self.path.parent)) if part
+        )
+
+
+def recents_in(settings: QSettings) -> list[Recent]:
+    """What was opened last and is still there, the newest first."""
+    paths = stored_texts(settings, _PATHS) or []
+    dates = stored_texts(settings, _DATES) or []
+    known = [
+        Recent(Path(path), _date(date or ""))
+        for path, date in zip_longest(paths, dates[: len(paths)])
+    ]
+    return [one for one in known if os.path.isdir(one.path) or is_project(one.path)]
+
+
+def remember(settings: QSettings, path: Path, now: datetime) -> None:
+    """Put a recording or project at the head of the list."""
+    others = [one for one in recents_in(settings) if one.path != path]
+    _store(settings, [Recent(path, now), *others][:MOST_RECENT])
+
+
+def forget_all(settings: QSettings) -> None:
+    """Empty the list."""
+    _store(settings, [])
+
+
+def is_project(path: Path) -> bool:
+    """Whether a path looks like a project file."""
+    return path.suffix == SUFFIX and os.path.isfile(path)
+
+
+def _store(settings: QSettings, recents: list[Recent]) -> None:
+    settings.setValue(_PATHS, [str(one.path) for one in recents])
+    dates = [one.opened.isoformat("T", "seconds") if one.opened else "" for one in recents]
+    settings.setValue(_DATES, dates)
+
+
+def _date(text: str) -> datetime | None:
+    try:
+        return datetime.fromisoformat(text).replace(tzinfo=None)
+    except ValueError:
+        return None
 
 
 @dataclass(frozen=True)
@@ -102,7 +169,7 @@ class Opening(QObject):
         if self._ended:
             return
         self._finding = None
-        if path.name.endswith((SUFFIX, OLD_SUFFIX)) and path.is_file():
+        if path.name.endswith(STUDY_SUFFIX) and path.is_file():
             self.study_wanted.emit(path)
             return
         if path.is_file() and holds_run(path):
@@ -182,5 +249,5 @@ def dropped_paths(data: QMimeData) -> tuple[Path, ...]:
 
 def _opens(path: Path) -> bool:
     known = path.name == DESCRIPTION or is_project(path) or is_media(path)
-    known |= path.name.endswith((SUFFIX, OLD_SUFFIX))
+    known |= path.name.endswith(STUDY_SUFFIX)
     return known or (path.is_file() and holds_run(path))

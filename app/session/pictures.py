@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,12 +16,14 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.keypoint_names import LANDMARK_OF
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.tracking.estimate import Correspondences
 
 from ..widgets.camera.overlays import (
     InsideScene,
+    Marked,
     Overlay,
     Projection,
     ghost_paths,
@@ -29,8 +31,57 @@ from ..widgets.camera.overlays import (
     part_shapes,
 )
 from ..widgets.camera.picture import Picture, PictureKind
-from ..widgets.style.colours import LineStyle
-from .keypoint_drawing import keypoint_drawing
+from ..widgets.style.colours import LANDMARK_LIMBS, LIMB_COLOURS, LineStyle
+
+_OTHER = "#b8b8b8"
+_SIDED = (
+    ("shoulder", "elbow", "upper_arm"),
+    ("elbow", "wrist", "forearm"),
+    ("shoulder", "hip", "torso"),
+    ("hip", "knee", ""),
+    ("knee", "ankle", ""),
+)
+_BONES: Mapping[tuple[str, str], str] = {
+    **{
+        (f"{side}_{a}", f"{side}_{b}"): f"{side}_{limb}" if limb[-3:] == "arm" else limb
+        for side in ("left", "right")
+        for a, b, limb in _SIDED
+    },
+    ("left_shoulder", "right_shoulder"): "torso",
+    ("left_hip", "right_hip"): "torso",
+}
+"""Keypoints that a line is drawn between, and the limb in whose colour."""
+
+
+def keypoint_drawing(keypoints: Keypoints, camera: str) -> InsideScene | None:
+    """Keypoints of a frame in the picture of a camera; None where it has none."""
+    own = keypoints[keypoints.camera == camera]
+    if not len(own):
+        return None
+    lines: dict[str, list[FloatArray]] = {}
+    for places in _people(own):
+        for (a, b), limb in _BONES.items():
+            if a in places and b in places:
+                bone = np.stack([places[a], places[b]])
+                lines.setdefault(LIMB_COLOURS.get(limb, _OTHER), []).append(bone)
+    dots: dict[str, list[FloatArray]] = {}
+    for name, place in zip(own.keypoint.tolist(), own.place, strict=True):
+        limb = LANDMARK_LIMBS.get(LANDMARK_OF.get(name, ""), "")
+        dots.setdefault(LIMB_COLOURS.get(limb, _OTHER), []).append(place)
+    return InsideScene(
+        lines=tuple(Marked(colour, np.array(found)) for colour, found in lines.items()),
+        dots=tuple(Marked(colour, np.array(found)) for colour, found in dots.items()),
+    )
+
+
+def _people(rows: Keypoints) -> Iterator[dict[str, FloatArray]]:
+    """Places by keypoint, of each person of each detector."""
+    keys = list(zip(rows.source.tolist(), rows.person.tolist(), strict=True))
+    for key in dict.fromkeys(keys):
+        chosen = np.array([one == key for one in keys], dtype=np.bool_)
+        person = rows[chosen]
+        yield dict(zip(person.keypoint.tolist(), person.place, strict=True))
+
 
 _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
 

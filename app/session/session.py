@@ -21,10 +21,9 @@ from ..services.failures import message_of
 from ..services.tasks.task import Processes, Task, TaskList
 from ..widgets.forms.message import Message
 from .camera_doubts import CameraDoubts
-from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .edits import EditStack
-from .instant import InstantPresenter
+from .instant import CloudPresenter, InstantPresenter
 from .judgement import JudgementPresenter
 from .keypoints import KeypointPresenter
 from .opening import Opening

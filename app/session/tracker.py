@@ -71,12 +71,6 @@ class TrackControl(QObject):
         """Track one frame."""
         self._go_on_or_begin(1)
 
-    def hold_before_next(self) -> int | None:
-        """Let the run in progress, or a new one, be held before its next frame; that frame."""
-        if self._track.entry is None or self._track.stale:
-            self._go_on_or_begin(0)
-        return self._track.next_frame()
-
     def run_from_here(self) -> None:
         """Begin a new run at this frame."""
         self._begin(range(self._document.frame, self._document.frame_count), float("inf"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,7 +17,6 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.experiments.run_process import (
     Allow,
     Held,
-    Inspect,
     Prepared,
     Preparing,
     RunTask,
@@ -30,7 +28,6 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.inspection import RecordedStep
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, run_warnings
@@ -68,7 +65,6 @@ class LiveRun:
         self.progress: Preparing | None = None
         """How far it is with what comes before its first frame."""
         self.waiting: list[TrackedFrame] = []
-        self.asked: Future[RecordedStep] | None = None
         self.task = Task("track", lambda task: process(run, task.tell, task.token.cancelled))
         self.order = partial(process.order, run)
         self._number = run.allowed.number
@@ -80,14 +76,6 @@ class LiveRun:
         self._number += 1
         self.held = self.held and not frames
         self.order(Allow(frames, self._number))
-
-    def inspect(self) -> Future[RecordedStep]:
-        """Ask what its next step would do, once it is held."""
-        if self.asked is not None:
-            self.asked.cancel()
-        self.asked = Future()
-        self.order(Inspect())
-        return self.asked
 
     def hear(self, word: Any) -> None:
         """Remember what the process tells."""
@@ -105,9 +93,6 @@ class LiveRun:
                     self._first_seconds = word.seconds
             case Held():
                 self.held = word.number == self._number
-            case RecordedStep() if self.asked is not None:
-                self.asked.set_result(word)
-                self.asked = None
 
     def taken(self) -> list[TrackedFrame]:
         """Let the entry have the frames that have come since the last time."""
@@ -120,8 +105,6 @@ class LiveRun:
         """Nothing more comes of it."""
         frames = list(self.entry.ordered())
         self.entry.warnings = run_warnings(frames, self.entry.body, self.recording, self._spec)
-        if self.asked is not None:
-            self.asked.cancel()
 
     def preparing_words(self) -> str:
         """``learning the background, 40 %, about 3 s left``."""
@@ -328,10 +311,6 @@ class TrackPresenter(QObject):
         """How much of a stage before the first frame is done, 0 to 1."""
         progress = self._live.progress if self._live is not None else None
         return progress.done / max(progress.count, 1) if progress is not None else 0.0
-
-    def held_before(self, frame: int) -> LiveRun | None:
-        """The run in progress, if it is held and does this frame next."""
-        return self._live if self.paused and self.next_frame() == frame else None
 
     def _on_told(self, live: LiveRun, words: list[Any]) -> None:
         for word in words:

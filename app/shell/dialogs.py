@@ -1,22 +1,244 @@
-"""The window's own dialogs; none of them blocks the rest."""
+"""The window's own dialogs: the palette of commands, shortcuts, about; none blocks the rest."""
 
 from __future__ import annotations
 
 from html import escape
 from pathlib import Path
 
-from PySide6.QtCore import QBuffer, QIODevice, Qt, QTimer
-from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QMainWindow, QMessageBox
+from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, Qt, QTimer
+from PySide6.QtGui import QIcon, QKeyEvent, QKeySequence, QPixmap
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QHeaderView,
+    QKeySequenceEdit,
+    QLineEdit,
+    QMainWindow,
+    QMessageBox,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
 from stereotrack_core import __version__
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 
 from ..context import Context
+from ..services.actions import ActionRegistry, Command
 from ..services.failures import log_path
-from ..widgets.forms.form_dialog import ask_to_save
-from .command_lists import CommandPalette, ShortcutEditor
+from ..widgets.forms.form_dialog import ask_to_save, push_button, say_in
+from ..widgets.style.building import Item, hbox, label, vbox
+
+_ID = Qt.ItemDataRole.UserRole
+_MARGINS = (9, 9, 9, 9)
+
+
+class _CommandList(QDialog):
+    """A search above a list of commands with their menus and keys."""
+
+    def __init__(self, title: str, book: ActionRegistry, parent: QWidget | None) -> None:
+        super().__init__(parent)
+        self._book = book
+        self.setWindowTitle(title)
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search commands")
+        self.search.setAccessibleName("Search commands")
+        self.list = QTreeWidget()
+        self.list.setColumnCount(3)
+        self.list.setRootIsDecorated(False)
+
+    def _lay_out(self, *below: Item, height: int) -> None:
+        self.setLayout(vbox(self.search, (self.list, 1), *below, margins=_MARGINS))
+        self.resize(640, height)
+
+    def _add(self, command: Command, text: str) -> QTreeWidgetItem:
+        item = QTreeWidgetItem([text, command.place, self._book.key_words(command.id)])
+        item.setData(0, _ID, command.id)
+        self.list.addTopLevelItem(item)
+        return item
+
+    def _current(self) -> Command | None:
+        item = self.list.currentItem()
+        return self._book.command(item.data(0, _ID)) if item is not None else None
+
+    def _items(self) -> list[QTreeWidgetItem]:
+        every = (self.list.topLevelItem(k) for k in range(self.list.topLevelItemCount()))
+        return [item for item in every if item is not None]
+
+
+class CommandPalette(_CommandList):
+    """Type some letters of a command, choose it, and it is done."""
+
+    def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
+        super().__init__("Command palette", book, parent)
+        self._chosen: Command | None = None
+        self._blank = _blank_icon()
+        self.search.setClearButtonEnabled(True)
+        self.list.setHeaderHidden(True)
+        self.list.setUniformRowHeights(True)
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._why = label("", "muted")
+        self._why.setMinimumHeight(36)
+        self._lay_out(self._why, height=420)
+        self.search.installEventFilter(self)
+        self.search.textChanged.connect(self._fill)
+        self.search.returnPressed.connect(self._choose)
+        self.list.itemActivated.connect(self._choose)
+        self.list.itemClicked.connect(self._choose)
+        self.list.currentItemChanged.connect(self._explain)
+        self._fill("")
+
+    def chosen(self) -> Command | None:
+        """The command that was chosen."""
+        return self._chosen
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            moves = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10}
+            by = moves.get(Qt.Key(event.key()), -10 if event.key() == Qt.Key.Key_PageUp else 0)
+            if by:
+                self._move(by)
+                return True
+        return super().eventFilter(watched, event)
+
+    def _move(self, by: int) -> None:
+        items = self._items()
+        if items:
+            place = self.list.currentIndex().row() + by
+            self.list.setCurrentItem(items[min(max(place, 0), len(items) - 1)])
+
+    def _fill(self, text: str) -> None:
+        self.list.clear()
+        shown = [command for command in self._book.commands if command.shown()]
+        ranked = [(match_rank(text, command), command) for command in shown]
+        found = [(rank, command) for rank, command in ranked if rank is not None]
+        for _, command in sorted(found, key=lambda row: self._order(*row)):
+            self._show(command)
+        for column in (0, 1, 2):
+            self.list.resizeColumnToContents(column)
+        if found:
+            self.list.setCurrentItem(self._items()[0])
+        else:
+            self._why.setText("No command matches.")
+
+    def _order(self, rank: int, command: Command) -> tuple[bool, bool, int]:
+        """First what is meant exactly, if only to say why it cannot be done; then what can be."""
+        return rank > 0, not self._book.action(command.id).isEnabled(), rank
+
+    def _show(self, command: Command) -> None:
+        action, palette = self._book.action(command.id), self.palette()
+        item = self._add(command, command.title)
+        item.setIcon(0, self._blank if action.icon().isNull() else action.icon())
+        if not action.isEnabled():
+            muted = palette.brush(palette.ColorGroup.Disabled, palette.ColorRole.Text)
+            for column in range(3):
+                item.setForeground(column, muted)
+
+    def _explain(self) -> None:
+        command = self._current()
+        if command is not None:
+            why_not = command.why_not()
+            text = f"Unavailable: {why_not}" if why_not else command.tip
+            say_in(self._why, text, error=bool(why_not))
+
+    def _choose(self, *_: object) -> None:
+        command = self._current()
+        if command is None:
+            return
+        if command.why_not():
+            self._explain()
+            return
+        self._chosen = command
+        self.accept()
+
+
+def _blank_icon() -> QIcon:
+    """Keep the names of commands without an icon in line with the others."""
+    pixmap = QPixmap(16, 16)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    return QIcon(pixmap)
+
+
+def match_rank(text: str, command: Command) -> int | None:
+    """How well a command fits what was typed: smaller is better, None is not at all."""
+    wanted = text.strip().lower()
+    name, title, menu = command.text.lower(), command.title.lower(), command.place.lower()
+    if wanted in {name.removesuffix(" …"), title.removesuffix(" …")}:
+        return 0
+    if name.startswith(wanted):
+        return 1
+    if all(word in title for word in wanted.split()):
+        return 2
+    if all(word in f"{menu} {title} {command.tip.lower()}" for word in wanted.split()):
+        return 3
+    letters = iter(name)
+    return 4 if all(letter in letters for letter in wanted.replace(" ", "")) else None
+
+
+class ShortcutEditor(_CommandList):
+    """Choose a command, press its new keys; a sequence that is taken is said, not stolen."""
+
+    def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
+        super().__init__("Shortcuts", book, parent)
+        self.list.setHeaderLabels(["Command", "Menu", "Shortcut"])
+        self.list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.keys = QKeySequenceEdit()
+        self.keys.setMaximumSequenceLength(1)
+        self.keys.setAccessibleName("New shortcut")
+        self.set_button = push_button("Set", lambda: self._set(self.keys.keySequence().toString()))
+        self.default_button = push_button("Default", self._set_default)
+        self.none_button = push_button("None", lambda: self._set(""))
+        self.note = label(" ")
+        box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        box.rejected.connect(self.reject)
+        buttons = (self.set_button, self.default_button, self.none_button)
+        keys = hbox(label("New shortcut:", wraps=False), (self.keys, 1), *buttons)
+        self._lay_out(keys, self.note, box, height=480)
+        for command in book.commands:
+            self._add(command, command.title)
+        self.search.textChanged.connect(self._filter)
+        self.list.currentItemChanged.connect(self._on_current)
+        self.choose(book.commands[0].id)
+
+    def choose(self, name: str) -> None:
+        """Choose a command by its id."""
+        for item in self._items():
+            if item.data(0, _ID) == name:
+                self.list.setCurrentItem(item)
+
+    def _filter(self, text: str) -> None:
+        for item in self._items():
+            words = f"{item.text(0)} {item.text(1)} {item.text(2)}".lower()
+            item.setHidden(text.strip().lower() not in words)
+
+    def _on_current(self) -> None:
+        command = self._current()
+        if command is not None:
+            self.keys.setKeySequence(QKeySequence(self._book.shortcut(command.id)))
+            self.note.setText(command.tip)
+
+    def _set_default(self) -> None:
+        command = self._current()
+        if command is not None:
+            self._set(command.shortcut)
+
+    def _set(self, keys: str) -> None:
+        command = self._current()
+        if command is None:
+            return
+        taken = self._book.user_of(keys, besides=command.id)
+        if taken is not None:
+            self.note.setText(
+                f"{keys} is already used by {taken.title}. Change that shortcut first."
+            )
+            return
+        self._book.set_shortcut(command.id, keys)
+        self.keys.setKeySequence(QKeySequence(keys))
+        text = command.title
+        self.note.setText(f"Shortcut of {text}: {keys}." if keys else f"{text} has no shortcut.")
+        for item in self.list.selectedItems():
+            item.setText(2, self._book.key_words(command.id))
 
 
 def write_picture(path: Path, picture: QPixmap) -> None:

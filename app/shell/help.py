@@ -1,21 +1,40 @@
-"""The user guide in the window: the page of a panel, and words on a single control."""
+"""The user guide in the window: its contents, and the page of a panel."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QPoint
-from PySide6.QtGui import QCursor, QHelpEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QWhatsThis, QWidget
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QCursor
+from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
 from ..context import Context
-from ..services.guide import CONTENTS, anchor_of, parts_of
 from ..widgets.forms.help_panel import HelpPanel
-from ..widgets.style.icons import data_folder
+from ..widgets.style.theme import data_folder
 
 _PAGE = "help_page"
 _WIDTH = 520
-_ASKING = (QEvent.Type.WhatsThis, QEvent.Type.QueryWhatsThis)
+
+CONTENTS = "index.md"
+"""The page that leads to all others."""
+WINDOW = "window.md"
+"""The page whose table names the parts of the window, each with a link and a sentence or two."""
+_PART = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| .+? \|$", re.MULTILINE)
+_MARKUP = re.compile(r"!?\[([^\]]*)\]\([^)]*\)|[*`|]")
+
+
+def anchor_of(heading: str) -> str:
+    """What links call a heading: lower case, hyphens for spaces, no other signs."""
+    plain = _MARKUP.sub(lambda found: found.group(1) or "", heading)
+    return re.sub(r"[^\w\- ]", "", plain.lower()).strip().replace(" ", "-")
+
+
+def _pages_of_parts(folder: Path) -> Mapping[str, str]:
+    """Page and heading that explain each part of the window, by its title."""
+    found = _PART.findall((folder / WINDOW).read_text(encoding="utf-8"))
+    return {title: WINDOW + at if at.startswith("#") else at for title, at in found}
 
 
 class Help(QObject):
@@ -27,12 +46,11 @@ class Help(QObject):
         self.panel = HelpPanel(data_folder("docs"), CONTENTS, anchor_of, window)
 
     def explain(self, others: Mapping[str, QWidget]) -> None:
-        """Let every panel, and other parts of the window by name, say what the guide says."""
-        docks, parts = self._docks, parts_of(data_folder("docs"))
+        """Let every panel, and other parts of the window by name, know their page of the guide."""
+        docks, pages = self._docks, _pages_of_parts(data_folder("docs"))
         titled = {title: docks.dock(name) for name, title in docks.titles().items()}
         for title, widget in {**titled, **others}.items():
-            widget.setProperty(_PAGE, parts[title].address)
-            widget.setWhatsThis(parts[title].about)
+            widget.setProperty(_PAGE, pages[title])
 
     def show_contents(self) -> None:
         """Open the guide at its contents."""
@@ -42,27 +60,6 @@ class Help(QObject):
         """Open the page of the panel under the cursor, or of the one with the focus."""
         under = _page_of(QApplication.widgetAt(QCursor.pos()))
         self._show(under or _page_of(self._window.focusWidget()) or CONTENTS)
-
-    def explain_control(self) -> None:
-        """Let the person click a control, and say what it is for."""
-        app = QApplication.instance()
-        if app is not None:
-            app.installEventFilter(self)
-            QWhatsThis.enterWhatsThisMode()
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """While a control is chosen: one that has only a tooltip is explained by that."""
-        if event.type() == QEvent.Type.LeaveWhatsThisMode:
-            QApplication.instance().removeEventFilter(self)  # type: ignore[union-attr]
-        if event.type() not in _ASKING or not isinstance(watched, QWidget):
-            return False
-        tip = watched.toolTip()
-        if watched.whatsThis() or not tip:
-            return False
-        if event.type() == QEvent.Type.WhatsThis and isinstance(event, QHelpEvent):
-            QWhatsThis.showText(QPoint(event.globalX(), event.globalY()), tip, watched)
-        event.accept()
-        return True
 
     def _show(self, address: str) -> None:
         if self.panel.isHidden():

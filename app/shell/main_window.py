@@ -9,18 +9,17 @@ from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QMainWindow
 
 from ..context import make_context
-from ..services.stored import stored_bytes
+from ..services.focus import WheelGuard
+from ..services.layout import stored_bytes
 from ..services.tasks.task import Processes, Task
-from ..services.wheel import WheelGuard
 from ..session.opening import dropped_paths
 from ..widgets.forms.message import Message, MessageBar
 from ..widgets.forms.welcome import WelcomePage
-from ..widgets.style.icons import set_icon
-from .actions import MENUS, commands
+from ..widgets.style.theme import set_icon
+from .actions import MENUS, Toolbars, commands
 from .dialogs import Dialogs
 from .help import Help
 from .status import StatusLine
-from .toolbars import Toolbars
 
 _USUAL = QSize(1600, 960)
 _FRAME = QSize(16, 40)

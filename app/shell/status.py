@@ -22,8 +22,8 @@ from ..session.judgement import (
 )
 from ..session.runs import RunEntry
 from ..session.session import Session
-from ..widgets.style.icons import set_icon
-from ..widgets.style.limb_colours import limb_words
+from ..widgets.style.colours import limb_words
+from ..widgets.style.theme import set_icon
 
 _NAMED = 2
 """Limbs that are named in the status line."""

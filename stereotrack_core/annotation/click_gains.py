@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.annotation.click import GUESSED_FACTOR, USUAL_SIGMA, Click, sigma_of
-from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian

@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
@@ -76,38 +74,6 @@ def click_pixels(
     pixel = np.full((len(frame), len(places), len(views), 2), np.nan)
     pixel[rows, table[:, 1].astype(np.int64), table[:, 2].astype(np.int64)] = table[:, 3:]
     return ClickPixels(frame, tuple(names), tuple(cameras.values()), pixel)
-
-
-def click_residuals(clicks: ClickPixels, frame: IntArray, points: FloatArray) -> FloatArray:
-    """Distance in pixels (F, L, V) from the projected trajectory; NaN where either is missing.
-
-    The trajectory has frames (T,), ascending, and landmarks (T, L, 3), world, in the order of
-    ``clicks.names``.
-    """
-    fitted = np.full((len(clicks.frame), len(clicks.names), 3), np.nan)
-    _, own, theirs = np.intersect1d(clicks.frame, frame, return_indices=True)
-    fitted[own] = points[theirs]
-    away = np.full(clicks.pixel.shape[:3], np.nan)
-    for v, camera in enumerate(clicks.cameras):
-        known = np.isfinite(fitted).all(axis=-1) & np.isfinite(clicks.pixel[:, :, v]).all(axis=-1)
-        if known.any():
-            difference = clicks.pixel[:, :, v][known] - camera.project(fitted[known])
-            away[known, v] = np.linalg.norm(difference, axis=-1)
-    return away
-
-
-def limb_residuals(away: FloatArray, landmarks: LandmarkSet) -> FloatArray:
-    """Root mean square residual (F, 6) of each limb's landmarks, from distances (F, L, V) in
-    pixels.
-    """
-    result = np.full((len(away), len(LIMBS)), np.nan)
-    limb_of = np.array([LIMBS.index(one.limb) for one in landmarks.landmarks])
-    for limb in range(len(LIMBS)):
-        own = away[:, limb_of == limb]
-        count = np.isfinite(own).sum(axis=(1, 2))
-        squares = np.nansum(own**2, axis=(1, 2))
-        result[count > 0, limb] = np.sqrt(squares[count > 0] / count[count > 0])
-    return result
 
 
 _FEWEST = 3  # frames from which on a length is told

@@ -1,30 +1,26 @@
-"""The body that keypoints of a 2-D detector show in a frame, and its landmarks in all images.
+"""Landmarks that the keypoints of a 2-D detector show: in an image, or by a body fitted to them.
 
-A detector's points lie beside the landmarks of their names, and some are wrong. Images in which
-left and right are exchanged are told by how well the rays of all cameras meet. The body is then
-fitted to the points of all images, as to clicks some of which are wrong. It knows where on a limb
-the detector's points are, so that its joints are the landmarks, also in images that show no point.
+A person may accept them as clicks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, Prediction, sigma_of
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.keypoint_proposals import doubt, landmark_predictions
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.annotation.predict import projected_landmarks
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.keypoint_places import keypoint_places
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
@@ -34,6 +30,88 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedKeypoints, sighted
 from stereotrack_core.tracking.detecting import KEYPOINT_OFFSETS
 from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
+
+_HAND = AVERAGE.elbow_to_hand / AVERAGE.forearm_length
+"""How far the hand's landmark is from the elbow, against the wrist."""
+
+_SIGMA = 0.02
+"""Standard deviation of a sure keypoint over the person's size in the picture."""
+
+_UNSURE, _MOST_UNSURE = 20.0, 3.0
+"""Growth of that deviation by what the installed detector's confidence lacks of 1, and its largest
+factor: elbows below 0.95 are off by two to three times as much as those above."""
+
+_LEAST_SURE = 0.1
+"""Confidence of other detectors below which a keypoint is as uncertain as with it."""
+
+_EXTENDED = 2.0
+"""Factor on the standard deviation of what is extended from other keypoints."""
+
+
+def landmark_predictions(keypoints: Keypoints, landmarks: Sequence[str]) -> tuple[Prediction, ...]:
+    """Predictions of landmarks in every picture, by the detectors' names.
+
+    A hand that is not predicted is extended from elbow and wrist; a head lies between the ears.
+
+    Parameters
+    ----------
+    keypoints : Keypoints
+        Of one person.
+    landmarks : sequence of str
+        Names of those that are wanted.
+    """
+    found: list[Prediction] = []
+    order = np.lexsort((keypoints.source, keypoints.camera, keypoints.frame))
+    sorted_rows = keypoints[order]
+    key = np.stack(
+        [sorted_rows.frame.astype(np.str_), sorted_rows.camera, sorted_rows.source], axis=1
+    )
+    changes = np.flatnonzero((key[1:] != key[:-1]).any(axis=1)) + 1
+    for first, end in pairwise([0, *changes.tolist(), len(key)] if len(key) else []):
+        found += _of_picture(sorted_rows[slice(first, end)], landmarks)
+    return tuple(found)
+
+
+def _of_picture(rows: Keypoints, landmarks: Sequence[str]) -> list[Prediction]:
+    """Predictions of one detector in one picture."""
+    places = dict(zip(rows.keypoint.tolist(), rows.place, strict=True))
+    sure = dict(zip(rows.keypoint.tolist(), rows.confidence.tolist(), strict=True))
+    size = float(np.ptp(rows.place, axis=0).max())
+    made = []
+    for landmark in landmarks:
+        place, told = _place_of(landmark, places)
+        if place is not None:
+            x, y = place.tolist()
+            frame, camera, source = int(rows.frame[0]), str(rows.camera[0]), str(rows.source[0])
+            sigma = max(1.0, _SIGMA * size) * doubt(min(sure[name] for name in told), source)
+            sigma *= 1.0 if told == (landmark,) else _EXTENDED
+            made.append(Prediction(frame, camera, landmark, source, (x, y), sigma))
+    return made
+
+
+def doubt(confidence: float, detector: str) -> float:
+    """Factor on the standard deviation of a sure keypoint."""
+    if detector == DETECTOR_NAME:
+        return min(1.0 + _UNSURE * (1.0 - confidence), _MOST_UNSURE)
+    return float(max(confidence, _LEAST_SURE) ** -0.5)
+
+
+def _place_of(
+    landmark: str, places: Mapping[str, FloatArray]
+) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """Pixel (2,) of a landmark and the keypoints that tell it; None where none do."""
+    if landmark in places:
+        return places[landmark], (landmark,)
+    side, _, name = landmark.partition("_")
+    arm = (f"{side}_elbow", f"{side}_wrist")
+    if name == "hand" and all(one in places for one in arm):
+        elbow, wrist = (places[one] for one in arm)
+        return elbow + _HAND * (wrist - elbow), arm
+    ears = ("left_ear", "right_ear")
+    if landmark == "head" and all(one in places for one in ears):
+        return (places[ears[0]] + places[ears[1]]) / 2.0, ears
+    return None, ()
+
 
 _SPREAD = {"elbow": 0.05, "wrist": 0.07, "hand": 0.09, "ear": 0.025, "head": 0.025}
 """Metres at the person's distance; standard deviation of a sure keypoint in one image."""

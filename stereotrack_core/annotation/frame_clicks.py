@@ -10,12 +10,11 @@ import numpy as np
 from stereotrack_core.annotation.click import Click, ClickKey, measurements
 from stereotrack_core.annotation.click_points import ENDS_OF_LENGTHS
 from stereotrack_core.annotation.doubts import Swap, find_swaps
-from stereotrack_core.annotation.epipolar import epipolar_curve
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.results import FrameFit
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
+from stereotrack_core.annotation.predict import PredictedPoint, epipolar_curve, predicted_point
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh

@@ -12,7 +12,7 @@ import numpy as np
 from stereotrack_core.annotation.click import Click, measurements
 from stereotrack_core.annotation.click_points import click_pixels, measured_lengths
 from stereotrack_core.annotation.fit.fit import ClickFit, clicks_in
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.personalise import (
     PersonalOffsets,

@@ -25,7 +25,6 @@ from stereotrack_core.annotation.click import (
     Prediction,
     Visibility,
 )
-from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.follow_body import told_by
 from stereotrack_core.annotation.landmark_filter import (
     STEADY,
@@ -35,6 +34,7 @@ from stereotrack_core.annotation.landmark_filter import (
     Rig,
     updated,
 )
+from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera
 

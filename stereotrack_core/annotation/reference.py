@@ -1,18 +1,19 @@
-"""A trajectory taken as truth that states how good it is, and how fits become one."""
+"""A trajectory taken as truth that states how good it is, and which of its frames are old."""
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fitted_clicks import FITTED_TO
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -29,6 +30,71 @@ from stereotrack_core.recording.frame_times import (
 )
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.version import __version__
+
+FITTED_TO = "fitted_to"
+"""Name in a reference's `meta` of frames and checksums of their clicks."""
+
+
+def checksums(clicks: Iterable[Click]) -> dict[int, int]:
+    """Checksum of what is said of each frame that has clicks."""
+    said: dict[int, list[tuple[object, ...]]] = {}
+    for one in clicks:
+        if not one.deleted:
+            place = one.camera, one.landmark, one.position
+            said.setdefault(one.frame, []).append(
+                (*place, int(one.visibility), one.flag, one.sigma)
+            )
+    return {frame: crc32(repr(sorted(own, key=repr)).encode()) for frame, own in said.items()}
+
+
+@dataclass(frozen=True)
+class FittedClicks:
+    """The clicks that a reference was fitted to, and where they have changed since."""
+
+    sums: Mapping[int, int]
+    """Checksum of the clicks of each frame, as they were."""
+    changed: frozenset[int]
+    """Frames whose clicks are others now."""
+
+    def after_edit(self, frames: Collection[int], clicks: Iterable[Click]) -> FittedClicks:
+        """The same after an edit of these frames, whose clicks are given as they are now."""
+        edited = _changed(self.sums, checksums(clicks), frames)
+        return replace(self, changed=(self.changed - set(frames)) | edited)
+
+    def is_old(self, frame: int) -> bool:
+        """Whether clicks have changed that decide the reference in a frame.
+
+        These are the frame's own or, where it had none, all from the clicked frame before it to
+        the one after it.
+        """
+        clicked = sorted(self.sums)
+        before, after = bisect_right(clicked, frame) - 1, bisect_left(clicked, frame)
+        first = clicked[before] if before >= 0 else 0
+        last = clicked[after] if after < len(clicked) else None
+        return any(first <= one and (last is None or one <= last) for one in self.changed)
+
+
+def fitted_clicks(meta: Mapping[str, Any], clicks: Iterable[Click]) -> FittedClicks | None:
+    """What a reference's `meta` says of its clicks beside all clicks as they are now.
+
+    None where it says nothing: a reference that was imported, or fitted by an older version.
+    """
+    rows = meta.get(FITTED_TO)
+    if not isinstance(rows, list) or not all(_is_row(row) for row in rows):
+        return None
+    sums, now = dict(rows), checksums(clicks)
+    return FittedClicks(sums, _changed(sums, now, sums.keys() | now.keys()))
+
+
+def _changed(
+    before: Mapping[int, int], now: Mapping[int, int], frames: Iterable[int]
+) -> frozenset[int]:
+    return frozenset(frame for frame in frames if before.get(frame) != now.get(frame))
+
+
+def _is_row(row: object) -> bool:
+    return isinstance(row, list) and len(row) == 2 and all(type(value) is int for value in row)
+
 
 _OUTLIERS = "outliers"
 _WORTH_KEEPING = 0.05  # clicks that are less probably outliers are not listed
@@ -138,8 +204,7 @@ class Reference:
         reasons += [f"{unknown} unknown"] * bool(unknown)
         return (
             f"Left out: {count} of {kept.size} landmark positions ({', '.join(reasons)}). "
-            f"{int(kept.all(axis=1).sum())} of {len(kept)} frames are complete. Click more frames, "
-            "or set another limit."
+            f"{int(kept.all(axis=1).sum())} of {len(kept)} frames are complete. Click more frames."
         )
 
     def at_rate(self, fps: float, where: str) -> Reference:

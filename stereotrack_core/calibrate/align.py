@@ -31,7 +31,6 @@ _HIP_HEIGHT = 1.84
 """Height of the hip joints over the torso's length: 0.530 over 0.818 - 0.530 of the body height (D.
 A. Winter, Biomechanics and Motor Control of Human Movement, figure 4.1)."""
 
-_LEAST_WALK_M = 0.5
 _LEAST_STANDING = 0.8  # mean of the torso's unit vectors; less is no standing person
 
 
@@ -274,14 +273,12 @@ def triangulated(
     return found
 
 
-def from_person(points: FloatArray, *, walking: bool) -> Alignment:
-    """A person who stands facing north, or walks north, over frames of landmarks (F, 9, 3).
+def from_person(points: FloatArray) -> Alignment:
+    """A person who stands facing north over frames of landmarks (F, 9, 3).
 
-    Up is the mean direction of the torso, at right angles to the path of a walking person. The
-    origin is the floor under the hips, half way; its height follows from the torso's length.
-
-    Raises InputError where hips and shoulders are unknown, the person does not stand, or did not
-    walk.
+    Up is the mean direction of the torso. The origin is the floor under the hips; its height
+    follows from the torso's length. Raises InputError where hips and shoulders are unknown, or the
+    person does not stand.
     """
     middle = {
         name: points[:, [LANDMARKS.index(f"{side}_{name}") for side in ("left", "right")]]
@@ -302,29 +299,12 @@ def from_person(points: FloatArray, *, walking: bool) -> Alignment:
         raise InputError(
             "the person does not stand upright in these frames",
             where="--person",
-            remedy="Choose frames in which the person stands or walks.",
+            remedy="Choose frames in which the person stands.",
         )
     path = hips.mean(axis=1)
     up = direction / np.linalg.norm(direction)
     across = (shoulders[:, 1] - shoulders[:, 0] + hips[:, 1] - hips[:, 0]).mean(axis=0)
     north = np.cross(up, across)
-    if walking:
-        up, north = _of_walk(path, up)
     origin = np.median(path, axis=0) - _HIP_HEIGHT * length * up
     sway = float(np.std(path @ up))
     return Alignment(world_of_axes(up, north, origin), "person", int(known.sum()), sway)
-
-
-def _of_walk(path: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Up at right angles to the path of the hips (F, 3), and the direction of walking."""
-    third = max(len(path) // 3, 1)
-    forward = path[-third:].mean(axis=0) - path[:third].mean(axis=0)
-    if np.linalg.norm(forward) < _LEAST_WALK_M:
-        raise InputError(
-            f"the person moved only {100 * np.linalg.norm(forward):.0f} cm",
-            where="--person",
-            remedy="Choose frames in which the person walks a metre or more.",
-        )
-    forward = forward / np.linalg.norm(forward)
-    level = up - (up @ forward) * forward
-    return level / np.linalg.norm(level), forward

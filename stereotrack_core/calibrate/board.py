@@ -38,8 +38,6 @@ class Board:
     """Side of a marker in metres."""
     legacy: bool = False
     """Whether the ChArUco pattern is that of OpenCV before 4.6, with a marker in the corner."""
-    inverted: bool = False
-    """Whether black and white of a ChArUco board are exchanged."""
 
     @cached_property
     def corners(self) -> FloatArray:
@@ -66,7 +64,7 @@ class Board:
         """``chessboard with 9x6 inner corners``."""
         if not self.dictionary:
             return f"chessboard with {self.columns}x{self.rows} inner corners"
-        kind = f"{'legacy ' * self.legacy}{'inverted ' * self.inverted}ChArUco board"
+        kind = f"{'legacy ' * self.legacy}ChArUco board"
         return f"{kind} with {self.columns + 1}x{self.rows + 1} squares, {self.dictionary}"
 
     def aruco_board(self) -> cv2.aruco.CharucoBoard:

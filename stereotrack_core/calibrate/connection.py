@@ -10,9 +10,9 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.board_pose import board_poses
+from stereotrack_core.calibrate.detection import board_poses
 from stereotrack_core.calibrate.lens import Lens, projected
-from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.transform import RigidTransform
 

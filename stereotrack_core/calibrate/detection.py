@@ -1,14 +1,25 @@
-"""Corners of a board in a picture, to fractions of a pixel."""
+"""Corners of a board in a picture, whether it is the board that was named, and where it may be.
+
+Boards are found to fractions of a pixel. Those that people name wrongly are transposed, miscounted,
+old or mirrored.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
-from stereotrack_core.calibrate.board import DICTIONARIES, Board
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.lens import Lens
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
 
 _LEAST_CHARUCO = 6  # corners; with fewer a board's pose is a guess
 _WINDOW_SHARE = 0.35  # of a square's side, within which a corner is refined
@@ -56,8 +67,7 @@ def _begins_light(image: ImageArray, pixels: FloatArray, columns: int) -> bool:
 
 
 def _charuco(image: ImageArray, board: Board) -> FloatArray | None:
-    picture = 255 - image if board.inverted else image
-    corners, numbers, _, _ = _charuco_detector(board).detectBoard(picture)
+    corners, numbers, _, _ = _charuco_detector(board).detectBoard(image)
     if corners is None or numbers is None or len(corners) < _LEAST_CHARUCO:
         return None
     pixels = np.full((len(board.corners), 2), np.nan)
@@ -131,12 +141,163 @@ def mirrored_pixels(pixels: FloatArray, width: int) -> FloatArray:
     return np.stack([width - 1 - pixels[..., 0], pixels[..., 1]], axis=-1)
 
 
-def count_markers(image: ImageArray, dictionary: str, below: int) -> int:
-    """Number of different markers of a dictionary in a grey picture, numbered below a limit."""
-    _, numbers, _ = _marker_detector(dictionary).detectMarkers(image)
-    return 0 if numbers is None else int((np.unique(numbers) < below).sum())
+_LEAST_SHARE = 0.25  # of the corners of all pictures, from which a board is taken as it was named
+_SAMPLE = 3  # pictures in which larger boards are looked for
 
 
-@lru_cache(maxsize=64)
-def _marker_detector(dictionary: str) -> cv2.aruco.ArucoDetector:
-    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary]))
+@dataclass(frozen=True)
+class Recognition:
+    """The board as it is seen in the pictures, and what differs from what was named.
+
+    `mirrored`: the pictures show it with left and right exchanged. `differences` are clauses.
+    """
+
+    board: Board
+    mirrored: bool = False
+    differences: tuple[str, ...] = ()
+
+    def find(self, image: ImageArray) -> FloatArray | None:
+        """Corners (n, 2) in a grey picture, in its own pixels; see :func:`find_board`."""
+        if not self.mirrored:
+            return find_board(image, self.board)
+        pixels = find_board(mirrored_picture(image), self.board)
+        return None if pixels is None else mirrored_pixels(pixels, image.shape[1])
+
+
+def recognised(
+    images: Sequence[ImageArray], named: Board, cancelled: Callable[[], bool] = lambda: False
+) -> Recognition:
+    """The board of some pictures that shows most corners in them, the named one before others.
+
+    Chessboards are tried with squares counted instead of inner corners and one row or column more
+    or less; ChArUco boards transposed, of the pattern before OpenCV 4.6, and mirrored. A mirrored
+    chessboard looks like another chessboard and is not noticed.
+    """
+    first = Recognition(named)
+    most = _count(images, first, cancelled)
+    enough = _LEAST_SHARE * len(images) * len(named.corners)
+    if not named.dictionary:
+        if most >= enough:
+            return _larger_chessboard(images, first, cancelled)
+        tried = [first, *_chessboards(named)]
+        return max(tried, key=lambda one: _count(images, one, cancelled))
+    best = first
+    if most < enough:
+        for other in _charuco_variants(named):
+            count = _count(images, other, cancelled)
+            if count > most:
+                best, most = other, count
+            if most >= enough:
+                break
+    return best
+
+
+def _larger_chessboard(
+    images: Sequence[ImageArray], named: Recognition, cancelled: Callable[[], bool]
+) -> Recognition:
+    """The board as it was named, or the larger one that it is only a part of."""
+    found = [image for image in images if named.find(image) is not None][:_SAMPLE]
+    size = len(named.board.corners)
+    larger = [one for one in _chessboards(named.board) if len(one.board.corners) > size]
+    return max([named, *larger], key=lambda one: _count(found, one, cancelled))
+
+
+def _count(
+    images: Sequence[ImageArray], recognition: Recognition, cancelled: Callable[[], bool]
+) -> int:
+    """Corners in all images."""
+    count = 0
+    for image in images:
+        if cancelled():
+            raise Cancelled
+        found = recognition.find(image)
+        count += 0 if found is None else int(np.isfinite(found[:, 0]).sum())
+    return count
+
+
+def _chessboards(named: Board) -> Iterator[Recognition]:
+    columns, rows = named.columns, named.rows
+    sizes = [(columns - 1, rows - 1)]
+    sizes += [(columns + i, rows + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    for size in dict.fromkeys(sizes):
+        if size == (columns, rows) or min(size) < 3:
+            continue
+        words = (
+            f"the board has {size[0]}x{size[1]} inner corners; {columns}x{rows} "
+            f"{'are its squares' if size == (columns - 1, rows - 1) else 'were named'}"
+        )
+        yield Recognition(replace(named, columns=size[0], rows=size[1]), False, (words,))
+
+
+def _charuco_variants(named: Board) -> Iterator[Recognition]:
+    sizes = dict.fromkeys([(named.columns, named.rows), (named.rows, named.columns)])
+    for mirrored, (columns, rows), legacy in product((False, True), sizes, (False, True)):
+        board = replace(named, columns=columns, rows=rows, legacy=legacy)
+        yield Recognition(board, mirrored, _differences(board, named, mirrored))
+
+
+def _differences(board: Board, named: Board, mirrored: bool) -> tuple[str, ...]:
+    found = []
+    if (board.columns, board.rows) != (named.columns, named.rows):
+        found.append(f"the board has {board.columns + 1}x{board.rows + 1} squares, not the reverse")
+    if board.legacy != named.legacy:
+        found.append("it is a legacy pattern, from before OpenCV 4.6")
+    if mirrored:
+        found.append("the pictures are mirrored")
+    return tuple(found)
+
+
+_LEAST_CORNERS = 4
+
+
+def board_poses(lens: Lens, corners: FloatArray, pixels: FloatArray) -> list[RigidTransform]:
+    """Poses camera_from_board of one picture, the likelier one first; empty where there is none.
+
+    A flat board far away looks nearly the same tilted either way, so that there are two (Collins
+    and Bartoli, Infinitesimal plane-based pose estimation, 2014).
+
+    Parameters
+    ----------
+    corners : (n, 3); metres, board frame
+    pixels : (n, 2); raw pixels, NaN where unseen
+    """
+    seen = np.isfinite(pixels[:, 0])
+    if seen.sum() < _LEAST_CORNERS:
+        return []
+    camera = lens.camera("", (1, 1), RigidTransform.identity())
+    flat = camera.normalised(pixels[seen])
+    known = np.isfinite(flat).all(axis=1) & (np.abs(flat) < 50).all(axis=1)
+    if known.sum() < _LEAST_CORNERS:
+        return []
+    board = corners[seen][known]
+    middle = board.mean(axis=0)
+    try:
+        _, vectors, places, _ = cv2.solvePnPGeneric(
+            board - middle, flat[known], np.eye(3), np.zeros(4), flags=cv2.SOLVEPNP_IPPE
+        )
+    except cv2.error:
+        return []
+    found = []
+    for vector, place in zip(vectors, places, strict=True):
+        rotation = rotation_from_vector(np.asarray(vector, dtype=np.float64).ravel())
+        translation = np.asarray(place, dtype=np.float64).ravel() - rotation @ middle
+        if np.isfinite(translation).all() and (board @ rotation[2] + translation[2] > 0).all():
+            found.append(RigidTransform(rotation, translation))
+    return found
+
+
+def likeliest_poses(
+    lens: Lens, corners: FloatArray, pictures: FloatArray
+) -> list[RigidTransform | None]:
+    """The likelier camera_from_board of pictures (F, n, 2); None where there is none."""
+    poses = [board_poses(lens, corners, pixels) for pixels in pictures]
+    return [found[0] if found else None for found in poses]
+
+
+def tilts(poses: Sequence[RigidTransform]) -> FloatArray:
+    """Angles (F,) in radians between the boards' normals and their mean direction."""
+    normals = np.array([pose.rotation[:, 2] for pose in poses]).reshape(-1, 3)
+    mean = normals.mean(axis=0)
+    length = np.linalg.norm(mean)
+    angles: FloatArray = np.arccos(np.clip(normals @ mean / max(length, 1e-12), -1.0, 1.0))
+    return angles

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
-from stereotrack_core.calibrate.board_pose import likeliest_poses
 from stereotrack_core.calibrate.bundle import Bundle, BundleCamera, adjusted, rms_of
+from stereotrack_core.calibrate.detection import likeliest_poses
 from stereotrack_core.calibrate.lens import FISHEYE, RADIAL, Lens, LensModel
 from stereotrack_core.geometry.transform import RigidTransform
 

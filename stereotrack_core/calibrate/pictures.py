@@ -1,22 +1,24 @@
-"""The pictures that are searched for the board: files, videos, folders of cameras, recordings."""
+"""The pictures that are searched for the board, and what was seen of it in them.
+
+Pictures are files, videos, folders of cameras, or recordings.
+"""
 
 from __future__ import annotations
 
 import glob
 import os
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.recognition import Recognition, recognised
-from stereotrack_core.calibrate.sightings import LeftOut, Sightings
+from stereotrack_core.calibrate.detection import Recognition, recognised
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
@@ -29,6 +31,58 @@ from stereotrack_core.recording.stream_files import (
     StreamSource,
     open_stream,
 )
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A picture that is not used; `reason` is a clause."""
+
+    camera: str
+    frame: int
+    picture: str
+    """Name of the file, or the number of the video's frame."""
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """The board in the pictures of one camera.
+
+    `frames` (F,) ascending; `pixels` (F, n, 2) of all corners of the board, raw, NaN where unseen.
+    """
+
+    camera: str
+    size: tuple[int, int]  # width and height in pixels
+    frames: IntArray
+    pixels: FloatArray
+    pictures: tuple[str, ...]
+    left_out: tuple[LeftOut, ...] = ()
+    searched: int = 0
+    """Number of pictures in which the board was looked for."""
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def only(self, rows: IntArray) -> Sightings:
+        """Those in some rows."""
+        names = tuple(self.pictures[i] for i in rows)
+        return replace(self, frames=self.frames[rows], pixels=self.pixels[rows], pictures=names)
+
+    def without(self, rows: Iterable[int], reasons: Iterable[str]) -> Sightings:
+        """All but some rows, which are left out for reasons."""
+        why = dict(zip(rows, reasons, strict=True))
+        gone = tuple(
+            LeftOut(self.camera, int(self.frames[i]), self.pictures[i], reason)
+            for i, reason in why.items()
+        )
+        kept = np.array([i for i in range(len(self)) if i not in why], dtype=np.int64)
+        return replace(self.only(kept), left_out=self.left_out + gone)
+
+    def without_frames(self, frames: Iterable[int]) -> Sightings:
+        """All but some frames, as a person has chosen."""
+        rows = np.flatnonzero(np.isin(self.frames, list(frames)))
+        return self.without(rows.tolist(), ["left out by hand"] * len(rows))
+
 
 _SAMPLE = 8  # pictures by which the board is recognised
 _DIGITS = re.compile(r"(\d+)")
@@ -284,7 +338,6 @@ def find_in_pictures(
     """
     found: dict[int, FloatArray] = {}
     left_out: list[LeftOut] = []
-    mirrored = 0
     size: tuple[int, int] | None = None
     for k in frames:
         if cancelled():
@@ -299,9 +352,8 @@ def find_in_pictures(
             if own != size:
                 reason = f"its size is {own[0]}x{own[1]} instead of {size[0]}x{size[1]}"
             else:
-                pixels, back = recognition.find_either_side(image)
+                pixels = recognition.find(image)
                 reason = "the board was not found" if pixels is None else ""
-                mirrored += back and pixels is not None
         except DamagedFrame as problem:
             reason = str(problem)
         if pixels is not None:
@@ -325,5 +377,4 @@ def find_in_pictures(
         tuple(pictures.name(k) for k in found),
         tuple(left_out),
         len(frames),
-        mirrored,
     )

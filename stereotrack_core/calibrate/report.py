@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.calibrate.bundle import rms_of
 from stereotrack_core.calibrate.intrinsics import Intrinsics
-from stereotrack_core.calibrate.sightings import LeftOut, Sightings
+from stereotrack_core.calibrate.pictures import LeftOut, Sightings
 from stereotrack_core.calibrate.world import World
 from stereotrack_core.calibrate.world_checks import distances
 from stereotrack_core.errors import Finding
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.tables import Table, number
 
 _LISTED = 12
@@ -203,3 +204,22 @@ def finding_table(findings: Sequence[Finding]) -> Table | None:
     rows = [(one.severity, one.where, one.what, one.remedy) for one in findings]
     heads = ("severity", "where", "what", "remedy")
     return Table("Remarks", heads, rows) if rows else None
+
+
+def place_table(before: Mapping[str, Camera], after: Mapping[str, Camera]) -> Table:
+    """Where cameras stand in the world before it was turned, and in the new one."""
+    rows = [
+        (name, *(text for world in (before, after) for text in _place(world[name])))
+        for name in after
+        if name in before
+    ]
+    headings = (
+        "camera", ">place before (m)", ">looks down (°)", ">place after (m)", ">looks down (°)",
+    )  # fmt: skip
+    return Table("The world before and after", headings, rows)
+
+
+def _place(camera: Camera) -> tuple[str, str]:
+    down = float(np.degrees(np.arcsin(np.clip(-camera.camera_from_world.rotation[2, 2], -1, 1))))
+    place = np.round(camera.position_world, 2) + 0.0  # no minus before a zero
+    return "  ".join(f"{value:.2f}" for value in place), f"{np.round(down, 1) + 0.0:.1f}"

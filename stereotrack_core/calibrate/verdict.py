@@ -10,7 +10,7 @@ import numpy as np
 
 from stereotrack_core.calibrate.align import Alignment
 from stereotrack_core.calibrate.intrinsics import Intrinsics
-from stereotrack_core.calibrate.search import Search
+from stereotrack_core.calibrate.work import Search
 from stereotrack_core.calibrate.world import World
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError

@@ -8,26 +8,104 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
+import numpy as np
+
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.changes import CameraChange, changes
+from stereotrack_core.calibrate.detection import Recognition
 from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics
 from stereotrack_core.calibrate.pictures import (
     Looked,
     Pictures,
+    Sightings,
     check_same_length,
+    find_in_pictures,
+    ignore,
     pictures_of_folder,
     pictures_of_glob,
     places_in,
     recognised_in,
 )
-from stereotrack_core.calibrate.recognition import Recognition
-from stereotrack_core.calibrate.search import Search, search
-from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.calibrate.world import World, calibrate_world
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.worker_processes import Asker
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The board as it was seen, what each camera saw of it, and what differs from what was named.
+
+    `mirrored` are the names of cameras whose pictures are mirrored.
+    """
+
+    board: Board
+    sightings: tuple[Sightings, ...]
+    mirrored: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    def check_not_mirrored(self) -> None:
+        """Refuse mirrored pictures, which have no place in a world.
+
+        Raises InputError, which names the cameras.
+        """
+        if self.mirrored:
+            raise InputError(
+                "the pictures are mirrored, so that left and right would be exchanged in the world",
+                where=f"camera {', '.join(self.mirrored)}",
+                remedy="Switch off mirroring in the recording software and record again.",
+            )
+
+
+def search(
+    sources: Sequence[Pictures],
+    named: Board,
+    frames: Sequence[int],
+    *,
+    on_picture: Callable[[Looked], None] = ignore,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Search:
+    """Look for the board in some frames of every camera, as far as it has them.
+
+    Raises
+    ------
+    InputError
+        Pictures that cannot be read, or cameras that show different boards.
+    Cancelled
+    """
+    board, seen, mirrored = named, [], []
+    known: Recognition | None = None
+    different: tuple[str, Board, tuple[str, ...]] = ("", named, ())
+    for one in sources:
+        recognition = recognised_in(one, board, cancelled)
+        if known is None and recognition.differences and not different[0]:
+            different = one.camera, recognition.board, recognition.differences
+        there = [frame for frame in frames if frame < one.count()]
+        own = find_in_pictures(one, recognition, there, on_picture=on_picture, cancelled=cancelled)
+        if len(own):
+            if known is not None and recognition.board != known.board:
+                raise InputError(
+                    f"it shows a {recognition.board.words}, other cameras a {known.board.words}",
+                    where=f"camera {one.camera}",
+                    remedy="Film the same board with all cameras.",
+                )
+            known, board = recognition, recognition.board
+            mirrored += [one.camera] * recognition.mirrored
+        seen.append(own)
+    sightings = tuple(one if len(one) else _empty(one, board) for one in seen)
+    camera, shown, clauses = different
+    findings = []
+    if clauses:
+        remedy = f"Calibrated with the {shown.words}."
+        findings.append(Finding("warning", f"camera {camera}", "; ".join(clauses), remedy))
+    return Search(board, sightings, tuple(mirrored), tuple(findings))
+
+
+def _empty(sightings: Sightings, board: Board) -> Sightings:
+    """No sightings, of as many corners as the board has."""
+    pixels = np.zeros((0, len(board.corners), 2))
+    return replace(sightings, pixels=pixels)
+
 
 _SHOWN_S = 0.15
 """Time between two pictures that are told with their pixels; of the others only the name is."""
@@ -221,18 +299,6 @@ class FitWorld:
         return calibrate_world(
             self.sightings, self.board, model=self.model, given=self.given, stop=asker.cancelled
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Compare:
-    """Compares a calibration with the one before."""
-
-    world: World
-    before: Mapping[str, Camera]
-
-    def __call__(self, _asker: Asker) -> tuple[CameraChange, ...]:
-        """Do it in the process."""
-        return changes(self.world, self.before)
 
 
 Step: TypeAlias = Callable[[Asker], object]

@@ -2,21 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.bundle import Bundle
-from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.bundle import Bundle, BundleCamera, adjusted, rms_of
+from stereotrack_core.calibrate.connection import corner_errors
+from stereotrack_core.calibrate.detection import board_poses
+from stereotrack_core.calibrate.lens import lens_of
+from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import skew
+from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
+
+_LEAST_FACTOR, _SPREADS = 2.5, 5.0
+_LEAST_OFF_PX = 0.3  # pictures that lie off by less are as good as any
+_FAR_CORNER = 6.0  # standard deviations from which a single corner is an outlier
+_LEAST_CORNER_PX = 0.5
+_NORMAL = 1.4826  # standard deviations of a normal distribution in a median deviation
+
+
+def outlying_views(errors: FloatArray, most: int) -> tuple[list[int], list[str]]:
+    """Rows of pictures far worse than the usual one, the worst first, and why each is left out.
+
+    Parameters
+    ----------
+    errors : (F, n, 2); pixels
+    most
+        How many at most.
+    """
+    rms = np.array([rms_of(one) for one in errors])
+    if len(rms) < 3:
+        return [], []
+    level = np.log(np.maximum(rms, 1e-9))
+    usual = float(np.nanmedian(level))
+    spread = _NORMAL * float(np.nanmedian(np.abs(level - usual)))
+    limit = max(np.exp(usual + max(_SPREADS * spread, np.log(_LEAST_FACTOR))), _LEAST_OFF_PX)
+    rows = [int(i) for i in np.argsort(-rms) if rms[i] > limit][: max(most, 0)]
+    return rows, [_reason(errors[i], rms[i], float(np.exp(usual))) for i in rows]
+
+
+def _reason(error: FloatArray, rms: float, usual: float) -> str:
+    seen = error[np.isfinite(error[:, 0])]
+    length = np.linalg.norm(seen, axis=1)
+    few = float(np.median(length)) < 0.3 * rms
+    cause = "some corners are in wrong places" if few else "blurred, bent or wrongly detected"
+    return f"its corners lie {rms:.2f} px off, usual are {usual:.2f} px: {cause}"
+
+
+def without_far_corners(sightings: Sightings, errors: FloatArray) -> Sightings:
+    """The same with single corners that lie far off made unseen."""
+    length = np.linalg.norm(errors, axis=-1)
+    scale = float(np.nanmedian(length)) / 1.1774  # median of Rayleigh's distribution
+    far = length > max(_FAR_CORNER * scale, _LEAST_CORNER_PX)
+    usual = far.mean(axis=1) < 0.2  # where more are off the whole picture is judged
+    far &= usual[:, None]
+    if not far.any():
+        return sightings
+    pixels = sightings.pixels.copy()
+    pixels[far] = np.nan
+    return replace(sightings, pixels=pixels)
+
 
 _NOISE_PX = 0.1
 _UNKNOWN_M, _VAGUE_M = 0.1, 0.005  # standard deviation of a camera's place
@@ -146,3 +200,87 @@ def distances(cameras: Sequence[Camera]) -> list[tuple[str, str, float]]:
         (a.name, b.name, float(np.linalg.norm(a.position_world - b.position_world)))
         for a, b in combinations(cameras, 2)
     ]
+
+
+_MOST_PX = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class SeenBoard:
+    """Place of a board, its error in pixels, and its squares measured by the cameras."""
+
+    world_from_board: RigidTransform
+    rms_px: float
+    scale: ScaleCheck
+    cameras: tuple[str, ...]
+
+
+def seen_board(
+    cameras: Mapping[str, Camera], sightings: Sequence[Sightings], board: Board
+) -> SeenBoard:
+    """The board of the last frame that most cameras see.
+
+    Raises InputError where no camera sees it, or where they contradict each other.
+    """
+    seeing = _last_seen([one for one in sightings if one.camera in cameras and len(one)])
+    seen_by = [_bundle_camera(cameras[one.camera], one) for one in seeing]
+    candidates = [
+        own.camera_from_world.inverse() @ pose
+        for own in seen_by
+        for pose in board_poses(own.lens, board.corners, own.pixels[0])
+    ]
+    if not candidates:
+        raise InputError(
+            "the board cannot be placed", where="--board-on-floor", remedy="Use another picture."
+        )
+    best = min(candidates, key=lambda one: _cost(one, seen_by, board))
+    found = adjusted(seen_by, [best], board.corners)
+    if found.rms > _MOST_PX:
+        raise InputError(
+            f"{counted(len(seeing), 'camera')} that see the board contradict each other by "
+            f"{found.rms:.0f} px",
+            where="--board-on-floor",
+            remedy="Check that the pictures were taken after the calibration, with no camera "
+            "moved, and that picture k of all cameras is the same instant.",
+        )
+    names = tuple(one.camera for one in seeing)
+    scale = scale_check([cameras[name] for name in names], seeing, board)
+    return SeenBoard(found.boards[0], found.rms, scale, names)
+
+
+def _last_seen(sightings: Sequence[Sightings]) -> list[Sightings]:
+    """Those of the frame in which most cameras see the board, the last of several."""
+    counts = Counter(int(frame) for one in sightings for frame in one.frames)
+    if not counts:
+        raise InputError(
+            "no camera of the calibration sees the board",
+            where="--board-on-floor",
+            remedy="Name the videos or folders as the cameras, and check the size of the board.",
+        )
+    frame = max(counts, key=lambda one: (counts[one], one))
+    seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in sightings]
+    return [one for one in seeing if len(one)]
+
+
+def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
+    lens = lens_of(camera)
+    if lens is None:
+        raise InputError(
+            f"its lens has {camera.distortions.size} distortion coefficients",
+            where=f"camera {camera.name}",
+            remedy="Leave its pictures out of the folder.",
+        )
+    nothing = np.zeros(lens.values.size, dtype=bool)
+    first = np.zeros(1, dtype=np.int64)
+    return BundleCamera(
+        lens, camera.camera_from_world, first, sightings.pixels, nothing, pose_free=False
+    )
+
+
+def _cost(world_from_board: RigidTransform, cameras: Sequence[BundleCamera], board: Board) -> float:
+    """Sum over the cameras of the median error in pixels."""
+    errors = (
+        corner_errors(own.lens, own.camera_from_world @ world_from_board, own.pixels[0], board)
+        for own in cameras
+    )
+    return sum(float(np.nanmedian(one)) for one in errors)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
+from argparse import Namespace
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +22,15 @@ class Option:
 
     names: tuple[str, ...]
     keywords: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A command of a module that has several: its help, its options, and what does it."""
+
+    description: str
+    options: tuple[Option, ...]
+    run: Callable[[Namespace], int]
 
 
 def option(words: str, text: str, **keywords: Any) -> Option:
@@ -45,14 +56,6 @@ def changes(what: str) -> Option:
 
 
 RECORDING = option("recording RECORDING", "folder that contains recording.toml", type=Path)
-KEYPOINTS = option(
-    "--keypoints PROJECT|FILE",
-    "keypoints of a 2-D detector, used as measurements: those of a project, or a detector's file; "
-    "of several recordings give them for each, in the same order. Mono views need them",
-    type=Path,
-    action="append",
-    default=[],
-)
 LAYOUT = option(
     "--layout NAME",
     "order of the points of files without names, such as coco17, body25 or body25b (default: told "
@@ -62,7 +65,6 @@ PERSON = option(
     "--person NAME",
     "name or number of the person in keypoints of several (default: the surest of all frames)",
 )
-KEYPOINT_OPTIONS = (KEYPOINTS, LAYOUT, PERSON)
 JSON = flag("--json", "print the result as JSON")
 PRESET = option(
     "--preset accurate|thesis|fast|FILE.toml",
@@ -78,9 +80,6 @@ VIEWS = option(
     "use only these views; join names with +; single-letter names may be written together",
 )
 SEED = option("--seed N", "random seed (default: 0)", type=int, default=0)
-INIT = option(
-    "--init auto|tpose|FILE", "initial pose, as for track (default: auto)", default="auto"
-)
 FPS = option("--fps N", "frames per second, for files that do not state it", type=float)
 NAMES = option(
     "--name THEIRS=OURS",
@@ -91,21 +90,15 @@ NAMES = option(
 )
 AXES = option(
     "--axes EAST,NORTH,UP",
-    "the axes of a .trc, .c3d, .nc or .csv file that point east, north and up, for example z,x,y "
+    "the axes of a .trc, .c3d or .csv file that point east, north and up, for example z,x,y "
     "or x,-z,y; by default z,x,y for .trc, and what the file states, or x,y,z, for the others",
 )
 STATED = (NAMES, AXES)
 REFERENCE = option(
     "--reference FILE",
-    "reference landmarks (.csv, .trc, .c3d, .nc), or with their uncertainty (.npz of `stereotrack "
+    "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "
     "fit`); by default the reference of the run's recording",
     type=Path,
-)
-LIMIT_OF_SIGMA = option(
-    "--max-sigma MM",
-    "landmarks of a reference whose standard deviation in the worst direction is larger count as "
-    "unknown (default: 100; inf: no limit)",
-    type=float,
 )
 OF_RUN = option(
     "--recording DIR", "the run's recording; by default the one named in the run", type=Path

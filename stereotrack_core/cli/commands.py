@@ -1,22 +1,18 @@
-"""The commands of the program, and ``stereotrack help``, which tells of them."""
+"""The commands of the program, and their parsers."""
 
 from __future__ import annotations
 
-from argparse import SUPPRESS, ArgumentParser, Namespace
+from argparse import SUPPRESS, ArgumentParser
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, NoReturn
 
-from stereotrack_core.cli.arguments import option
-from stereotrack_core.cli.output import OK, put
+from stereotrack_core.cli.arguments import Part, option
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.version import __version__
 
 PROGRAM = "stereotrack"
-
-DESCRIPTION = "List all commands, or show the help of one command."
-OPTIONS = (option("command_name COMMAND", "a command (default: list all commands)", nargs="?"),)
 
 
 _FLAG = {"action": "store_true", "default": SUPPRESS}  # else a subcommand's would undo it
@@ -49,14 +45,14 @@ class Command:
     """A command, whose module is imported when it is chosen.
 
     The module has a ``DESCRIPTION`` for the command's own help, its ``OPTIONS``, and a function
-    ``run`` that is given what was said and returns the exit status. A command with subcommands has
-    none: the next word chooses one of these.
+    ``run`` that is given what was said and returns the exit status; or a :class:`Part` with these.
+    A command with subcommands has none: the next word chooses one of these.
     """
 
     name: str
     summary: str
     module: str = ""
-    """Where it has another name than the command."""
+    """Where it has another name than the command; ``module.PART`` of one with several."""
     description: str = ""
     subcommands: tuple[Command, ...] = ()
     """`description` and `subcommands`: of a command without a module."""
@@ -68,15 +64,18 @@ COMMANDS: tuple[Command, ...] = (
     Command("simulate", "render a stereo recording with ground truth"),
     Command("info", "print what a recording contains and all problems found in it"),
     Command("cloud", "the fused point cloud of one frame as a PLY file"),
-    Command("detector", "whether the pretrained pose detector is installed; `install` installs it"),
+    Command(
+        "detector",
+        "whether the pretrained pose detector is installed; `install` installs it",
+        "detect.DETECTOR",
+    ),
     Command("detect", "keypoints of the person in all pictures, with it or a model of yours"),
-    Command("proportions", "estimate a person's segment lengths from the recording"),
     Command("track", "track the person through a recording and write the run"),
     Command(
         "evaluate",
         "errors of a run against the reference; its joint angles, failures, or another run",
     ),
-    Command("compare", "compare runs with the first of them, frame by frame"),
+    Command("compare", "compare runs with the first of them, frame by frame", "evaluate.COMPARE"),
     Command(
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",
@@ -87,18 +86,14 @@ COMMANDS: tuple[Command, ...] = (
         description="List recordings and their conditions in a study file, see how far they are, "
         "track them, and export all results as one table.",
         subcommands=(
+            Command("create", "list the recordings below folders, or add new ones", "study.CREATE"),
             Command(
-                "create", "list the recordings below folders, or add new ones", "studies.create"
+                "status", "annotation, runs, errors and problems of every recording", "study.STATUS"
             ),
             Command(
-                "status",
-                "annotation, runs, errors and problems of every recording",
-                "studies.status",
+                "run", "track and evaluate recordings, on this machine or a cluster", "study.RUN"
             ),
-            Command(
-                "run", "track and evaluate recordings, on this machine or a cluster", "studies.run"
-            ),
-            Command("export", "write all results as one tidy table", "studies.export"),
+            Command("export", "write all results as one tidy table", "study.EXPORT"),
         ),
     ),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
@@ -109,10 +104,14 @@ COMMANDS: tuple[Command, ...] = (
         "or make a recording of videos.",
         subcommands=(
             Command(
-                "labels", "clicks or a trajectory of another tool, into a project", "import_labels"
+                "labels",
+                "clicks or a trajectory of another tool, into a project",
+                "into_project.LABELS",
             ),
             Command(
-                "predictions", "keypoints of a 2-D detector, into a project", "import_predictions"
+                "predictions",
+                "keypoints of a 2-D detector, into a project",
+                "into_project.PREDICTIONS",
             ),
             Command("recording", "a recording folder of videos or images", "import_recording"),
         ),
@@ -124,22 +123,21 @@ COMMANDS: tuple[Command, ...] = (
         description="Calibrate cameras from pictures of a board, align a calibration to the room, "
         "or convert calibrations from and to other tools.",
         subcommands=(
-            Command("intrinsics", "the lens of one camera", "calibration.intrinsics"),
-            Command("stereo", "a pair of cameras side by side", "calibration.stereo"),
-            Command("world", "all cameras in one world", "calibration.world"),
-            Command("align", "z up, y north and the origin on the floor", "calibration.align"),
-            Command("import", "read a calibration of another tool", "calibration.import_file"),
-            Command("export", "write a calibration for another tool", "calibration.export_file"),
+            Command("intrinsics", "the lens of one camera", "calibrate.INTRINSICS"),
+            Command("stereo", "a pair of cameras side by side", "calibrate.STEREO"),
+            Command("world", "all cameras in one world", "calibrate.WORLD"),
+            Command("align", "z up, y north and the origin on the floor"),
+            Command("import", "read a calibration of another tool", "calibration_files.IMPORT"),
+            Command("export", "write a calibration for another tool", "calibration_files.EXPORT"),
         ),
     ),
     Command(
         "project",
         "make a project for the annotation of a recording",
         description="Make a project for the annotation of a recording.",
-        subcommands=(Command("create", "a project of a recording folder", "project_create"),),
+        subcommands=(Command("create", "a project of a recording folder", "into_project.CREATE"),),
     ),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
-    Command("help", "list all commands, or show the help of one command", "commands"),
 )
 
 
@@ -173,10 +171,14 @@ def _filled(make: Callable[..., ArgumentParser], command: Command, **named: str)
             _filled(chooser.add_parser, inner, name=inner.name, help=inner.summary)
         options: Sequence[Any] = EVERYWHERE
     else:
-        module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
-        own = make(description=module.DESCRIPTION, **named)
-        own.set_defaults(run=module.run)
-        options = (*EVERYWHERE, *module.OPTIONS)
+        name, _, part = (command.module or command.name).partition(".")
+        module = import_module(f"stereotrack_core.cli.{name}")
+        said = getattr(module, part or "run")
+        if not part:
+            said = Part(module.DESCRIPTION, module.OPTIONS, said)
+        own = make(description=said.description, **named)
+        own.set_defaults(run=said.run)
+        options = (*EVERYWHERE, *said.options)
     for one in options:
         own.add_argument(*one.names, **one.keywords)
     return own
@@ -188,15 +190,6 @@ def command_named(name: str) -> Command:
     if name not in known:
         raise InputError(
             f"unknown command {name!r}",
-            remedy=f"{did_you_mean(name, known)}`{PROGRAM} help` lists all commands.",
+            remedy=f"{did_you_mean(name, known)}`{PROGRAM} --help` lists all commands.",
         )
     return known[name]
-
-
-def run(args: Namespace) -> int:
-    """Print the list of commands, or one command's own help."""
-    if args.command_name is None:
-        put(command_list())
-    else:
-        parser_of(command_named(args.command_name)).print_help()
-    return OK

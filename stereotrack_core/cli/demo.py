@@ -13,7 +13,7 @@ from stereotrack_core.cli.track_plan import UnfinishedOutput
 from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_facts, accuracy_of, error_facts
-from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.evaluation.summary import truth_of
 from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording

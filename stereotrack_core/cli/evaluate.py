@@ -1,4 +1,4 @@
-"""``stereotrack evaluate``: the errors of a run, its joint angles, its failures, another run."""
+"""``stereotrack evaluate`` and ``compare``: errors of a run, its angles, failures, other runs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from stereotrack_core.cli.arguments import (
     FPS,
     FRAMES,
     JSON,
-    LIMIT_OF_SIGMA,
     OF_RUN,
     REFERENCE,
     SEGMENTS,
     STATED,
+    Part,
     changes,
     flag,
     option,
@@ -32,7 +32,6 @@ from stereotrack_core.cli.evaluations import (
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
     Truth,
-    limit_of_sigma,
     read_measured,
     recording_in,
     some_segments,
@@ -47,7 +46,7 @@ from stereotrack_core.evaluation.accuracy import (
     error_facts,
     stated_means,
 )
-from stereotrack_core.evaluation.errors import LimbErrors, none_of_the_frames
+from stereotrack_core.evaluation.summary import LimbErrors, none_of_the_frames
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
@@ -64,17 +63,14 @@ DESCRIPTION = (
 )
 
 OPTIONS = (
-    option(
-        "run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d, .nc)", type=Path
-    ),
+    option("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)", type=Path),
     REFERENCE,
     OF_RUN,
     *STATED,
-    LIMIT_OF_SIGMA,
     FPS,
     FRAMES,
     SEGMENTS,
-    flag("--angles", "joint angles: ranges of motion, left against right, errors"),
+    flag("--angles", "joint angles: ranges of motion, errors"),
     flag("--failures", "stretches in which limbs fail, with their probable causes"),
     changes("change how failures are detected, for example episode_error=30"),
     option(
@@ -135,9 +131,9 @@ def measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
     stated = stated_for(args, path, args.against, args.reference)
     trajectory, stored = read_measured(path, stated.get(path), args.recording)
     meta = {} if stored is None else dict(stored.meta)
-    limit, truth = limit_of_sigma(args), None
+    truth = None
     try:
-        truth = truth_of(args.reference, meta, trajectory, limit, stated.get(args.reference))
+        truth = truth_of(args.reference, meta, trajectory, stated.get(args.reference))
         warn_about_size(truth)
     except InputError as error:
         if needs_truth or args.reference is not None:
@@ -157,10 +153,7 @@ def _errors_told(args: Namespace, measured: Measured, truth: Truth) -> Told:
     trajectory = measured.trajectory
     found = measured.run or trajectory
     meta = {} if measured.run is None else dict(measured.run.meta)
-    accuracy = accuracy_of(
-        found, truth.reference, truth.states, measured.segments, measured.frames,
-        limit_of_sigma(args),
-    )  # fmt: skip
+    accuracy = accuracy_of(found, truth.reference, truth.states, measured.segments, measured.frames)
     if not len(accuracy.errors.frame):
         raise none_of_the_frames("--frames" if args.frames else "--reference")
     _warn_about_frames(trajectory, accuracy.errors, args.frames)
@@ -195,3 +188,46 @@ def _frames_per_second(trajectory: LandmarkTrajectory, meta: dict[str, Any]) -> 
     if not isinstance(seconds, int | float) or not seconds > 0:
         return None
     return len(trajectory.frame) / float(seconds)
+
+
+def _compare(args: Namespace) -> int:
+    """Compare and print."""
+    first, *others = args.run_files
+    if not others:
+        raise InputError("there is one run only", remedy="Give two runs or more.")
+    source: Path | None = None
+    found = []
+    for other in others:
+        asked = Namespace(**vars(args), run_file=other, against=first, recording=None)
+        measured = measured_of(asked, needs_truth=False)
+        source = None if measured.truth is None else measured.truth.source
+        found.append((other, against_told(asked, measured)))
+    if args.json:
+        pairs = [{**facts, "run": other} for other, (facts, _) in found]
+        put_json({"run": first, "reference": source, "pairs": pairs})
+    else:
+        put_told([tables for _, (_, tables) in found], source)
+    return OK
+
+
+COMPARE = Part(
+    (
+        "Compare runs over the frames they share: all measures of `evaluate` where there is a "
+        "reference, otherwise the distance between the runs. Differences are paired by frame."
+    ),
+    (
+        option(
+            "run_files RUN",
+            "two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are "
+            "compared with the first",
+            type=Path,
+            nargs="+",
+        ),
+        REFERENCE,
+        *STATED,
+        FRAMES,
+        SEGMENTS,
+        JSON,
+    ),
+    _compare,
+)

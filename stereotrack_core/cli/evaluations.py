@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.output import say
-from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.output import say, watched
 from stereotrack_core.cli.sources import (
     Truth,
     angles_in,
@@ -23,7 +22,7 @@ from stereotrack_core.cli.sources import (
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.accuracy import error_facts
-from stereotrack_core.evaluation.comparison.compare import (
+from stereotrack_core.evaluation.compare import (
     Candidate,
     Comparison,
     Pair,
@@ -32,7 +31,6 @@ from stereotrack_core.evaluation.comparison.compare import (
     how_it_is_made,
     verdict,
 )
-from stereotrack_core.evaluation.errors import none_of_the_frames
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import (
     FailureSegment,
@@ -52,12 +50,13 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_reference,
     angles_of_trajectory,
 )
+from stereotrack_core.evaluation.summary import none_of_the_frames
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.frame_times import values_at
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.report.run_tables import measure_rows, range_table, side_table
+from stereotrack_core.report.run_tables import measure_rows, range_table
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
@@ -84,7 +83,7 @@ Told = tuple[dict[str, Any], list[Table | str]]
 
 
 def angles_told(args: Namespace, measured: Measured) -> Told:
-    """Ranges of motion, left against right, and the errors of joint angles where there is truth.
+    """Ranges of motion, and the errors of joint angles where there is truth.
 
     Raises InputError where the frame rate is not known, or there are no frames.
     """
@@ -104,7 +103,7 @@ def angles_told(args: Namespace, measured: Measured) -> Told:
         "low_pass": motion.words,
         "stretches": [_range_facts(stretch) for stretch in stretches],
     }
-    tables: list[Table | str] = [*map(range_table, stretches), side_table(stretches)]
+    tables: list[Table | str] = [*map(range_table, stretches)]
     if measured.truth is not None:
         states, reference = measured.truth.states, measured.truth.reference
         known = angles_of_trajectory(reference) if states is None else angles_of_reference(states)
@@ -150,10 +149,6 @@ def _range_facts(stretch: StretchMotion) -> dict[str, Any]:
         "end": stretch.end,
         "angles": {
             one.angle.name: {"frames": one.frames, **one.degrees()} for one in stretch.ranges
-        },
-        "sides": {
-            side.left.angle.kind: {**side.degrees(), "symmetry_percent": 100.0 * side.symmetry}
-            for side in stretch.sides
         },
     }
 

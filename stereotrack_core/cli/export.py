@@ -10,24 +10,17 @@ from stereotrack_core.cli.arguments import (
     AXES,
     FPS,
     JSON,
-    LIMIT_OF_SIGMA,
     NAMES,
-    OF_RUN,
-    VIEWS,
     check_output,
     check_suffix,
-    flag,
     option,
 )
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
     angles_in,
-    limit_of_sigma,
     open_project,
     read_measured,
     recording_of,
-    recording_of_run,
     say_if_unfinished,
     say_notes,
     stated_in,
@@ -35,6 +28,7 @@ from stereotrack_core.cli.sources import (
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.reference_npz import is_reference, read_reference
 from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.exporting.formats import (
     FORMATS,
     ExportFormat,
@@ -42,48 +36,41 @@ from stereotrack_core.project.exporting.formats import (
     format_named,
     format_of_file,
 )
-from stereotrack_core.project.exporting.labels import export_clicks, export_keypoints
 from stereotrack_core.project.exporting.runs import (
-    ANGLE_FORMATS,
+    ANGLES,
     Exported,
     export_angles,
+    export_clicks,
+    export_keypoints,
     export_reference,
     export_run,
     export_trajectory,
 )
-from stereotrack_core.project.exporting.scene import SCENE, export_scene
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.recording.selection import asked_frames, views_of
 from stereotrack_core.tables import Table
-from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
-    "Write clicks (csv, coco, slp, dlc, dltdv, argus, xmalab), keypoints (csv, coco), a trajectory "
-    "(csv, trc, c3d, bvh, nc), joint angles (angles, mot), or all of a run "
-    "with its images and clouds (rrd). Each format stores what it can; only a project file keeps "
-    "who clicked what and when. Units and axes: csv, nc, rrd m, x east, y north, z up (the "
+    "Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc, c3d, bvh) "
+    "or joint angles (angles). Each format stores what it can; only a project "
+    "file keeps who clicked what and when. Units and axes: csv m, x east, y north, z up (the "
     "recording's world); trc m, x north, y up, z east; c3d mm, x east, y north, z up; bvh cm, x "
-    "west, y up, z north; angles, mot degrees; clicks are pixels of "
-    "the raw image, the centre of the first one (0, 0), in dltdv (1, 1), in argus (0, height) with "
-    "y up. Frames count from 0."
+    "west, y up, z north; angles degrees; clicks are pixels of "
+    "the raw image, the centre of the first one (0, 0). Frames count from 0."
 )
 
 OPTIONS = (
     option(
         "source RUN|PROJECT",
-        "run (.npz), landmarks (.csv, .trc, .c3d, .nc), or project (.stereotrack)",
+        "run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)",
         type=Path,
     ),
     option(
         "--format",
-        "clicks of a project: csv, coco, slp, dlc (.csv or .h5, a file for each camera), dltdv, "
-        "argus, xmalab (.csv); trajectories: csv, trc, c3d, bvh, nc (netCDF of the package "
-        "movement), angles (joint angles of every frame, .csv), mot (the same for OpenSim), and "
-        "npz, which keeps the uncertainty of a project's reference; complete runs: "
-        "rrd (for the Rerun viewer). Without this option the file's name "
-        "decides, and .csv is csv",
+        "clicks of a project: csv, coco, slp, dlc (.csv, a file for each camera); trajectories: "
+        "csv, trc, c3d, bvh, angles (joint angles of every frame, .csv), and npz, which keeps the "
+        "uncertainty of a project's reference. Without this option the file's name decides, and "
+        ".csv is csv",
         choices=tuple(one.name for one in FORMATS),
     ),
     option("-o --output FILE", "file to write", type=Path, required=True),
@@ -101,19 +88,9 @@ OPTIONS = (
         nargs="?",
         const="",
     ),
-    LIMIT_OF_SIGMA,
-    flag(
-        "--pictures",
-        "for clicks as coco, dlc and slp: also the pictures that they were made on, where the "
-        "other tool looks for them (coco, dlc: beside the file; slp: inside)",
-    ),
     FPS,
     NAMES,
     AXES,
-    option("--frames A:B", "for rrd: only frames A up to but not including B"),
-    VIEWS,
-    flag("--no-clouds", "for rrd: leave the clouds out, which take most of the time"),
-    OF_RUN,
     JSON,
 )
 
@@ -140,14 +117,8 @@ def _project(args: Namespace, form: ExportFormat) -> Exported:
             return _project_reference(args, project, form)
         recording = recording_of(project)
         check_output(args.output, recording)
-        labels = args.output, project.clicks.all(), recording, project.landmark_set(), form
-        if not args.pictures:
-            return export_clicks(*labels)
-        outcome = "The labels and some pictures were written."
-        with watched("Writing pictures", outcome) as (report, stopped):
-            return export_clicks(
-                *labels, pictures=True, report=lambda share: report(share, ""), stopped=stopped
-            )
+        landmarks = project.landmark_set()
+        return export_clicks(args.output, project.clicks.all(), recording, landmarks, form)
 
 
 def _project_keypoints(args: Namespace, project: Project, form: ExportFormat) -> Exported:
@@ -172,7 +143,7 @@ def _project_reference(args: Namespace, project: Project, form: ExportFormat) ->
     fps = None
     if form.name != "npz":
         fps = recording_of(project).fps if args.fps is None else args.fps
-    return export_reference(args.output, reference, form, fps, limit_of_sigma(args))
+    return export_reference(args.output, reference, form, fps)
 
 
 def _reference(project: Project, name: str | None) -> Reference:
@@ -199,7 +170,6 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
     for option_name, given, what in (
         ("--reference", args.reference, "references"),
         ("--predictions", args.predictions, "predictions"),
-        ("--pictures", args.pictures or None, "clicks"),
     ):
         if given is not None:
             raise InputError(
@@ -211,50 +181,18 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
         check_kind(form, "reference")
         reference = read_reference(args.source)
         rate = reference.fps if args.fps is None else args.fps
-        return export_reference(args.output, reference, form, rate, limit_of_sigma(args))
-    if form.name in ANGLE_FORMATS:
+        return export_reference(args.output, reference, form, rate)
+    if form.name == ANGLES:
         found = read_measured(args.source, stated_in(args))
         angles, fps = angles_in(args.source, *found, args.fps)
-        return export_angles(args.output, angles, form, fps)
+        return export_angles(args.output, angles, fps)
     check_kind(form, "run")
     if holds_run(args.source):
         run = read_run(args.source)
         say_if_unfinished(args.source, run)
-        if form.name == SCENE:
-            return _scene(args, run)
         return export_run(args.output, run, form, args.fps)
-    if "trajectory" not in form.kinds:
-        raise InputError(
-            f"{form.name} is made of a complete run",
-            where=str(args.source),
-            remedy="Use an .npz file written by `stereotrack track`, or export as bvh.",
-        )
+    check_kind(form, "trajectory")
     trajectory = read_trajectory(args.source, stated_in(args))
     say_notes(trajectory.notes)
     rate = trajectory.fps if args.fps is None else args.fps
     return export_trajectory(args.output, trajectory, form, rate)
-
-
-def _scene(args: Namespace, run: Run) -> Exported:
-    """A run with images and clouds of its recording."""
-    recording = recording_of_run(args.recording, run, "there are no images to write")
-    if recording is None:
-        raise InputError(
-            "the run's recording was not found",
-            where=str(args.source),
-            remedy="Give its folder with --recording.",
-        )
-    check_output(args.output, recording)
-    asked = asked_frames(args.frames)
-    frames = [frame for frame in run.frame.tolist() if frame in asked]
-    if not frames:
-        raise InputError(
-            "the run has none of these frames",
-            where="--frames",
-            remedy=f"It has the frames {run.frame.min()}:{run.frame.max() + 1}.",
-        )
-    with watched("Exporting", "Nothing was written.") as (report, stopped):
-        return export_scene(
-            args.output, run, recording, frames=frames, views=views_of(recording, args.views),
-            clouds=not args.no_clouds, report=lambda share: report(share, ""), stopped=stopped,
-        )  # fmt: skip

@@ -1,4 +1,4 @@
-"""``stereotrack fit``: the body fitted to clicked landmarks."""
+"""``stereotrack fit``: the body fitted to clicks; a subject file from a few clicked frames."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     own_outliers,
@@ -21,15 +20,24 @@ from stereotrack_core.annotation.doubts import (
 )
 from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.personal_subject import (
+    PersonalSubject,
+    clicked_lengths,
+    clicks_by_frame,
+    lean_words,
+    left_out_words,
+    offset_table,
+    personal_subject,
+    tracked_for,
+)
 from stereotrack_core.annotation.reference import origin_of, reference_of_fit
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.cli.arguments import (
     FRAMES,
     JSON,
-    LIMIT_OF_SIGMA,
     RECORDING,
     VIEWS,
     changes,
@@ -38,28 +46,84 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.output import OK, put_json, put_table, say
-from stereotrack_core.cli.personal import MEASURED, personal_lengths, personalise
-from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import clicks_in_file, limit_of_sigma
+from stereotrack_core.cli.output import OK, progress, put_json, put_table, say, stoppable
+from stereotrack_core.cli.sources import clicks_in_file
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.locks import writing
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.project.exporting.formats import format_of_file
 from stereotrack_core.project.exporting.runs import export_reference
-from stereotrack_core.recording.description import Recording, read_subject
+from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import (
-    asked_frames,
     check_calibrated,
     frames_within,
     views_of,
 )
 from stereotrack_core.tables import Table, number
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.repeating import other_files
+
+
+def personalise(
+    args: Namespace,
+    recording: Recording,
+    clicks: Sequence[Click],
+    proportions: Proportions,
+    settings: FitSettings,
+    sigma: Mapping[str, float] | float,
+) -> int:
+    """Estimate, print, and write the subject file."""
+    check_suffix(args.output, ".toml")
+    by_frame = clicks_by_frame(recording, clicks, sigma, args.views)
+    if not by_frame:
+        raise InputError(
+            "there is no click", where=str(args.clicks), remedy="Click a few frames first."
+        )
+    run = _run(args.tracked, recording, proportions, max(by_frame) + 1)
+    found = personal_subject(run, by_frame, recording, settings, str(args.clicks))
+    write_subject(args.output, found.subject)
+    _tell_subject(args, found)
+    return OK
+
+
+def _run(path: Path | None, recording: Recording, lengths: Proportions, end: int) -> Run:
+    """The run that is named, or the frames up to the last clicked one, tracked now."""
+    if path is not None:
+        run = read_run(path)
+        for sentence in other_files(run, recording):
+            say(f"{path}: {sentence}")
+        return run
+    with progress("Tracking", end) as show, stoppable("Nothing was written.") as stopped:
+        return tracked_for(recording, lengths, end, lambda frame: show(frame + 1), stopped)
+
+
+def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
+    if args.json:
+        found, (degrees, spread) = one.found, one.lean
+        put_json(
+            {
+                "subject": args.output,
+                "frames": found.frames,
+                "left_out": [{"frame": f, "landmark": name} for f, name in found.left_out],
+                "offsets_m": dict(zip(LANDMARKS, found.offsets.tolist(), strict=True)),
+                "sigma_m": dict(zip(LANDMARKS, found.sigma.tolist(), strict=True)),
+                "lean_deg": degrees,
+                "lean_sigma_deg": spread,
+            }
+        )
+        return
+    put_table(offset_table(one))
+    say(lean_words(one))
+    for words in left_out_words(one):
+        say(words)
+    say(f"Written to {args.output}. Name it as subject in recording.toml to use it.")
+
 
 DESCRIPTION = (
     "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
@@ -97,25 +161,11 @@ OPTIONS = (
     ),
     FRAMES,
     VIEWS,
-    flag("--no-depth", "fit to the clicks alone, without depth"),
-    option(
-        "--gap A:B",
-        "frames that are not interpolated; may be given several times",
-        action="append",
-        default=[],
-        dest="gaps",
-    ),
     option(
         "--sigma PX",
         "standard deviation of a click on a visible landmark, per axis (default: 3, or what "
         "the project has measured)",
         type=float,
-    ),
-    LIMIT_OF_SIGMA,
-    option(
-        "--subject FILE|measured",
-        "segment lengths of the person: a subject.toml, or measured from the clicks "
-        "(default: those of the recording, or average lengths)",
     ),
     changes("change one parameter of the fit"),
     JSON,
@@ -140,18 +190,19 @@ def run(args: Namespace) -> int:
 
 
 def _fit(args: Namespace, recording: Recording) -> int:
-    settings, stated, limit = _settings(args), _sigma(args.sigma), limit_of_sigma(args)
+    settings, stated = _settings(args), _sigma(args.sigma)
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         count = reader.frame_count
     frames = frames_within(args.frames, count)
-    gaps = [asked_frames(text, count, "--gap") for text in args.gaps]
     clicks, usual = clicks_in_file(args.clicks, recording, count)
     sigma = usual if stated is None else stated
     if args.personalise:
-        lengths = personal_lengths(args, recording, clicks)
+        if recording.subject is None:
+            lengths = clicked_lengths(recording, clicks, args.views)
+        else:
+            lengths = proportions_of(recording.subject)
         return personalise(args, recording, clicks, lengths, settings, sigma)
-    proportions = _proportions(args.subject, recording, clicks)
     with progress("Reading", len(frames)) as show, stoppable() as stopped:
         fit = fit_reference(
             recording,
@@ -159,17 +210,15 @@ def _fit(args: Namespace, recording: Recording) -> int:
             frames=frames,
             views=views,
             settings=settings,
-            proportions=proportions,
+            proportions=proportions_of(recording.subject),
             sigma=sigma,
             source=str(args.clicks),
-            gaps=gaps,
             on_frame=lambda frame: show(frame - frames.start + 1),
             cancelled=stopped,
         )
     meta = origin_of(recording, len(clicks), sigma, settings)
-    written = export_reference(
-        args.output, reference_of_fit(fit, meta), format_of_file(args.output), None, limit
-    )
+    form = format_of_file(args.output)
+    written = export_reference(args.output, reference_of_fit(fit, meta), form, None)
     for note in written.notes:
         say(note)
     _tell(args, fit, recording, clicks_in(recording, clicks, views))
@@ -194,8 +243,7 @@ def _tell(
 
 
 def _settings(args: Namespace) -> FitSettings:
-    settings = FitSettings().replaced(**parsed_settings(args.changes))
-    return settings.replaced(use_depth=False) if args.no_depth else settings
+    return FitSettings().replaced(**parsed_settings(args.changes))
 
 
 def _sigma(given: float | None) -> float | None:
@@ -206,15 +254,6 @@ def _sigma(given: float | None) -> float | None:
             remedy="Give a number above 0.",
         )
     return given
-
-
-def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
-    if subject is None:
-        return proportions_of(recording.subject)
-    if subject != MEASURED:
-        return proportions_of(read_subject(Path(subject)))
-    lengths = lengths_of_clicks(clicks, recording.cameras, LANDMARKS, "--subject")
-    return proportions_of(subject_of(recording.name, lengths))
 
 
 def _facts(

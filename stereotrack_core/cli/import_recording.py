@@ -10,19 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import JSON, flag, option
-from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.output import OK, put_result, say, watched
 from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.interop.calibrations.deciding import CONVENTIONS
 from stereotrack_core.interop.calibrations.for_recording import with_calibration
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
-from stereotrack_core.interop.calibrations.readings import CONVENTIONS
 from stereotrack_core.recording.importing.choices import (
     ROLES,
     Choices,
     Use,
     doubts_about,
     problems_of,
-    view_for,
 )
 from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import (
@@ -33,8 +31,12 @@ from stereotrack_core.recording.importing.making import (
 )
 from stereotrack_core.recording.importing.proposing import Views, possible_units, propose, viewed
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
-from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.importing.synchronise import (
+    METHODS,
+    Lead,
+    at_one_rate,
+    synchronised,
+)
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
@@ -68,18 +70,11 @@ OPTIONS = (
            + ", ".join(CONVENTIONS), choices=tuple(CONVENTIONS)),
     option("--camera OURS=THEIRS", "name of a camera in the calibration, where it differs; may be "
            "given several times", action="append", default=[], dest="cameras"),
-    option("--as SOURCE=ROLE[:VIEW]", "what a source shows, and of which view; may be given "
-           "several times. Roles: " + ", ".join(ROLES), action="append", default=[], dest="roles"),
     option("--view NAME=SOURCE[,SOURCE]", "sources of a view: one camera, left,right of a stereo "
            "camera, or image,depth; may be given several times. Sources that are named nowhere "
            "are not used then", action="append", default=[], dest="views"),
-    option("--background SOURCE=FILE", "picture or video of the empty scene, or none; may be given "
-           "several times (default: found by its name, such as N_left_background.png)",
-           action="append", default=[], dest="backgrounds"),
     option("--mirrored SOURCE", "turn back the mirror images of a source, such as a Kinect v1's; "
            "may be given several times", action="append", default=[]),
-    option("--bits N", "bits of the sensor, for pictures that store more than 8 (default: as the "
-           "files state, else by their brightest values)", type=int),
     option("--unit METRES", "metres per count of depth maps (default: by the depth of the scene)",
            type=float, dest="unit"),
     option("--synchronise METHOD", "find the frames of the same instant: start (times stated by "
@@ -87,8 +82,6 @@ OPTIONS = (
            choices=tuple(METHODS), dest="method"),
     option("--first SOURCE=FRAME", "own frame of a source at the common instant, with fractions if "
            "need be; may be given several times", action="append", default=[], dest="firsts"),
-    flag("--keep-frames", "take every frame as it comes, even if files state another or an uneven "
-         "frame rate (default: such files are written again at the common rate)"),
     flag("--dry-run", "only print what would be made"),
     JSON,
 )  # fmt: skip
@@ -113,7 +106,7 @@ def run(args: Namespace) -> int:
     for problem in problems_of(choices):
         raise problem
     choices, leads = _in_time(choices, args)
-    choices = with_one_white(choices, args.bits)
+    choices = with_one_white(choices)
     for doubt in doubts_about(choices):
         say(f"note: {doubt}")
     cameras_for(choices)
@@ -132,24 +125,22 @@ def run(args: Namespace) -> int:
 def _decided(choices: Choices, args: Namespace) -> Choices:
     """The proposal with everything that the options say."""
     named = {use.source.topic: use.source.name for use in choices.uses if use.source.topic}
-    roles = {
-        named.get(name, name): role for name, role in (_pair(text, "--as") for text in args.roles)
-    }
     mirrored = [named.get(name, name) for name in args.mirrored]
     names = [use.source.name for use in choices.uses]
     if args.views:
         choices = replace(choices, uses=viewed(choices.uses, _views(args.views, named, names)))
-    for option_name, asked in (("--as", roles), ("--mirrored", mirrored)):
-        _check_known(asked, names, option_name)
-    uses = tuple(_used(use, roles, mirrored) for use in choices.uses)
-    uses = _with_backgrounds(uses, args.backgrounds)
+    _check_known(mirrored, names, "--mirrored")
     rates = _rates(args.fps, named, names)
     uses = tuple(
-        replace(use, source=replace(use.source, fps=rates.get(use.source.name, use.source.fps)))
-        for use in uses
+        replace(
+            use,
+            mirrored=use.source.name in mirrored,
+            source=replace(use.source, fps=rates.get(use.source.name, use.source.fps)),
+        )
+        for use in choices.uses
     )
     stated = choices.fps or next((rate for name, rate in rates.items() if name), None)
-    choices = replace(choices, uses=uses, fps=rates.get("", stated), resample=not args.keep_frames)
+    choices = replace(choices, uses=uses, fps=rates.get("", stated))
     return _calibrated(replace(choices, depth_unit=_unit(choices, args.unit)), args)
 
 
@@ -184,15 +175,6 @@ def _views(texts: Sequence[str], named: Mapping[str, str], known: Sequence[str])
                 remedy="Give one, left,right, or image,depth.",
             )
     return views
-
-
-def _with_backgrounds(uses: tuple[Use, ...], texts: Sequence[str]) -> tuple[Use, ...]:
-    given = dict(_pair(text, "--background") for text in texts)
-    _check_known(given, [use.source.name for use in uses], "--background")
-    chosen = {name: None if path == "none" else Path(path) for name, path in given.items()}
-    return tuple(
-        replace(use, background=chosen.get(use.source.name, use.background)) for use in uses
-    )
 
 
 def _calibrated(choices: Choices, args: Namespace) -> Choices:
@@ -249,18 +231,6 @@ def _unit(choices: Choices, given: float | None) -> float:
     return units[0][0]
 
 
-def _used(use: Use, roles: dict[str, str], mirrored: Sequence[str]) -> Use:
-    use = replace(use, mirrored=use.source.name in mirrored)
-    text = roles.get(use.source.name)
-    if text is None:
-        return use
-    word, _, view = text.partition(":")
-    for role in ROLES:
-        if role == word.strip().lower():
-            return replace(use, role=role, view=view.strip() or view_for(use, role))
-    raise InputError(f"unknown role {word!r}", where="--as", remedy=f"Roles: {', '.join(ROLES)}.")
-
-
 def _pair(text: str, where: str) -> tuple[str, str]:
     first, sign, second = text.partition("=")
     if not sign or not first.strip() or not second.strip():
@@ -291,13 +261,8 @@ def _facts(choices: Choices, folder: Path) -> dict[str, Any]:
         "sources": [
             {
                 "source": use.source.name,
-                "path": use.source.path,
                 "role": use.role,
                 "view": use.view,
-                "mirrored": use.mirrored,
-                "background": use.background,
-                "resampled": use.source.rate,
-                "topic": use.source.topic or None,
                 "lead": use.lead,
                 "size": list(use.source.size),
                 "frames": use.source.frames,

@@ -1,8 +1,7 @@
-"""``stereotrack report``: a run as one page that stands alone, and as a PDF."""
+"""``stereotrack report``: a run as one page that stands alone."""
 
 from __future__ import annotations
 
-import shlex
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
@@ -16,8 +15,7 @@ from stereotrack_core.cli.arguments import (
     check_suffix,
     option,
 )
-from stereotrack_core.cli.output import OK, put_result
-from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.output import OK, put_facts, watched
 from stereotrack_core.cli.sources import (
     open_project,
     recording_of,
@@ -27,20 +25,18 @@ from stereotrack_core.cli.sources import (
 )
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.runs import kept_runs, load_run
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import asked_frames
-from stereotrack_core.report.pages import repeat_command, write_page, write_pdf
+from stereotrack_core.report.pages import repeat_command, write_page
 from stereotrack_core.report.reported import Reported, Source, gathered
-from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
-    "Write a self-contained HTML page, and optionally a PDF, about a run: subject, recording, "
-    "calibration, errors, curves, failures with images, range of motion, uncertainty, "
-    "parameters, versions, and how to reproduce it."
+    "Write a self-contained HTML page about a run: subject, recording, calibration, errors, "
+    "curves, failures with images, parameters, versions, and how to reproduce it."
 )
 
 OPTIONS = (
@@ -56,36 +52,27 @@ OPTIONS = (
     OF_RUN,
     option(
         "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d, .nc), or with their uncertainty (.npz); by "
+        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by "
         "default the reference of the project or the recording",
         type=Path,
     ),
     *STATED,
     FRAMES,
-    option("--pdf PDF", "also write the report as a PDF", type=Path),
     JSON,
 )
 
 
 def run(args: Namespace) -> int:
-    """Gather, write the page, and the PDF where it is asked for."""
-    _check(args)
+    """Gather, and write the page."""
+    # refuse at once what could only fail after the work
+    check_suffix(args.output, ".html", ".htm")
+    check_output(args.output)
     source = _source(args)
     with watched("Reporting", "Nothing was written.") as (report, stopped):
         reported = gathered(source, on_progress=report, cancelled=stopped)
     write_page(args.output, reported)
-    if args.pdf is not None:
-        write_pdf(args.pdf, reported, None if args.window is None else args.window.package)
     _tell(args, reported)
     return OK
-
-
-def _check(args: Namespace) -> None:
-    """Refuse at once what could only fail after the work."""
-    for path, suffixes in ((args.output, (".html", ".htm")), (args.pdf, (".pdf",))):
-        if path is not None:
-            check_suffix(path, *suffixes)
-            check_output(path)
 
 
 def _source(args: Namespace) -> Source:
@@ -157,30 +144,17 @@ def _with_truth(
         reference_name=said,
         states=states,
         frames=asked_frames(args.frames),
-        command=_own_command(args),
         repeat=repeat_command(folder, like),
     )
-
-
-def _own_command(args: Namespace) -> str:
-    words = ["stereotrack", "report", str(args.source), "-o", str(args.output)]
-    for name in ("run", "recording", "reference", "frames", "pdf"):
-        value = getattr(args, "run_name" if name == "run" else name)
-        if value is not None:
-            words += [f"--{name}", str(value)]
-    return shlex.join(words)
 
 
 def _tell(args: Namespace, reported: Reported) -> None:
     accuracy = reported.accuracy
     facts = {
         "report": args.output,
-        "pdf": args.pdf,
         "frames": len(reported.source.run.frame),
         "episodes": len(reported.failures),
         "lost_percent": None if accuracy is None else 100.0 * accuracy.summary.lost,
     }
-    known = {key: value for key, value in facts.items() if value is not None}
-    rows = [(key.replace("_", " "), str(value)) for key, value in known.items()]
-    table = Table(f"Report on {reported.source.name}", ("what", "value"), rows)
-    put_result(facts, table, as_json=args.json)
+    known = facts if args.json else {k: value for k, value in facts.items() if value is not None}
+    put_facts(known, f"Report on {reported.source.name}", as_json=args.json)

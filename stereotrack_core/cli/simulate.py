@@ -6,13 +6,10 @@ from argparse import Namespace
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, SEED, changes, option
-from stereotrack_core.cli.output import OK, put_result
-from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.output import OK, progress, put_facts, stoppable
 from stereotrack_core.parameters import parsed_settings
-from stereotrack_core.simulation.disturbances import kinds_text, parsed_disturbances
 from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.rig import SceneOptions
-from stereotrack_core.tables import Table
+from stereotrack_core.simulation.rig import SceneOptions, kinds_text, parsed_disturbances
 
 DESCRIPTION = (
     "Render a recording of a simulated person in stereo views, or in depth views with "
@@ -52,7 +49,6 @@ def run(args: Namespace) -> int:
     with progress("Rendering", args.frames) as show, stoppable(outcome) as stopped:
         simulate(args.folder, simulation, on_progress=lambda done, _: show(done), cancelled=stopped)
     facts["fps"] = options.fps
-    rows = [(name, str(value)) for name, value in facts.items()]
-    table = Table(f"Recording written to {args.folder}", ("what", "value"), rows)
-    put_result({"recording": args.folder, **facts}, table, as_json=args.json)
+    title = f"Recording written to {args.folder}"
+    put_facts(facts, title, as_json=args.json, recording=args.folder)
     return OK

@@ -66,19 +66,6 @@ class Truth:
     """The reference with its uncertainty, where it states one."""
 
 
-def limit_of_sigma(args: Namespace) -> float:
-    """The value of ``--max-sigma`` in metres; InputError unless it is positive."""
-    if args.max_sigma is None:
-        return MAX_SIGMA
-    if not args.max_sigma > 0.0:
-        raise InputError(
-            f"{args.max_sigma:g} mm is not a limit of sigma",
-            where="--max-sigma",
-            remedy="Give a number above 0, or inf for no limit.",
-        )
-    return float(args.max_sigma) / 1000.0
-
-
 def read_measured(
     path: Path, stated: Stated | None = None, folder: Path | None = None
 ) -> tuple[LandmarkTrajectory, Run | None]:
@@ -115,13 +102,12 @@ def truth_of(
     given: Path | None,
     meta: Mapping[str, Any],
     measured: LandmarkTrajectory,
-    max_sigma: float = MAX_SIGMA,
     stated: Stated | None = None,
 ) -> Truth:
     """The reference that was named, else that of the run's recording; `meta` is what a run states.
 
-    It is taken to the frames of what is measured, by time. Landmarks that are less certain than a
-    standard deviation in metres are unknown, which is said. `stated`: names and axes of the file,
+    It is taken to the frames of what is measured, by time. Landmarks that are less certain than
+    100 mm are unknown, which is said. `stated`: names and axes of the file,
     which is turned into the run's world. Raises InputError where there is none.
     """
     folder = meta.get("recording_folder")
@@ -132,8 +118,8 @@ def truth_of(
         beside = segments or (read_segments(own) if own.is_file() else ())
         stated = replace(stated or Stated(), up=up_of_meta(meta))
         states = named_reference(given, recording, measured.fps, measured.frame, stated)
-        _say_left_out(given, states, max_sigma)
-        return Truth(states.trajectory(max_sigma), given, beside, states)
+        _say_left_out(given, states)
+        return Truth(states.trajectory(), given, beside, states)
     if not folder:
         raise InputError(
             "the file does not state its recording",
@@ -195,12 +181,12 @@ def reference_of_run(args: Namespace, run: Run, recording: Recording | None) -> 
     stated = replace(stated, up=up_of_meta(run.meta))
     fps = stated_fps(run.meta)
     states = named_reference(args.reference, recording, fps, run.frame, stated)
-    _say_left_out(args.reference, states, MAX_SIGMA)
+    _say_left_out(args.reference, states)
     return states
 
 
-def _say_left_out(path: Path, reference: Reference, max_sigma: float) -> None:
-    if reference.covariance is not None and (note := reference.left_out(max_sigma)):
+def _say_left_out(path: Path, reference: Reference) -> None:
+    if reference.covariance is not None and (note := reference.left_out(MAX_SIGMA)):
         say(f"{path}: {note}")
 
 

@@ -4,35 +4,36 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import (
     JSON,
-    KEYPOINT_OPTIONS,
     check_least,
     check_output,
     check_suffix,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_table, say
-from stereotrack_core.cli.progress import watched
-from stereotrack_core.cli.studies.run import tell_plan
-from stereotrack_core.cli.studies.shared import RUNNING, SETTINGS, settings_of, workers_of
-from stereotrack_core.counting import counted
+from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_table, say, watched
+from stereotrack_core.cli.study import RUNNING, SETTINGS, settings_of, workers_of
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.evaluation.measures import MEASURES, Measure, measure_named
 from stereotrack_core.locks import refuse_second
 from stereotrack_core.parameters import value_text
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.study.description import Study, StudyRecording, check_rows
-from stereotrack_core.study.job import Job, JobResult
-from stereotrack_core.study.plan import Source, jobs_of, source_of
-from stereotrack_core.study.points import varied_names
-from stereotrack_core.study.run import Outcome, PointSummary, StudyRun, missing, summarised
-from stereotrack_core.study.search import parsed_range
-from stereotrack_core.study.store import Store, stored_results
+from stereotrack_core.study.points import parsed_range, varied_names
+from stereotrack_core.study.run import (
+    Outcome,
+    PointSummary,
+    Source,
+    StudyRun,
+    jobs_of,
+    source_of,
+    summarised,
+)
+from stereotrack_core.study.store import Store
 from stereotrack_core.tables import Table
 
 _TRIALS = 30
@@ -73,7 +74,6 @@ OPTIONS = (
         "reference, else unexplained_fraction, or keypoint_error for mono views); measures for "
         "which higher is better are maximised",
     ),
-    *KEYPOINT_OPTIONS,
     *RUNNING,
     JSON,
 )
@@ -91,13 +91,8 @@ def run(args: Namespace) -> int:
     points = study.settings.all_points()
     jobs = tuple(job for one in sources for job in jobs_of(study, one, points, keep=False))
     workers = workers_of(args)
-    if args.dry_run:
-        if ranges:
-            say(f"The search tries {args.trials} points; this is the plan of one of them.")
-        waiting = missing(jobs, stored_results(args.table), again=args.again)
-        return tell_plan(f"Plan of the sweep to {args.table}", jobs, waiting, as_json=args.json)
     with workers, Store(args.table) as store, watched("Sweeping", "") as (report, stopped):
-        work = StudyRun(store, workers, again=args.again, on_progress=report, cancelled=stopped)
+        work = StudyRun(store, workers, on_progress=report, cancelled=stopped)
         if ranges:
             outcome = work.search(study, sources, ranges, by=by, trials=args.trials)
         else:
@@ -116,18 +111,7 @@ def _study_of(args: Namespace) -> Study:
             where="--grid, --search",
             remedy="Use only one of them.",
         )
-    if args.keypoints and len(args.keypoints) != len(args.recordings):
-        raise InputError(
-            f"keypoints are given {len(args.keypoints)} times for "
-            f"{counted(len(args.recordings), 'recording')}",
-            where="--keypoints",
-            remedy="Give them once for each recording, in the order of the recordings.",
-        )
-    keypoints = args.keypoints or [""] * len(args.recordings)
-    rows = tuple(
-        StudyRecording(str(folder.absolute()), keypoints=str(file and file.absolute()))
-        for folder, file in zip(args.recordings, keypoints, strict=True)
-    )
+    rows = tuple(StudyRecording(str(folder.absolute())) for folder in args.recordings)
     study = Study(args.table, rows, settings)
     check_rows(study)
     return study
@@ -150,12 +134,6 @@ def _judged_by(asked: str | None, sources: Sequence[Source]) -> str:
             f"unknown measure {asked!r}",
             where="--minimise",
             remedy=f"{did_you_mean(asked, names)}Available: {', '.join(names)}.",
-        )
-    if asked == "keypoint_error" and None in [one.keypoints for one in sources]:
-        raise InputError(
-            "the keypoint error needs keypoints",
-            where="--minimise",
-            remedy="Give them with --keypoints, or choose another measure.",
         )
     if measure.from_reference and without:
         raise InputError(
@@ -187,8 +165,11 @@ def _report(store: Store, outcome: Outcome, by: str, *, as_json: bool) -> int:
     elif summaries:
         put_table(_point_table(summaries, by))
         put(f"{store.table}: {outcome.computed} computed, {outcome.reused} reused.")
-    for line in _failures(jobs, results):
-        say(line)
+    for job in {job.identity: job for job in jobs}.values():
+        if job.identity in results and not results[job.identity].done:
+            values = (f"{name}={value_text(value)}" for name, value in job.point.values)
+            where = ", ".join((job.recording, *values, f"seed {job.seed}"))
+            say(f"Failed: {where}: {results[job.identity].error}")
     if outcome.stopped:
         say("Stopped. Finished results are kept; run the same command again to continue.")
     return FAILED if outcome.stopped or failed else OK
@@ -238,20 +219,3 @@ def _point_facts(summary: PointSummary) -> dict[str, Any]:
             name: one.deviation for name, one in known.items() if math.isfinite(one.deviation)
         },
     }
-
-
-def _failures(jobs: Sequence[Job], results: Mapping[str, JobResult]) -> list[str]:
-    """Errors of failed jobs, once for each kind of error, with the number of its jobs."""
-    found: dict[str, list[Job]] = {}
-    for job in {job.identity: job for job in jobs}.values():
-        result = results.get(job.identity)
-        if result is not None and not result.done:
-            found.setdefault(result.error, []).append(job)
-    lines = []
-    for error, own in found.items():
-        first = own[0]
-        values = first.point.without_seed.values
-        named = "".join(f"{name}={value_text(value)}, " for name, value in values)
-        more = f" and {len(own) - 1} more" if len(own) > 1 else ""
-        lines.append(f"Failed: {first.recording}, {named}seed {first.seed}{more}: {error}")
-    return lines

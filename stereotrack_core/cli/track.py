@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from argparse import BooleanOptionalAction, Namespace
+from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +26,7 @@ from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.cli.track_plan import USUAL_PRESET, TrackPlan, UnfinishedOutput, plan_of
 from stereotrack_core.counting import counted
-from stereotrack_core.doctor.before_tracking import (
+from stereotrack_core.doctor.diagnose import (
     checks_before_tracking,
     hindrances,
     refuse_plainly_wrong,
@@ -40,7 +40,6 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import sameness
 from stereotrack_core.tracking.run_checks import CHECK, HEADING, heading_words
 
 
@@ -50,7 +49,7 @@ def _lengths(run: Run) -> str:
         return "average"
     subject = run.meta.get("subject")
     if subject is None:
-        return "average (no subject file); see stereotrack proportions"
+        return "average (no subject file); see --set proportions=sequence"
     return str(subject.get("name") or "the recording's subject file")
 
 
@@ -120,7 +119,7 @@ OPTIONS = (
     option(
         "--like RUN.npz",
         "reproduce a run with its parameters, seed, views, frames, initial pose and "
-        "smoothing; other options given here take precedence and are reported",
+        "smoothing; other options given here take precedence",
         type=Path,
     ),
     flag("--resume", "resume the stopped run of this output with its settings"),
@@ -139,12 +138,6 @@ OPTIONS = (
         "--heading DIRECTION",
         "direction that the person faces in the first frame, if the program cannot tell it: north, "
         "east, south, west (world axes y, x, -y, -x), or degrees from north over east",
-    ),
-    option(
-        "--detections CSV",
-        "keypoints of head and hands from a detector, used as measurements (default: the "
-        "recording's detections.csv, if it has one)",
-        type=Path,
     ),
     option(
         "--keypoints PROJECT|FILE",
@@ -166,11 +159,7 @@ OPTIONS = (
         "frame in which the tracker was wrong, it is repaired forwards and backwards",
         type=Path,
     ),
-    option(
-        "--smooth",
-        "smooth the run: steadier poses, short gaps bridged",
-        action=BooleanOptionalAction,
-    ),
+    flag("--smooth", "smooth the run: steadier poses, short gaps bridged"),
     flag("--despite-errors", "track a recording even if its checks find errors"),
     JSON,
 )
@@ -227,11 +216,9 @@ def _check(args: Namespace, plan: TrackPlan) -> None:
 
 
 def _tell(args: Namespace, plan: TrackPlan, job: TrackedRun, place: Path | None) -> int:
-    """Say what came out, and for a run that was repeated whether it is the same."""
-    same = sameness(plan.like, job.run) if plan.like is not None and plan.exact else None
+    """Say what came out."""
     if args.json:
-        repeated = {} if same is None else {"equal": same.equal, "repeated": same}
-        put_json({"run": place, **job.to_dict(), **repeated})
+        put_json({"run": place, **job.to_dict()})
     else:
         put_table(track_table(job, plan.recording.name + ("" if place is None else f" in {place}")))
     if job.changed:
@@ -240,8 +227,4 @@ def _tell(args: Namespace, plan: TrackPlan, job: TrackedRun, place: Path | None)
             "the run differs from one without interruption; the new results were kept."
         )
     say_signs(job)
-    if job.stopped or job.nothing:
-        return FAILED
-    if same is not None:
-        say(same.words)
-    return OK
+    return FAILED if job.stopped or job.nothing else OK

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.detect import detected_in_views
-from stereotrack_core.cli.output import say
-from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.output import progress, say, stoppable
 from stereotrack_core.cli.sources import clicks_for_tracking, initial_pose, keypoints_from
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -24,7 +23,7 @@ from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read
 from stereotrack_core.interop.run_npz import check_run
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detections import Detections, own_detections, read_detections
+from stereotrack_core.recording.detections import Detections, own_detections
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import (
@@ -33,7 +32,6 @@ from stereotrack_core.recording.selection import (
     views_of,
 )
 from stereotrack_core.tracking.detecting import detects_first
-from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import (
@@ -145,10 +143,6 @@ class TrackPlan:
     spec: RunSpec
     count: int
     """Frames to track out of those of the spec; fewer where a run that was stopped is repeated."""
-    like: Run | None = None
-    """The run that is repeated."""
-    exact: bool = False
-    """Whether nothing on the command line asks for something else than the run says."""
     begun: UnfinishedRun | None = None
     """The run that is gone on with."""
 
@@ -177,8 +171,8 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         views=views,
         seed=args.seed or 0,
         init=with_heading(initial_pose(args, frames.start, recording), args.heading),
-        smooth=bool(args.smooth),
-        detections=_detections(args.detections, recording),
+        smooth=args.smooth,
+        detections=own_detections(recording),
         keypoints=keypoints,
         clicks=_clicks(args.clicks, recording, settings),
     )
@@ -189,11 +183,8 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     """As the run says, with whatever the command line says otherwise."""
     run = read_run(args.like)
     stored = stored_spec(run)
-    said = _said(args)
     for sentence in what_differs(run, recording):
         say(f"{args.like}: {sentence}")
-    if said:
-        say(f"Taken from the command line instead of the run: {', '.join(said)}.")
     preset_name, settings = _settings(args, stored)
     asked = views_of(recording, args.views) or stored.spec.views
     frames = _frames_like(args, stored, _count(recording, asked))
@@ -224,18 +215,19 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         views=views,
         seed=stored.spec.seed if args.seed is None else args.seed,
         init=_init_like(args, stored, frames.start, recording),
-        smooth=stored.spec.smooth if args.smooth is None else args.smooth,
-        detections=_detections_like(args, stored, recording),
+        smooth=stored.spec.smooth or args.smooth,
+        detections=_detections_like(stored, recording),
         keypoints=keypoints,
         clicks=_clicks(args.clicks, recording, settings, run.meta.get("clicks")),
     )
     tracked = dataclasses.replace(recording, subject=stored.subject)
     count = stored.count if args.frames is None else len(frames)
-    return TrackPlan(tracked, spec, count, like=run, exact=not said)
+    return TrackPlan(tracked, spec, count)
 
 
 def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """As the unfinished run was begun; nothing may be otherwise."""
+    _refuse_otherwise(args)
     begun, wish = output.begun()
     run = begun.run()
     check_run(output.part, run)
@@ -254,7 +246,6 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
             remedy="Restore the conditions it was started with, or track to another output. Its "
             "frames can still be evaluated and exported.",
         )
-    _refuse_otherwise(args, stored, recording)
     for sentence in other_versions(run.meta):
         say(f"{output.part}: {sentence}")
     say(f"Resuming after {len(begun.frames)} of {len(begun.asked)} frames.")
@@ -262,7 +253,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
         stored.spec,
         frames=begun.asked,
         views=views,
-        smooth=wish.smooth if args.smooth is None else args.smooth,
+        smooth=wish.smooth or args.smooth,
         detections=detections,
         keypoints=keypoints,
         clicks=_clicks(args.clicks, recording, stored.spec.settings, run.meta.get("clicks")),
@@ -281,28 +272,15 @@ def _init_like(args: Namespace, stored: StoredSpec, first: int, recording: Recor
     return with_heading(init, args.heading)
 
 
-def _refuse_otherwise(args: Namespace, stored: StoredSpec, recording: Recording) -> None:
-    """Refuse options that ask for something else than the unfinished run was begun with."""
-    count = _count(recording, stored.spec.views)
-    same = {
-        "--preset": args.preset is None or args.preset == stored.spec.preset,
-        "--set": _settings(args, stored)[1] == stored.spec.settings,
-        "--frames": args.frames is None or frames_within(args.frames, count) == stored.spec.frames,
-        "--views": args.views is None or views_of(recording, args.views) == stored.spec.views,
-        "--seed": args.seed in (None, stored.spec.seed),
-        "--init": args.init in (None, stored.spec.init),
-        "--heading": args.heading is None or with_heading(AUTO, args.heading) == stored.spec.init,
-        "--detections": args.detections is None,
-        "--like": args.like is None,
-        "--clicks": args.clicks is None,
-    }
-    for option, agrees in same.items():
-        if not agrees:
+def _refuse_otherwise(args: Namespace) -> None:
+    """Refuse options that could ask for something else than the unfinished run was begun with."""
+    options = "preset", "changes", "frames", "views", "seed", "init", "heading", "like", "clicks"
+    for name in options:
+        if getattr(args, name) not in (None, []):
             raise InputError(
-                "the unfinished run was started with other settings",
-                where=option,
-                remedy="Omit this option to resume with its settings, or choose another output to "
-                "start again.",
+                "an unfinished run is resumed with the settings that it was started with",
+                where="--set" if name == "changes" else f"--{name}",
+                remedy="Omit this option, or choose another output to start again.",
             )
 
 
@@ -318,26 +296,6 @@ def _frames_like(args: Namespace, stored: StoredSpec, count: int) -> range:
     return frames
 
 
-def _said(args: Namespace) -> list[str]:
-    """Options that were given, in their own words."""
-    values = {**vars(args), "set": " ".join(args.changes) or None}
-    names: tuple[str, ...] = (
-        "preset",
-        "set",
-        "frames",
-        "views",
-        "seed",
-        "init",
-        "heading",
-        "detections",
-    )
-    names += ("keypoints", "layout", "person", "clicks")
-    said = [f"--{name} {values[name]}" for name in names if values[name] is not None]
-    if args.smooth is not None:
-        said.append("--smooth" if args.smooth else "--no-smooth")
-    return said
-
-
 def _settings(args: Namespace, stored: StoredSpec) -> tuple[str, Settings]:
     """A preset replaces all of the run's parameters, ``--set`` single ones."""
     if args.preset is not None:
@@ -345,20 +303,13 @@ def _settings(args: Namespace, stored: StoredSpec) -> tuple[str, Settings]:
     return stored.spec.preset, stored.spec.settings.replaced(**parsed_settings(args.changes))
 
 
-def _detections_like(
-    args: Namespace, stored: StoredSpec, recording: Recording
-) -> Detections | None:
-    if args.detections is not None or (stored.detections is None and stored.spec.colour is None):
-        return _detections(args.detections, recording)  # older runs do not say what they used
+def _detections_like(stored: StoredSpec, recording: Recording) -> Detections | None:
+    if stored.detections is None and stored.spec.colour is None:
+        return own_detections(recording)  # older runs do not say what they used
     found, otherwise = stored.detections_in(recording)
     if otherwise:
         say(otherwise)
     return found
-
-
-def _detections(path: Path | None, recording: Recording) -> Detections | None:
-    """What ``--detections`` names, or the recording's own file; None where there is none."""
-    return own_detections(recording) if path is None else read_detections(path, recording)
 
 
 def _clicks(

@@ -8,7 +8,7 @@ from pathlib import Path
 from stereotrack_core.cli.arguments import option
 from stereotrack_core.cli.output import FAILED, OK, say
 from stereotrack_core.errors import InputError
-from stereotrack_core.window import Opening, Window
+from stereotrack_core.window import Opening, ShowWindow
 
 DESCRIPTION = (
     "Open the workbench on a recording folder, a project file, a run, which is shown with its "
@@ -45,7 +45,7 @@ def run(args: Namespace) -> int:
     return show_window(args.window, opening)
 
 
-def show_window(window: Window | None, opening: Opening) -> int:
+def show_window(window: ShowWindow | None, opening: Opening) -> int:
     """Show the window; return the exit status.
 
     Raises InputError where the program was started without one.
@@ -55,4 +55,4 @@ def show_window(window: Window | None, opening: Opening) -> int:
             "the workbench cannot be started here",
             remedy="Start it with the program `stereotrack`.",
         )
-    return OK if window.show(opening, say) else FAILED
+    return OK if window(opening, say) else FAILED

@@ -17,7 +17,7 @@ import tomli_w
 
 from stereotrack_core.atomic import forget_unfinished, replacing, write_file
 from stereotrack_core.doctor.diagnose import diagnose
-from stereotrack_core.doctor.slips import transposed
+from stereotrack_core.doctor.pairs import transposed
 from stereotrack_core.errors import Correction, CorrectionKind, Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform

@@ -1,6 +1,4 @@
-"""Everything that the images and depths say about a recording.
-
-Of its pictures, pairs, clocks, views and reference.
+"""Everything that the images and depths say about a recording, and whether it should be tracked.
 
 What an earlier check has found wrong is left out of the later ones: a pair that cannot be matched
 has no depth, and a view that is late would seem to stand elsewhere.
@@ -14,16 +12,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from stereotrack_core.doctor.clocks import Signals, check_clocks, motion_signals
-from stereotrack_core.doctor.clouds import check_clouds
-from stereotrack_core.doctor.delays import STEP, check_delays, stretch_of
+from stereotrack_core.counting import counted
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.lost_points import LEAST_POINTS, LostPoints
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.reach import is_changed, reach_of
+from stereotrack_core.depth.volume import settled
+from stereotrack_core.doctor.clocks import (
+    STEP,
+    check_clocks,
+    check_delays,
+    motion_signals,
+    stretch_of,
+)
 from stereotrack_core.doctor.displacements import Places
-from stereotrack_core.doctor.light import check_light
+from stereotrack_core.doctor.light import check_light, check_pictures
 from stereotrack_core.doctor.pairs import check_pairs
-from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
-from stereotrack_core.doctor.reference_clock import reference_delay
-from stereotrack_core.doctor.silhouettes import check_silhouettes, silhouettes_of
 from stereotrack_core.doctor.views import (
     Instants,
     check_views,
@@ -33,8 +38,45 @@ from stereotrack_core.doctor.views import (
 )
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.findings import by_severity, examine
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.worker_processes import Asker
+
+_FRAMES = 6
+
+
+def check_clouds(
+    recording: Recording, reader: FrameReader, doubtful: Sequence[str] = ()
+) -> Iterator[Finding]:
+    """Findings where no frame gives enough points; views that are `doubtful` are not asked."""
+    try:
+        views = [name for name in usable_views(recording, None) if name not in doubtful]
+    except InputError:
+        return  # nothing gives depth, which is no mistake
+    if not views:
+        return
+    parameters, count = DepthParameters(subpixel="matcher", silhouettes=False), reader.frame_count
+    try:
+        depth = settled(recording, parameters, reader, views)
+        chain = DepthChain(recording, depth, views=views)
+    except InputError as error:
+        yield Finding.of(error)
+        return
+    lost = LostPoints(recording, depth)
+    try:
+        chain.learn_background(reader, range(count))
+        for k in np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int)):
+            cloud = chain.process(reader.frame_set(int(k)))
+            if len(cloud.points) >= LEAST_POINTS:
+                return
+            lost.note(cloud)
+    finally:
+        chain.close()
+    for cause in lost.causes("too few of all views together"):
+        where = f"view {', '.join(cause.views)}" if cause.views else "recording.toml"
+        yield Finding("error", where, f"there is nothing to track: {cause.what}", cause.remedy)
+
 
 _VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|image|background))?$")
 _GLANCED = 2
@@ -63,10 +105,9 @@ def diagnose(
         tell("clocks")
         signals = motion_signals(reader)
         found += check_clocks(recording, signals)
-        found += _by_silhouettes(recording, reader, _views_of(found))
         tell("depths of the views")
         stretch = stretch_of(list(signals.values()), reader.frame_count)
-        found += _measured(recording, reader, found, stretch[::STEP], signals)
+        found += _measured(recording, reader, found, stretch[::STEP])
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
 
@@ -96,20 +137,11 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
         )
 
 
-def _by_silhouettes(
-    recording: Recording, reader: FrameReader, doubtful: Sequence[str]
-) -> Iterator[Finding]:
-    """Findings by the silhouettes of views about which nothing was found before."""
-    shown = silhouettes_of(recording, reader)
-    yield from check_silhouettes({n: one for n, one in shown.items() if n not in doubtful})
-
-
 def _measured(
     recording: Recording,
     reader: FrameReader,
     before: Sequence[Finding],
     stretch: range,
-    signals: Signals,
 ) -> Iterator[Finding]:
     """Findings by the points of the person, of views about which nothing was found before."""
     views = measurable(recording, _views_of(before))
@@ -131,15 +163,75 @@ def _measured(
     yield from late
     in_step = {name: one for name, one in places.items() if name not in _views_of(late)}
     spread = [at[k] for k in frames.tolist()] if in_step else []
-    found = list(check_views(recording, reader, spread, in_step))
+    found = list(check_views(recording, spread, in_step))
     yield from found
     sound = {name: one for name, one in in_step.items() if name not in _views_of(found)}
-    doubtful = _views_of((*before, *late))
-    delay = reference_delay(recording, {k: s for k, s in signals.items() if k[0] not in doubtful})
-    yield from check_reference(recording, bodies(spread, sound, frames) if sound else (), delay)
+    yield from check_reference(recording, bodies(spread, sound, frames) if sound else ())
 
 
 def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:
     """Names of the views that findings blame."""
     matches = (_VIEW.match(one.where) for one in findings)
     return tuple(name for match in matches if match for name in match[1].split(", "))
+
+
+_NOT_TRACKED = ("reference.csv", "segments.csv")
+"""Files that the tracker does not read."""
+
+
+def checks_before_tracking(
+    recording: Recording,
+    views: Sequence[str] | None = None,
+    depth: DepthParameters | None = None,
+) -> tuple[Finding, ...]:
+    """Findings of the files, and of a glance at the images of some views, the gravest first.
+
+    And about disparities that somebody has changed, in the parameters that are to be used.
+
+    Raises InputError where a stream cannot be opened.
+    """
+    found = (*examine(recording.folder), *glance(recording, views))
+    return by_severity((*found, *changed_reach(recording, views, depth or DepthParameters())))
+
+
+def changed_reach(
+    recording: Recording, views: Sequence[str] | None, depth: DepthParameters
+) -> tuple[Finding, ...]:
+    """Findings about disparities that somebody has changed and that do not reach the person.
+
+    Reads some frames where they were changed. Raises InputError where a stream cannot be opened.
+    """
+    chosen = [v.name for v in recording.views if v.kind != "mono"]
+    chosen = [name for name in chosen if views is None or name in views]
+    if recording.guessed or not chosen or not is_changed(depth):
+        return ()
+    with FrameReader(recording, views=chosen, colour=False, read_ahead=0) as reader:
+        return reach_of(recording, depth, reader, chosen) if reader.frame_count else ()
+
+
+def hindrances(
+    findings: Iterable[Finding], recording: Recording, views: Sequence[str] | None = None
+) -> tuple[Finding, ...]:
+    """The errors of which a run with some views, or all, would suffer."""
+    others = [v for v in recording.views if views is not None and v.name not in views]
+    names = [v.name for v in others]
+    names += [s.camera for v in others for s in v.streams().values() if s.camera]
+    elsewhere = [re.compile(rf"\b(view|camera) {re.escape(name)}(,|$)") for name in names]
+    return tuple(
+        one
+        for one in findings
+        if one.severity == "error"
+        and not one.where.startswith(_NOT_TRACKED)
+        and not any(place.search(one.where) for place in elsewhere)
+    )
+
+
+def refuse_plainly_wrong(found: Sequence[Finding], where: str, remedy: str) -> None:
+    """Raise InputError where there are hindrances: the run would look right and be wrong."""
+    if found:
+        more = f", and {counted(len(found) - 1, 'more error')}" if len(found) > 1 else ""
+        raise InputError(
+            f"it would not be tracked correctly: {found[0].where}: {found[0].what}{more}",
+            where=where,
+            remedy=remedy,
+        )

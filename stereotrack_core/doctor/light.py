@@ -1,4 +1,4 @@
-"""Is the light as it was when the empty scene was recorded, and does the camera stand still?
+"""Is a background image its view's own, is the light as it was, and does the camera stand still?
 
 Frames spread over the recording and some in a row are compared with the picture of the empty
 scene, after its light has been estimated (:mod:`depth.light`). The tracker follows all this up to a
@@ -7,8 +7,9 @@ certain size, so that most findings are notes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 
 import cv2
 import numpy as np
@@ -27,6 +28,7 @@ from stereotrack_core.depth.light import (
 from stereotrack_core.depth.sources import grey
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.importing.signals import reduced
 from stereotrack_core.recording.reader import FrameReader, ViewImages
 
 _SPREAD, _SUCCESSIVE = 12, 48
@@ -219,3 +221,57 @@ def _shift(light: Light) -> float:
     # OpenCV multiplies its inputs with the window in place
     (dx, dy), _ = cv2.phaseCorrelate(light.empty_small.copy(), now.astype(np.float32), window)
     return float(np.hypot(dx, dy)) * 4.0
+
+
+_FRAMES = 4
+_OTHER, _LEAST_BETTER = 0.6, 2.0
+"""Share of the difference to a view's own background, and grey levels, by which that of another
+view has to fit better."""
+
+
+def check_pictures(
+    recording: Recording, reader: FrameReader, frames: int = _FRAMES
+) -> Iterator[Finding]:
+    """Findings about views whose background image is another's."""
+    count = reader.frame_count
+    spread = np.unique(np.linspace(0, count - 1, min(frames, count)).astype(int))
+    sets = [reader.frame_set(int(k)) for k in spread]
+    shown: dict[str, list[FloatArray]] = {}
+    empty: dict[str, FloatArray] = {}
+    for view in recording.views:
+        seen = [s.views[view.name] for s in sets if view.name in s.views]
+        background = reader.background(view.name)
+        if background is not None and seen:
+            shown[view.name] = [reduced(one.image) for one in seen]
+            empty[view.name] = reduced(background[1])
+    yield from check_backgrounds(shown, empty)
+
+
+def check_backgrounds(
+    shown: Mapping[str, Sequence[FloatArray]], empty: Mapping[str, FloatArray]
+) -> Iterator[Finding]:
+    """Backgrounds that belong to another view, by reduced images and backgrounds (H, W).
+
+    Where the images of that view fit it much better, or are better fitted by another background.
+    """
+    for view, other in permutations(shown, 2):
+        own = _apart(shown[view], empty[view])
+        same = float(np.abs(empty[view] - empty[other]).mean()) < 1.0
+        rival = _apart(shown[other], empty[view]) if same else _apart(shown[view], empty[other])
+        if own - rival > _LEAST_BETTER and rival < _OTHER * own:
+            yield Finding(
+                "error",
+                f"view {view}, background",
+                f"it is that of view {other}: it differs by {own:.0f} grey levels from the images "
+                f"of view {view}, and by {rival:.0f} from those of view {other}"
+                if same
+                else f"that of view {other} fits the images better: they differ by {own:.0f} grey "
+                f"levels from the view's own background, and by {rival:.0f} from the other one",
+                "Use an image of the empty scene by this very camera.",
+            )
+            return
+
+
+def _apart(images: Sequence[FloatArray], background: FloatArray) -> float:
+    """Difference in grey levels of most pixels, which the person does not cover."""
+    return float(np.median([np.median(np.abs(image - background)) for image in images]))

@@ -1,6 +1,7 @@
 """Do the two images of a stereo view fit its calibration? By details that both show.
 
-After rectification they have to lie in the same rows, and
+Details are matched in the raw images and kept where any epipolar geometry explains them, so that
+this does not depend on the calibration. After rectification they have to lie in the same rows, and
 farther to the right in the left image. Where they do not, usual slips are undone in turn: what
 lays them into the same rows is the tested correction.
 """
@@ -10,17 +11,311 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TypeAlias
 
+import cv2
 import numpy as np
+import scipy
 
-from stereotrack_core.arrays import ImageArray
-from stereotrack_core.doctor.details import FEWEST, Details, Pair, details_of, row_fit
-from stereotrack_core.doctor.lenses import distortions_left_out
-from stereotrack_core.doctor.pair_causes import MENDED_PX, px, remedy_of, straightened
-from stereotrack_core.doctor.slips import exchanged_views
-from stereotrack_core.errors import Finding, Severity
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.depth.rectify import common_rotation
+from stereotrack_core.errors import Correction, Finding, Severity
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
+
+_DETAILS = 1500
+_RATIO = 0.75
+"""Distance of the best match over that of the second best up to which it is unambiguous."""
+
+_EPIPOLAR_PX = 1.5
+FEWEST = 40
+"""Details without which nothing is said."""
+
+_BEHIND_PX = 1.0
+"""Parallax of the wrong sign from which a detail lies behind the cameras."""
+
+Pair: TypeAlias = tuple[Camera, Camera]
+"""Left and right camera."""
+
+
+@dataclass(frozen=True, eq=False)
+class Details:
+    """Raw pixels (N, 2) of the same details in the left image and in the reference image."""
+
+    left: FloatArray
+    image: FloatArray
+    seen: int = 0
+    """Details of the image that has fewer of them, matched or not."""
+
+    @property
+    def exchanged(self) -> Details:
+        """The same with the images exchanged."""
+        return Details(self.image, self.left, self.seen)
+
+
+@dataclass(frozen=True)
+class RowFit:
+    """How details of a pair lie to each other after rectification."""
+
+    row_px: float
+    """Median distance of their rows, pixels of the raw images."""
+    wrong_side: float
+    """Share that would lie behind the cameras."""
+
+    @property
+    def misfit(self) -> float:
+        """Row offset, larger where most details are on the wrong side."""
+        return self.row_px + (100.0 if self.wrong_side > 0.5 else 0.0)
+
+
+def details_of(pairs: Sequence[tuple[ImageArray, ImageArray]]) -> Details:
+    """Details that the two grey images of every pair, all by the same cameras, show."""
+    finder = cv2.SIFT.create(_DETAILS)
+    matcher = cv2.BFMatcher.create(cv2.NORM_L2)
+    found: list[FloatArray] = [np.zeros((0, 4))]
+    seen = 0
+    for left, image in pairs:
+        (points_l, own_l), (points_r, own_r) = (
+            finder.detectAndCompute(one, None) for one in (left, image)
+        )
+        if own_l is None or own_r is None or min(len(own_l), len(own_r)) < 2:
+            continue
+        seen += min(len(own_l), len(own_r))
+        back = {m[0].queryIdx: m[0].trainIdx for m in matcher.knnMatch(own_r, own_l, k=1)}
+        rows = [
+            (*points_l[best.queryIdx].pt, *points_r[best.trainIdx].pt)
+            for best, second in matcher.knnMatch(own_l, own_r, k=2)
+            if best.distance < _RATIO * second.distance and back[best.trainIdx] == best.queryIdx
+        ]
+        found.append(np.array(rows, dtype=np.float64).reshape(-1, 4))
+    every = np.concatenate(found)
+    kept = np.zeros(len(every), dtype=bool)
+    if len(every) >= FEWEST:
+        cv2.setRNGSeed(0)
+        _, mask = cv2.findFundamentalMat(
+            every[:, :2], every[:, 2:], cv2.FM_RANSAC, _EPIPOLAR_PX, 0.999, 2000
+        )
+        if mask is not None:
+            kept = mask.ravel().astype(bool)
+    return Details(every[kept, :2], every[kept, 2:], seen)
+
+
+def row_fit(cameras: Pair, details: Details) -> RowFit:
+    """How details lie to each other after rectification with these cameras."""
+    rows, parallax = offsets(cameras, details)
+    known = np.isfinite(rows) & np.isfinite(parallax)
+    if np.count_nonzero(known) < 0.5 * len(rows):
+        return RowFit(np.inf, 0.0)
+    return RowFit(
+        float(np.median(np.abs(rows[known]))), float(np.mean(parallax[known] < -_BEHIND_PX))
+    )
+
+
+def offsets(cameras: Pair, details: Details) -> tuple[FloatArray, FloatArray]:
+    """Row offsets and parallaxes (N,), pixels, after rectification."""
+    left, right = cameras
+    rotation = common_rotation(left, right)
+    own = left.rays_world(details.left) @ rotation.T
+    other = right.rays_world(details.image) @ rotation.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = left.focal * (own[:, :2] / own[:, 2:] - other[:, :2] / other[:, 2:])
+    apart[(own[:, 2] < 0.1) | (other[:, 2] < 0.1)] = np.nan
+    return apart[:, 1], apart[:, 0]
+
+
+def exchanged_views(a: str, b: str) -> Finding:
+    """The finding that the images of two views are exchanged."""
+    return Finding(
+        "error",
+        f"views {a}, {b}",
+        "they are exchanged",
+        f"Exchange the files, or the cameras, of the views {a} and {b}.",
+        Correction("exchange_views", (a, b)),
+    )
+
+
+def transposed(camera: Camera) -> Camera:
+    """The camera with its rotation transposed."""
+    old = camera.camera_from_world
+    return replace(camera, camera_from_world=RigidTransform(old.rotation.T, old.translation))
+
+
+def inverted(camera: Camera) -> Camera:
+    """The camera with rotation and translation inverted."""
+    return replace(camera, camera_from_world=camera.camera_from_world.inverse())
+
+
+MENDED_PX = 0.7
+_MENDED_SHARE = 0.4
+"""Row offset, and share of the one before, below which a correction explains a fault."""
+
+_MENDED_TURN = np.radians(45.0)
+_TIE_PX = 0.1
+_LEAST_FOCAL, _MOST_FOCAL = 0.005, 0.2
+"""Shares by which a focal length is taken to be wrong."""
+
+_CLEARLY = 0.7
+"""Share of the row offset that one explanation leaves of another one's, from which it is better."""
+
+_NUMBERS = 5
+_TURN, _LEFT_FOCAL, _RIGHT_FOCAL = (0, 1, 2), (3,), (4,)
+"""Which of the numbers that change a calibration turn the right camera (radians), and make the
+focal length of the left or the right one smaller (as a share)."""
+
+_NOISE_PX = 0.3
+"""Row offset from which details count less while numbers are fitted."""
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What to do, as sentences, and the correction where it is a mechanical one."""
+
+    words: str
+    correction: Correction | None = None
+
+
+def px(pixels: float) -> str:
+    """Pixels as people read them."""
+    return f"{pixels:.1f} px" if np.isfinite(pixels) else "too far"
+
+
+def remedy_of(view: str, cameras: Pair, details: Details, fit: RowFit, scale: float) -> Remedy:
+    """The correction that lays the details into the same rows, or what to do without one."""
+    limit = max(MENDED_PX * scale, _MENDED_SHARE * min(fit.row_px, 2.0 * scale))
+    exchanged = row_fit(cameras, details.exchanged).misfit
+    if fit.wrong_side > 0.5 and exchanged < limit:
+        return _exchange(view, exchanged)
+    likely = _likeliest(cameras, details, limit)
+    if likely is not None:
+        return likely
+    if exchanged < limit:  # images of cameras that look askew at each other
+        return _exchange(view, exchanged)
+    return Remedy(
+        "Calibrate this pair again: no usual slip explains it. Check that both images belong to "
+        "this view and its cameras, and that they are stored as they were calibrated: neither "
+        "mirrored nor upside down, with the distortions and the image size of the calibration."
+    )
+
+
+def _exchange(view: str, left: float) -> Remedy:
+    return Remedy(
+        "The left and the right image are exchanged: swap the files of left and right (tested: "
+        f"then the rows agree within {px(left)}). Both images mirrored or upside down look alike.",
+        Correction("exchange_pair", (view,)),
+    )
+
+
+def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
+    """What explains the row offsets best, of slips, focal lengths and a turn.
+
+    A turn has three degrees of freedom, and slips are many: where a small turn or another focal
+    length leaves clearly less than a slip, the slip helps by chance.
+    """
+    rows = RowChanges(cameras, details)
+    turn, turned = _turn(rows)
+    focal, scaled = _focal(cameras, rows)
+    slip, slipped = _slip(cameras, details)
+    if slipped < min(limit, min(turned, scaled) / _CLEARLY + _TIE_PX):
+        return slip
+    if scaled < min(limit, turned / _CLEARLY + _TIE_PX):
+        return Remedy(focal)
+    if turned < limit:
+        return Remedy(
+            f"One camera is turned by {np.degrees(turn):.1f} degrees against the calibration "
+            f"(tested: with it turned back the rows agree within {px(turned)}). Calibrate this "
+            "pair again."
+        )
+    return slip if slipped < limit else None
+
+
+def _focal(cameras: Pair, rows: RowChanges) -> tuple[str, float]:
+    """What to say of the focal length that helps most, and the row offset then."""
+    tried = []
+    for camera, free in zip(cameras, (_LEFT_FOCAL, _RIGHT_FOCAL), strict=True):
+        change = rows.fitted(free)
+        share = abs(change[free[0]])
+        offset = float(np.nanmedian(np.abs(rows.rows(change))))
+        if _LEAST_FOCAL < share < _MOST_FOCAL:
+            tried.append((offset, camera.name, 1 / (1 + change[free[0]])))
+    if not tried:
+        return "", np.inf
+    (best, name, factor), *others = sorted(tried)
+    alone = any(best < _CLEARLY * offset for offset, _, _ in others)
+    other = "" if alone else ", or divide the other one by it"
+    return (
+        "The focal lengths of the two cameras do not fit each other: multiply that of "
+        f"{name} by about {factor:.3g}{other} (tested: then the rows agree within {px(best)})."
+    ), best
+
+
+def _turn(rows: RowChanges) -> tuple[float, float]:
+    """Angle by which turning the right camera helps most, radians, and the row offset then."""
+    change = rows.fitted(_TURN)
+    angle = float(np.linalg.norm(change))
+    offset = float(np.nanmedian(np.abs(rows.rows(change))))
+    return angle, offset if angle < _MENDED_TURN else np.inf
+
+
+def _slip(cameras: Pair, details: Details) -> tuple[Remedy, float]:
+    """The usual slip, of one camera or both, that leaves the least row offset, and that offset."""
+    tried = []
+    for said, change in (
+        ("Transpose the rotation of {}", transposed),
+        ("Invert rotation and translation of {}", inverted),
+    ):
+        for chosen in ((0,), (1,), (0, 1)):
+            left, right = (change(c) if i in chosen else c for i, c in enumerate(cameras))
+            names = tuple(cameras[i].name for i in chosen)
+            if np.linalg.norm(left.position_world - right.position_world) > 1e-6:
+                misfit = row_fit((left, right), details).misfit
+                tried.append((misfit, said.format(" and ".join(names)), names))
+    best, said, names = min(tried, default=(np.inf, "", ()))
+    correction = Correction("transpose", names) if said.startswith("Transpose") else None
+    return Remedy(f"{said} (tested: then the rows agree within {px(best)}).", correction), best
+
+
+class RowChanges:
+    """Row offsets of details with a pair's calibration changed by five numbers."""
+
+    def __init__(self, cameras: Pair, details: Details) -> None:
+        common = common_rotation(*cameras)
+        self._focal = cameras[0].focal
+        self._plane: list[FloatArray] = []
+        self._turns: list[FloatArray] = []
+        for camera, pixels in zip(cameras, (details.left, details.image), strict=True):
+            rotation = camera.camera_from_world.rotation
+            rays = camera.rays_world(pixels) @ rotation.T
+            with np.errstate(divide="ignore", invalid="ignore"):
+                self._plane.append(rays[:, :2] / rays[:, 2:])
+            self._turns.append(common @ rotation.T)
+
+    def rows(self, change: FloatArray) -> FloatArray:
+        """Row offsets (N,), pixels."""
+        turn = scipy.spatial.transform.Rotation.from_rotvec(change[:3]).as_matrix()
+        ways = (self._turns[0], 1.0 + change[3]), (self._turns[1] @ turn, 1.0 + change[4])
+        heights = []
+        for plane, (way, larger) in zip(self._plane, ways, strict=True):
+            rays = np.column_stack([plane * larger, np.ones(len(plane))]) @ way.T
+            with np.errstate(divide="ignore", invalid="ignore"):
+                heights.append(np.where(rays[:, 2] > 0.1, rays[:, 1] / rays[:, 2], np.nan))
+        return np.asarray(self._focal * (heights[0] - heights[1]))
+
+    def fitted(self, free: tuple[int, ...]) -> FloatArray:
+        """The numbers of which some are free, for the least row offsets."""
+
+        def change(values: FloatArray) -> FloatArray:
+            changed = np.zeros(_NUMBERS)
+            changed[list(free)] = values
+            return changed
+
+        solved = scipy.optimize.least_squares(
+            lambda values: np.nan_to_num(self.rows(change(values)), nan=0.0),
+            np.zeros(len(free)), loss="soft_l1", f_scale=_NOISE_PX, x_scale=0.01, max_nfev=30,
+        )  # fmt: skip
+        return change(solved.x)
+
 
 _FRAMES = 2
 """What stands still, and gives most details, is the same in all of them."""
@@ -50,7 +345,7 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
         if cameras[0] is not None and cameras[1] is not None:
             details = details_of(pairs)
             if details.seen > _MANY and len(details.left) < _SHARED * details.seen:
-                yield _unlike(view, pairs, details)
+                yield _unlike(view, details)
             else:
                 matched[view.name] = Matched(view, (cameras[0], cameras[1]), details)
     wrong = {
@@ -90,21 +385,15 @@ def _scale(cameras: Pair) -> float:
     return max(cameras[1].width / _WIDTH, 0.5)
 
 
-def _unlike(
-    view: View, pairs: Sequence[tuple[ImageArray, ImageArray]], details: Details
-) -> Finding:
-    """The images of a pair share nearly nothing; whether one of them is mirrored."""
-    mirrored = details_of([(np.ascontiguousarray(left[:, ::-1]), image) for left, image in pairs])
-    share = 100 * len(mirrored.left) / max(mirrored.seen, 1)
+def _unlike(view: View, details: Details) -> Finding:
+    """The images of a pair share nearly nothing."""
     return Finding(
         "error",
         f"view {view.name}",
         f"left and right image share {100 * len(details.left) / details.seen:.0f} % of their "
         "details (more than 20 % in good pairs)",
-        f"One of the two images is mirrored (tested: with the left one turned round they share "
-        f"{share:.0f} %). Store both as the camera saw them."
-        if share > 200 * _SHARED
-        else "Check that both files belong to this view, to the same instants, and are sharp.",
+        "Check that both files belong to this view, to the same instants, are sharp, and that "
+        "neither is mirrored.",
     )
 
 
@@ -117,12 +406,10 @@ def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]
         return
     fit = row_fit(cameras, details)
     if fit.misfit < _DOUBTFUL_PX * scale:
-        found = list(_check_lenses(where, cameras, details))
-        if not found and fit.misfit > _TOLD_PX * scale:
+        if fit.misfit > _TOLD_PX * scale:
             told = f"the rows of both images differ by {px(fit.row_px)} after rectification"
             taken = "The tracker measures that and takes it off (`align_rows`)."
-            found = [Finding("note", where, told, taken)]
-        yield from found
+            yield Finding("note", where, told, taken)
         return
     what = (
         f"{100 * fit.wrong_side:.0f} % of {len(details.left)} details that both images of the pair "
@@ -134,16 +421,3 @@ def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]
     severity: Severity = "error" if fit.misfit > _WRONG_PX * scale else "warning"
     remedy = remedy_of(view.name, cameras, details, fit, scale)
     yield Finding(severity, where, what, remedy.words, remedy.correction)
-
-
-def _check_lenses(where: str, cameras: Pair, details: Details) -> Iterator[Finding]:
-    """Whether the rows of a pair that fits differ towards the edges, as through bent lenses."""
-    lenses = distortions_left_out(cameras, details)
-    if lenses is not None:
-        yield Finding(
-            "warning",
-            where,
-            f"the row offsets of {len(details.left)} details that both images of the pair show "
-            f"grow towards the edges of the images, where they are {px(lenses.edge_px)} and more",
-            straightened(lenses),
-        )

@@ -16,10 +16,9 @@ import scipy
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.doctor.displacements import Places
-from stereotrack_core.doctor.reference_clock import Delay
 from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Finding
-from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _AT = {name: i for i, name in enumerate(LANDMARKS)}
@@ -51,24 +50,11 @@ _MENDED = 0.7
 """Share of the distance that a correction has to leave at most."""
 
 _LONGEST_LAG, _LEAST_LAG = 15, 2
-_LEAST_BY_MOTION = 2.5
-"""Frames from which motion in the images tells that a reference is late: the skeletons of depth
-cameras are late by two."""
-
-_SURE = 0.75
-"""Correlation from which a reference belongs to images without depth."""
-
 _LEAST_MOTION = 0.12
 """Metres that a point moves within the lags, from which it says something about time."""
 
 _LEAST_WORTH = 0.015
 """Metres by which a shift in time has to bring moving limbs nearer."""
-
-_LOOSE = 0.15
-"""Standard deviation of a bone's length, as share of it, from which it is told."""
-
-_LEAST_SIZE, _WRONG_SIZE = 0.12, 0.2
-"""Shares by which a subject's lengths may differ from the reference's: doubtful, and wrong."""
 
 _BACKWARD = -0.02
 """Metres that hands and head are before the shoulders, below which sides are exchanged."""
@@ -187,41 +173,25 @@ def _moves(limbs: FloatArray, i: int) -> BoolArray:
         return np.asarray((away > _LEAST_MOTION).any(axis=0))
 
 
-def check_reference(
-    recording: Recording, measured: Sequence[Body], delay: Delay | None = None
-) -> Iterator[Finding]:
-    """Findings about the reference, by what the views measured; and about the subject by it.
-
-    `delay` is what the motion in the images says about its time.
-    """
+def check_reference(recording: Recording, measured: Sequence[Body]) -> Iterator[Finding]:
+    """Findings about the reference, by what the views measured."""
     reference = recording.reference
     if reference is None or not np.isfinite(reference.points).any():
         return
-    elsewhere = yield from _check_place(recording, reference, measured, delay)
+    elsewhere = yield from _check_place(recording, reference, measured)
     if not elsewhere:
         yield from check_sides(reference)
-    yield from check_lengths(reference)
-    if recording.subject is not None:
-        yield from check_subject(recording.subject, reference)
 
 
 def _check_place(
     recording: Recording,
     reference: LandmarkTrajectory,
     measured: Sequence[Body],
-    delay: Delay | None,
 ) -> Generator[Finding, None, bool]:
     """Findings about place and time; the generator's value says whether there are any."""
     frame, limbs, fps = reference.frame, limbs_of(reference.points), recording.fps
     given = limb_fit(measured, limbs, frame)
-    if delay is not None and delay.certain:
-        whole = round(delay.frames)
-        then = limb_fit(measured, limbs, frame, whole)
-        belongs = then.mean < _FITS if np.isfinite(then.mean) else delay.correlation > _SURE
-        if abs(delay.frames) > _LEAST_BY_MOTION and belongs:
-            yield _late_by_motion(whole, fps, delay)
-            return True
-    elif (late := _late(measured, limbs, frame)) is not None:
+    if (late := _late(measured, limbs, frame)) is not None:
         yield _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
         return True
     if not np.isfinite(given.mean):
@@ -286,32 +256,14 @@ def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int |
 
 
 def _late_by(late: int, fps: float, given: LimbFit, then: LimbFit) -> Finding:
-    return _late_finding(
-        late,
-        fps,
-        f"limbs that move lie {_cm(given.moving_rms)} from the measured person",
-        f"then they lie {_cm(then.moving_rms)} from it",
-    )
-
-
-def _late_by_motion(late: int, fps: float, delay: Delay) -> Finding:
-    return _late_finding(
-        late,
-        fps,
-        "its motion and that in the images of all views have a correlation of "
-        f"{max(delay.given, 0.0):.2f}",
-        f"then of {delay.correlation:.2f}",
-    )
-
-
-def _late_finding(late: int, fps: float, given: str, then: str) -> Finding:
     frames = f"{abs(late)} frames ({1000 * abs(late) / fps:.0f} ms)"
     return Finding(
         "error" if abs(late) > _LEAST_LAG else "warning",
         "reference.csv",
-        f"it is {frames} {'late' if late > 0 else 'early'}: {given}",
+        f"it is {frames} {'late' if late > 0 else 'early'}: limbs that move lie "
+        f"{_cm(given.moving_rms)} from the measured person",
         f"Make its frame numbers {'smaller' if late > 0 else 'larger'} by about {abs(late)} "
-        f"(tested: {then}).",
+        f"(tested: then they lie {_cm(then.moving_rms)} from it).",
     )
 
 
@@ -340,66 +292,3 @@ def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:
             f"{_cm(-sum(means) / len(means))} on average",
             "Exchange the names of left and right (tested: then they are before the shoulders).",
         )
-
-
-def check_lengths(reference: LandmarkTrajectory) -> Iterator[Finding]:
-    """Bones whose length changes with time."""
-    for name, length in _bones(reference).items():
-        known = length[np.isfinite(length)]
-        if len(known) < _FEWEST:
-            continue
-        middle = float(np.median(known))
-        spread = 1.4826 * float(np.median(np.abs(known - middle))) / max(middle, 1e-9)
-        if spread > _LOOSE:
-            yield Finding(
-                "warning",
-                f"reference.csv, {name}",
-                f"its length changes by {100 * spread:.0f} % around {_cm(middle)} (standard "
-                "deviation; less than 5 % usually)",
-                "Bones do not stretch: fit a body to the landmarks, or check their names.",
-            )
-
-
-def _bones(reference: LandmarkTrajectory) -> Mapping[str, FloatArray]:
-    """Lengths (F,) of arm bones by name, metres."""
-    points = reference.points
-    pairs = {"upper arm": ("shoulder", "elbow"), "forearm": ("elbow", "hand")}
-    return {
-        f"{side} {bone}": np.linalg.norm(
-            points[:, _AT[f"{side}_{a}"]] - points[:, _AT[f"{side}_{b}"]], axis=1
-        )
-        for bone, (a, b) in pairs.items()
-        for side in ("left", "right")
-    }
-
-
-def check_subject(subject: Subject, reference: LandmarkTrajectory) -> Iterator[Finding]:
-    """Whether the subject is as large as the person of the reference."""
-    bones, points = _bones(reference), reference.points
-    width = points[:, _AT["left_shoulder"]] - points[:, _AT["right_shoulder"]]
-    arms = np.concatenate([bones["left upper arm"], bones["right upper arm"]])
-    shoulders = points[:, [_AT["left_shoulder"], _AT["right_shoulder"]]].mean(axis=1)
-    hips = points[:, [_AT["left_hip"], _AT["right_hip"]]].mean(axis=1)
-    pairs = [
-        (subject.upper_arm_length, arms),
-        (subject.shoulder_width, np.linalg.norm(width, axis=1)),
-        (subject.torso_length, np.linalg.norm(shoulders - hips, axis=1)),
-    ]
-    factors = [
-        stated / float(np.nanmedian(shown))
-        for stated, shown in pairs
-        if stated is not None and np.isfinite(shown).any()
-    ]
-    if not factors:
-        return
-    factor = float(np.median(factors))
-    if abs(np.log(factor)) < np.log(1 + _LEAST_SIZE):
-        return
-    size = "large" if factor > 1 else "small"
-    yield Finding(
-        "error" if abs(np.log(factor)) > np.log(1 + _WRONG_SIZE) else "warning",
-        "subject.toml",
-        f"its lengths are too {size} by {100 * abs(factor - 1):.0f} %, compared with the "
-        "reference (upper arms, shoulders and trunk)",
-        f"Measure the person again, or multiply the lengths by {1 / factor:.3f}.",
-    )

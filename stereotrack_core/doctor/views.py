@@ -1,17 +1,15 @@
 """Do the depths of the views fit each other? Each view's points against what the others see.
 
 A person fills the same place for every view. Where a view sees through what another one measured,
-or does not show it at all, one of both is not where the calibration puts it. Usual slips are undone
-in turn; what takes the contradictions away is the tested correction. Else the points of each view
-are laid onto those of the others to measure how it is off (:mod:`displacements`).
+or does not show it at all, one of both is not where the calibration puts it. Exchanging two views
+is tried; else the points of each view are laid onto those of the others to measure how it is off.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
-from typing import TypeAlias
 
 import numpy as np
 
@@ -20,9 +18,8 @@ from stereotrack_core.depth.chain import DepthChain, rectification_of
 from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth, seen_through
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.doctor.cloud_fit import surface_of
-from stereotrack_core.doctor.displacements import Places, Surfaces, check_displacements
-from stereotrack_core.doctor.slips import SLIPS, exchanged_views
+from stereotrack_core.doctor.displacements import Places, Surfaces, check_displacements, surface_of
+from stereotrack_core.doctor.pairs import exchanged_views
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording
@@ -40,10 +37,10 @@ _MOST_POINTS = 1500
 
 _FEWEST = 60
 _LARGE = 0.03
-"""Mean of :class:`Misfits` from which usual slips are tried."""
+"""Mean of :class:`Misfits` from which exchanged views are looked for."""
 
 _LEFT = 0.2
-"""Share of it that a correction may leave."""
+"""Share of it that may be left with two views exchanged, or without one."""
 
 _PLAIN = 0.15
 """Mean from which views contradict each other though no view is to blame: where there is no image
@@ -179,19 +176,6 @@ def measurable(recording: Recording, doubtful: Sequence[str] = ()) -> Sequence[s
     ]  # fmt: skip
 
 
-def check_views(
-    recording: Recording, reader: FrameReader, instants: Instants, places: Places
-) -> Iterator[Finding]:
-    """Findings about the places of views, by what they measured of the recording."""
-    if len(places) < 2:
-        return
-
-    def remeasured(changed: Recording, view: str) -> tuple[Instants, Places]:
-        return measured_views(changed, reader, [view])
-
-    yield from check_places(recording, instants, places, remeasured)
-
-
 def _rectifies(recording: Recording, view: str) -> bool:
     try:
         rectification_of(recording, recording.view(view), DepthParameters())
@@ -200,13 +184,7 @@ def _rectifies(recording: Recording, view: str) -> bool:
     return True
 
 
-Remeasured: TypeAlias = Callable[[Recording, str], tuple[Instants, Places]]
-"""What one view measures with the cameras of another description of the same recording."""
-
-
-def check_places(
-    recording: Recording, instants: Instants, places: Places, remeasured: Remeasured
-) -> Iterator[Finding]:
+def check_views(recording: Recording, instants: Instants, places: Places) -> Iterator[Finding]:
     """Findings about what the views measured with their cameras at these places."""
     absent = [name for name in places if not any(name in seen for seen in instants)]
     measured = {name: place for name, place in places.items() if name not in absent}
@@ -221,11 +199,9 @@ def check_places(
         return
     given = misfits(instants, measured)
     if given.mean() > _LARGE:
-        slip = _exchanged(instants, measured, given)
-        if slip is None and (named := _without_which(given)):
-            slip = _slip_of_view(recording, instants, measured, given, named, remeasured)
-        if slip is not None:
-            yield slip
+        exchanged = _exchanged(instants, measured, given)
+        if exchanged is not None:
+            yield exchanged
             return
     off = list(check_displacements(recording, surfaces_of(instants, measured), measured))
     if not off and given.mean() > (_LARGE if _without_which(given) else _PLAIN):
@@ -250,41 +226,7 @@ def _exchanged(instants: Instants, places: Places, given: Misfits) -> Finding | 
     left, a, b = min(tried)
     if not left < _LEFT * given.mean():
         return None
-    return _measured(exchanged_views(a, b), given, left)
-
-
-def _slip_of_view(
-    recording: Recording,
-    instants: Instants,
-    places: Places,
-    given: Misfits,
-    view: str,
-    remeasured: Remeasured,
-) -> Finding | None:
-    """The usual slip of one view's cameras without which it hardly contradicts the others."""
-    names = recording.view(view).cameras()
-    best, found = _LEFT * given.mean(), None
-    for slip in SLIPS:
-        cameras = {n: slip.undone(c) if n in names else c for n, c in recording.cameras.items()}
-        try:
-            again, place = remeasured(replace(recording, cameras=cameras), view)
-        except InputError:
-            continue  # a correction with which nothing can be measured is none
-        merged = [
-            {**{n: one for n, one in seen.items() if n != view}, **new}
-            for seen, new in zip(instants, again, strict=True)
-        ]
-        left = misfits(merged, {**places, **place}).mean()
-        if any(again) and left < best:
-            best = left
-            change = slip.correction(names)
-            named = Finding("error", f"view {view}", slip.what, slip.remedy, change)
-            found = _measured(named, given, left)
-    return found
-
-
-def _measured(found: Finding, given: Misfits, left: float) -> Finding:
-    """A finding with the contradictions as they are, and with it corrected."""
+    found = exchanged_views(a, b)
     return replace(
         found,
         what=f"{found.what}: other views see through {100 * given.mean():.0f} % of the points or "

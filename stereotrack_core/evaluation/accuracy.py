@@ -12,14 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
-from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.evaluation.summary import (
     Doubts,
+    LimbErrors,
     Summary,
     doubts_against,
+    errors_against,
     root_mean,
     summarise,
     summarise_segments,
@@ -49,13 +50,8 @@ def accuracy_of(
     states: Reference | None = None,
     segments: Sequence[Segment] = (),
     frames: range | None = None,
-    max_sigma: float = MAX_SIGMA,
 ) -> Accuracy:
-    """Measure a run, or landmarks alone.
-
-    `states` is the reference with its uncertainty, of which only landmarks within `max_sigma`
-    (metres) describe its quality, as only those are in `reference`.
-    """
+    """Measure a run, or landmarks alone; `states` is the reference with its uncertainty."""
     run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
     errors = errors_against(trajectory, reference)
     if frames is not None:
@@ -65,7 +61,7 @@ def accuracy_of(
         errors=errors,
         summary=summarise(errors),
         segments=summarise_segments(errors, segments),
-        quality={} if states is None else reference_quality(states, errors.frame, max_sigma),
+        quality={} if states is None else reference_quality(states, errors.frame),
         doubts=doubts if doubts is not None and doubts.judged else None,
     )
 
@@ -91,18 +87,13 @@ def arms_good_to(quality: Mapping[str, float]) -> float:
     return float(np.sqrt(np.mean(squares))) if squares else float("nan")
 
 
-def reference_quality(
-    reference: Reference, frames: IntArray, max_sigma: float = MAX_SIGMA
-) -> dict[str, float]:
+def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float]:
     """Root mean square error that the reference states for itself, by measure.
 
     Parameters
     ----------
     frames : (F,) int64
         Frames that count; those that the reference does not have are passed over.
-    max_sigma : float
-        Largest standard deviation in metres of landmarks that count; errors are not measured
-        against others.
 
     Returns
     -------
@@ -112,7 +103,7 @@ def reference_quality(
         errors of the shoulders to be independent: both state rather too much than too little.
     """
     chosen = np.isin(reference.frame, frames)
-    points = reference.trajectory(max_sigma).points[chosen]
+    points = reference.trajectory().points[chosen]
     known = np.asarray(np.isfinite(points).all(axis=2))
     values: dict[str, float] = {}
     if reference.covariance is not None:

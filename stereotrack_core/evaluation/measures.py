@@ -10,8 +10,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
-from stereotrack_core.evaluation.errors import at_frames, errors_against
-from stereotrack_core.evaluation.summary import doubts_against
+from stereotrack_core.evaluation.summary import at_frames, doubts_against, errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory

@@ -16,10 +16,8 @@ from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.inspection import LIVE, RecordedStep, copy_of, traced_step
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.trace import StepTrace
 from stereotrack_core.worker_processes import Asker
 
 _TELL_SECONDS = 0.2
@@ -39,11 +37,6 @@ class Show:
     """Send the views' depth images with each frame from now on, or no longer."""
 
     depths: bool
-
-
-@dataclass(frozen=True)
-class Inspect:
-    """Tell what the next step would do, to the last bit, once the tracker is held before it."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +111,7 @@ class _Work:
         self._task, self._asker, self._allowed = task, asker, task.allowed
         self._left = task.allowed.frames
         self._unsent: Cloud | None = None
-        self._depths = self._inspect = False
+        self._depths = False
         self._begun = time.perf_counter()
         self._paused = self._told = 0.0
         self._stage, self._found = "", (False, "", 0)
@@ -138,7 +131,7 @@ class _Work:
             pipeline.corrects = True
             pipeline.prepare(wanted)
             self._tell_prepared(pipeline)
-            pipeline.before_step = lambda cloud: self._hold(pipeline, cloud)
+            pipeline.before_step = lambda _cloud: self._hold()
             newest = -1
             for tracked in pipeline.frames(wanted):
                 if tracked.frame > newest:  # those that come again were allowed before
@@ -183,15 +176,12 @@ class _Work:
                 self._stage, self._told = stage, time.monotonic()
                 self._asker.tell(Preparing(stage, done, count))
 
-    def _hold(self, pipeline: Pipeline, cloud: Cloud) -> None:
+    def _hold(self) -> None:
         """Wait before a step until it is allowed."""
         begun = time.perf_counter()
         self._listen(0.0)
         while self._left <= 0:
             self._tell_held()
-            if self._inspect:
-                self._inspect = False
-                self._asker.tell(RecordedStep(_next_step(pipeline, cloud), cloud, LIVE))
             self._listen(None)
         self._paused += time.perf_counter() - begun
 
@@ -202,8 +192,6 @@ class _Work:
                     self._allowed, self._left = order, order.frames
                 case Show():
                     self._depths = order.depths
-                case Inspect():
-                    self._inspect = True
 
     def _tell_frame(self, tracked: TrackedFrame) -> None:
         """Send a frame; its depth images are ten times as much as all else together."""
@@ -222,10 +210,3 @@ def _found_by(pipeline: Pipeline) -> tuple[bool, str, int]:
     """What is found while tracking: the beginning, the heading with the shape, second looks."""
     heading = "" if pipeline.heading is None else pipeline.heading.state
     return pipeline.started, heading, len(pipeline.second_look.changed)
-
-
-def _next_step(pipeline: Pipeline, cloud: Cloud) -> StepTrace:
-    twin = copy_of(pipeline.tracker)
-    if not pipeline.started and len(cloud.points):
-        twin.start(pipeline.first_pose(cloud))
-    return traced_step(twin, cloud)

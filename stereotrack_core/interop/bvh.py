@@ -21,7 +21,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
-from stereotrack_core.interop.landmark_file import checked_fps, contiguous, held
+from stereotrack_core.interop.landmark_file import checked_fps, contiguous
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _OUTWARDS = {"left": np.array([1.0, 0.0, 0.0]), "right": np.array([-1.0, 0.0, 0.0])}
@@ -140,7 +140,7 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
             where=str(path),
             remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
         )
-    landmarks = held(points, unknown) @ _BVH_FROM_WORLD.T
+    landmarks = _held(points, unknown) @ _BVH_FROM_WORLD.T
     root, joints = skeleton(landmarks, ~unknown)
     channels = np.concatenate([root, *(_euler_zxy_deg(j.rotation) for j in joints)], axis=1)
     lines = ["HIERARCHY", *_hierarchy(joints, joints[0], 0), "MOTION", f"Frames: {len(points)}"]
@@ -149,6 +149,16 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     notes = _notes(fps, first, (np.flatnonzero(unknown.any(axis=1)) + first).tolist())
     beside = path.with_name(path.name + ".json")
     write_files({path: "\n".join(lines) + "\n", beside: json.dumps(notes, indent=2) + "\n"})
+
+
+def _held(values: FloatArray, unknown: BoolArray) -> FloatArray:
+    """Landmarks (F, K, 3) of which unknown ones (F, K) are as they were last (or first) known."""
+    result = values.copy()
+    for k in range(unknown.shape[1]):
+        known = np.flatnonzero(~unknown[:, k])
+        last = np.searchsorted(known, np.arange(len(values)), side="right") - 1
+        result[:, k] = values[known[np.maximum(last, 0)], k]
+    return result
 
 
 def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:

@@ -23,8 +23,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import replacing
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.interop.file_axes import FileAxes
 from stereotrack_core.interop.landmark_file import (
+    FileAxes,
     Stated,
     axis_in,
     checked_fps,

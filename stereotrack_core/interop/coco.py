@@ -58,7 +58,7 @@ def write_coco(
         images.append(
             {
                 "id": number,
-                "file_name": picture_of(camera.name, frame),
+                "file_name": f"{camera.name}/{frame:06d}.png",
                 "width": camera.width,
                 "height": camera.height,
                 "camera": camera.name,
@@ -75,11 +75,6 @@ def write_coco(
         "categories": [{"supercategory": "person", **category}],
     }
     write_file(path, json.dumps(content, indent=1, allow_nan=False))
-
-
-def picture_of(camera: str, frame: int) -> str:
-    """Name of a picture in the file, below the folder that the file is in."""
-    return f"{camera}/{frame:06d}.png"
 
 
 def read_coco(source: LabelSource) -> Labels:

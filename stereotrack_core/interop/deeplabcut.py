@@ -1,6 +1,7 @@
 """DeepLabCut's tables of labels and of predictions: one file for each camera.
 
-CSV, or for labels HDF5 (:mod:`deeplabcut_hdf5`) where the file's name ends in ``.h5``.
+CSV; HDF5 (:mod:`deeplabcut_hdf5`) is read only: DeepLabCut itself makes it of the CSV, by
+``deeplabcut.convertcsv2h5``.
 
 Labels have the pictures' paths in the first column (or in the first three), predictions the number
 of the frame and a likelihood for each point. Coordinates are raw-image pixels, (0, 0) the centre of
@@ -21,7 +22,7 @@ import numpy as np
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.deeplabcut_hdf5 import cells_of, hdf5_of
+from stereotrack_core.interop.deeplabcut_hdf5 import cells_of
 from stereotrack_core.interop.label_source import (
     PLACES_ALONE,
     Labels,
@@ -29,7 +30,6 @@ from stereotrack_core.interop.label_source import (
     PicturePlaces,
     checked_frame,
 )
-from stereotrack_core.interop.pictures import make_folder
 from stereotrack_core.tables import csv_text, read_cells
 
 # Not read by sleap-io (0.9.5): it gives no labels and no complaint for a CSV whose pictures are not
@@ -121,54 +121,24 @@ def write_deeplabcut(
     dict from Path to int
         How many labels are in each file; clicks without a place make none.
     """
-    by_camera = _by_camera(clicks, placed=path.suffix.lower() == ".h5")
+    by_camera: dict[str, list[Click]] = {}
+    for click in clicks:
+        if not click.deleted:
+            by_camera.setdefault(click.camera, []).append(click)
     files = {file_of_camera(path, camera): own for camera, own in by_camera.items()}
     if len(files) < 2:
         files = {path: next(iter(files.values()), [])}
-    content = {file: _content(file, own, landmarks, scorer) for file, own in files.items()}
-    write_files(content)
+    write_files({file: _content(own, landmarks, scorer) for file, own in files.items()})
     return {file: sum(click.position is not None for click in own) for file, own in files.items()}
 
 
-def write_labelled_data(
-    folder: Path, clicks: Iterable[Click], landmarks: Sequence[str], *, hdf5: bool
-) -> dict[Path, int]:
-    """Write the tables where DeepLabCut looks for them, beside the pictures of each camera.
-
-    ``labeled-data/CAMERA/CollectedData_stereotrack.csv`` below a folder, with `hdf5` also ``.h5``.
-    See :func:`write_deeplabcut`.
-    """
-    by_camera = _by_camera(clicks, placed=True)
-    files: dict[Path, list[Click]] = {}
-    for camera, own in by_camera.items():
-        file_of_camera(folder / "labels.csv", camera)  # refuses names that no folder can have
-        place = (folder / picture_of(camera, 0)).parent
-        for suffix in (".csv", ".h5") if hdf5 else (".csv",):
-            files[place / f"CollectedData_{SCORER}{suffix}"] = own
-    for place in {file.parent for file in files}:
-        make_folder(place)
-    write_files({file: _content(file, own, landmarks, SCORER) for file, own in files.items()})
-    return {file: sum(click.position is not None for click in own) for file, own in files.items()}
-
-
-def picture_of(camera: str, frame: int) -> str:
+def _picture_of(camera: str, frame: int) -> str:
     """Name of a picture in the tables, below the folder of a project of DeepLabCut."""
     return f"labeled-data/{camera}/img{frame:06d}.png"
 
 
-def _by_camera(clicks: Iterable[Click], *, placed: bool) -> dict[str, list[Click]]:
-    """Clicks of each camera; of cameras without a single place only where `placed` is False."""
-    found: dict[str, list[Click]] = {}
-    for click in clicks:
-        if not click.deleted and not (placed and click.position is None):
-            found.setdefault(click.camera, []).append(click)
-    return found
-
-
-def _content(
-    path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str
-) -> str | bytes:
-    """The labels of one camera, as the suffix of their file says."""
+def _content(clicks: Iterable[Click], landmarks: Sequence[str], scorer: str) -> str:
+    """The labels of one camera."""
     by_picture: dict[tuple[int, str], dict[str, Click]] = {}
     for click in clicks:
         if click.position is not None:
@@ -176,14 +146,11 @@ def _content(
     values = np.full((len(by_picture), 2 * len(landmarks)), np.nan)
     pictures = []
     for row, key in zip(values, sorted(by_picture), strict=True):
-        pictures.append(picture_of(key[1], key[0]))
+        pictures.append(_picture_of(key[1], key[0]))
         for k, name in enumerate(landmarks):
             own = by_picture[key].get(name)
             if own is not None and own.position is not None:
                 row[2 * k : 2 * k + 2] = own.position
-    if path.suffix.lower() == ".h5":
-        index = [tuple(picture.split("/")) for picture in pictures]
-        return hdf5_of(path, index, landmarks, values, scorer)
     twice = [name for name in landmarks for _ in "xy"]
     rows = [["bodyparts", *twice], ["coords", *["x", "y"] * len(landmarks)]]
     for picture, numbers in zip(pictures, values.tolist(), strict=True):
@@ -193,8 +160,6 @@ def _content(
 
 def file_of_camera(path: Path, camera: str) -> Path:
     """File of one camera, where those of several are written: ``labels_S.csv`` for ``labels.csv``.
-
-    Pictures of the camera lie in a folder of its name.
 
     InputError where the camera's name is none that a file or a folder can have.
     """

@@ -1,9 +1,9 @@
 """DeepLabCut's labels and predictions as HDF5, the file that it prefers to the CSV beside it.
 
-A table of pandas with the key ``df_with_missing``, of the format ``fixed`` or ``table``: written by
-the optional libraries pandas and PyTables, read by h5py alone, which runs nothing that a file may
-hold. The format ``table`` keeps names of columns as a pickle, of which only texts, numbers, lists
-and tuples are read; anything else is refused, as it could run a program.
+A table of pandas with the key ``df_with_missing``, of the format ``fixed`` or ``table``, read by
+h5py alone, which runs nothing that a file may hold. The format ``table`` keeps names of columns as
+a pickle, of which only texts, numbers, lists and tuples are read; anything else is refused, as it
+could run a program.
 """
 
 from __future__ import annotations
@@ -19,49 +19,14 @@ from typing import Any, NoReturn
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import InputError
 from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.reading import TABLE_BYTES, decoding
-from stereotrack_core.versions import check_library, extra_library
+from stereotrack_core.versions import check_library
 
 KEY = "df_with_missing"
 _WHAT = "this is not a file of DeepLabCut's labels or predictions"
 _REMEDY = "Use a .csv or .h5 file written by DeepLabCut; have it write a damaged one again."
 _INSTEAD = "DeepLabCut's .csv"
-
-
-def hdf5_of(
-    path: Path,
-    rows: Sequence[tuple[str, ...]],
-    parts: Sequence[str],
-    values: FloatArray,
-    scorer: str,
-) -> bytes:
-    """The file of labels (F, 2 N), pixels, NaN where there is none.
-
-    Each row of them is named by the folders and the name of its picture, each pair of columns by
-    one of the N `parts`. `path` is where it will be.
-
-    InputError where there are no labels, or a library is not installed.
-    """
-    pandas = _library("pandas", path)
-    _library("tables", path)
-    columns = pandas.MultiIndex.from_product(
-        [[scorer], list(parts), ["x", "y"]], names=["scorer", "bodyparts", "coords"]
-    )
-    if not rows:
-        raise InputError(
-            "there are no clicks to write",
-            where=str(path),
-            remedy="Click landmarks first, or use .csv, which may be empty.",
-        )
-    frame = pandas.DataFrame(values, index=pandas.MultiIndex.from_tuples(rows), columns=columns)
-    memory = {"driver": "H5FD_CORE", "driver_core_backing_store": 0}
-    with pandas.HDFStore("labels.h5", mode="w", **memory) as store:
-        store.put(KEY, frame, track_times=False)
-        store.flush()
-        data: bytes = store._handle.get_file_image()
-    return data
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,16 +163,5 @@ def _text(value: bytes | float) -> str:
 
 def check_h5py(path: Path) -> None:
     """InputError where h5py is not installed; another process will load it."""
-    missing, where = _missing("h5py"), str(path)
-    check_library("h5py", "sleap", missing=missing, where=where, instead=_INSTEAD)
-
-
-def _library(name: str, path: Path) -> Any:
-    missing, where, instead = _missing(name), str(path), _INSTEAD
-    if name == "tables":
-        return extra_library("tables", "deeplabcut", missing=missing, where=where, instead=instead)
-    return extra_library("pandas", "deeplabcut", missing=missing, where=where, instead=instead)
-
-
-def _missing(name: str) -> str:
-    return f"DeepLabCut's HDF5 files need the library {name}, which is not installed"
+    missing = "DeepLabCut's HDF5 files need the library h5py, which is not installed"
+    check_library("h5py", "sleap", missing=missing, where=str(path), instead=_INSTEAD)

@@ -2,31 +2,144 @@
 
 The clicks file is ``frame,view,landmark,x,y,visibility,source``, in raw-image pixels; files
 without ``source`` are read as well.
+
+Clicks as tables with a row for each frame: DLTdv, Argus and XMALab.
+
+All three have columns for each point in each camera and no column for the frame: the n-th row is
+frame n - 1 of the recording. They differ in their columns' names and in what a pixel is:
+
+- ``dltdv``: ``pt1_cam1_X``; the centre of the top-left pixel is (1, 1), y points down. That is
+  DLTdv8; DLTdv 5 to 7 count y from the bottom.
+- ``argus``: ``head_cam_1_x``; the centre of the top-left pixel is (0, height): y points up.
+- ``xmalab``: ``head_cam1_X``; the centre of the top-left pixel is (0, 0), y points down. These are
+  the choices of its dialog that are made beforehand: with a header, from 0, y down, distorted.
+
+Cameras are numbered in the recording's order. The tables have no column for how a landmark is seen,
+or for what is outside the image.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
-from stereotrack_core.interop.label_source import Labels, LabelSource
-from stereotrack_core.interop.point_tables import point_table_of, read_points
+from stereotrack_core.interop.label_source import PLACES_ALONE, Labels, LabelSource
 from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import csv_text, finite_number, read_cells, read_rows, whole_number
 
+
+@dataclass(frozen=True)
+class PointTable:
+    """How one of the programs writes its tables."""
+
+    pattern: re.Pattern[str]
+    """A column's name: point, camera's number and axis."""
+    first_pixel: int
+    """Number of the first pixel of a row, whose centre it is."""
+    upwards: bool
+    """Whether y points up, from the edge below the last row of pixels."""
+
+    def pixel(self, place: tuple[float, float], camera: Camera) -> tuple[float, float]:
+        """Theirs in ours."""
+        x, y = place
+        return x - self.first_pixel, camera.height - y if self.upwards else y - self.first_pixel
+
+
+POINT_TABLES: Mapping[str, PointTable] = MappingProxyType(
+    {
+        "dltdv": PointTable(re.compile(r"(pt\d+)_cam(\d+)_([XY])"), 1, upwards=False),
+        "argus": PointTable(re.compile(r"(.+)_cam_(\d+)_([xy])"), 0, upwards=True),
+        "xmalab": PointTable(re.compile(r"(.+)_cam(\d+)_([XY])"), 0, upwards=False),
+    }
+)
+"""By the name of the format; a header is of the first whose pattern it has."""
+
+
+def point_table_of(header: Sequence[str]) -> str:
+    """Which of the formats a file has whose first line this is; empty where none."""
+    for form, table in POINT_TABLES.items():
+        if header and all(table.pattern.fullmatch(name) for name in header):
+            return form
+    return ""
+
+
+def read_points(source: LabelSource) -> Labels:
+    """Read the clicks of all cameras.
+
+    Cameras have the recording's order, points their names (``pt1`` of DLTdv means nothing: state
+    it).
+
+    InputError where the file cannot be read, the recording has fewer cameras, or no point is known.
+    """
+    path = source.path
+    lines = read_cells(path, headers=1)
+    table = POINT_TABLES[point_table_of(lines[0])]
+    cameras = {str(k): name for k, name in enumerate(source.recording.cameras, start=1)}
+    places: dict[tuple[str, str], dict[str, int]] = {}
+    for column, name in enumerate(lines[0]):
+        point, number, axis = _parts(table, name)
+        if number not in cameras:
+            raise InputError(
+                f"the file has a camera {number}, the recording has {len(cameras)}",
+                where=str(path),
+                remedy="Remove its columns, or add the camera to the recording.",
+            )
+        if source.camera is not None and cameras[number] != source.camera_of("", str(path)):
+            continue
+        own = places.setdefault((point, cameras[number]), {})
+        own[axis.lower()] = column
+
+    def read(row: tuple[int, Sequence[str]], known: Mapping[str, str]) -> list[Click]:
+        line, cells = row
+        clicks = []
+        for (point, name), columns in places.items():
+            if point in known and len(columns) == 2:
+                x, y = (_value(cells, columns[axis], path, line) for axis in "xy")
+                if math.isfinite(x) and math.isfinite(y):
+                    pixel = table.pixel((x, y), source.recording.cameras[name])
+                    clicks.append(Click(line - 2, name, known[point], pixel, origin="imported"))
+        return clicks
+
+    rows = enumerate(lines[1:], start=2)
+    found = source.labels((point for point, _ in places), rows, read)
+    return replace(found, unstated=PLACES_ALONE)
+
+
+def _parts(table: PointTable, name: str) -> tuple[str, str, str]:
+    match = table.pattern.fullmatch(name)
+    assert match is not None  # noqa: S101 - the whole header was looked at
+    return match[1], match[2], match[3]
+
+
+def _value(cells: Sequence[str], column: int, path: Path, line: int) -> float:
+    text = cells[column] if column < len(cells) else ""
+    try:
+        return float(text) if text else math.nan
+    except ValueError:
+        raise InputError(
+            f"line {line}: {text!r} is not a number",
+            where=str(path),
+            remedy="Write pixels as a number, or NaN.",
+        ) from None
+
+
 _UNDERSTOOD = (
     "Supported files: clicks from .csv, DeepLabCut .csv and .h5, DLTdv, Argus and XMALab .csv, "
-    "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d, "
-    ".nc of movement and .npz."
+    "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d "
+    "and .npz."
 )
 LABEL_SUFFIXES = (".csv", ".h5", ".json", ".slp")
 """What :func:`read_labels` reads."""

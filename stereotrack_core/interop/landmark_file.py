@@ -1,4 +1,11 @@
-"""What landmark files of other programs have in common: units, names, axes, frame rate, gaps."""
+"""What landmark files of other programs have in common: units, names, axes, frame rate, gaps.
+
+Axes of files of other programs: what the file states, and whether the person contradicts it.
+
+A documented statement is followed unless head, shoulders, hips and feet, or the spread of all
+markers, speak for another axis. People lie and bend, so that nothing is corrected by it: the file
+is refused until the axes are stated.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +15,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.errors import InputError
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
@@ -100,11 +107,7 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
 
     InputError for a trajectory without frames, or with few in a long stretch.
     """
-    return every_frame(trajectory.frame, trajectory.points, where)
-
-
-def every_frame(frame: IntArray, values: FloatArray, where: str) -> tuple[int, FloatArray]:
-    """The same for values (F, ...) of any kind."""
+    frame = trajectory.frame
     if not len(frame):
         raise InputError(
             "there are no frames to write", where=where, remedy="Track at least one frame."
@@ -116,23 +119,9 @@ def every_frame(frame: IntArray, values: FloatArray, where: str) -> tuple[int, F
             where=where,
             remedy="Use .csv or .npz, which allow gaps, or export part of the frames.",
         )
-    result: FloatArray = np.full((last - first + 1, *values.shape[1:]), np.nan)
-    result[frame - first] = values
+    result: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
+    result[frame - first] = trajectory.points
     return first, result
-
-
-def held(values: FloatArray, unknown: BoolArray) -> FloatArray:
-    """Values (F, K, ...) of which unknown ones (F, K) are as they were last (or first) known.
-
-    For formats that cannot leave a value out. What is never known stays as it is.
-    """
-    result = values.copy()
-    for k in range(unknown.shape[1]):
-        known = np.flatnonzero(~unknown[:, k])
-        if len(known):
-            last = np.searchsorted(known, np.arange(len(values)), side="right") - 1
-            result[:, k] = values[known[np.maximum(last, 0)], k]
-    return result
 
 
 def checked_fps(fps: float) -> float:
@@ -152,3 +141,145 @@ def metres_per(unit: str, where: str) -> float:
     if metres is None:
         raise InputError(f"unknown unit {unit!r}", where=where, remedy="Use m, cm or mm.")
     return metres
+
+
+_UPRIGHT = 0.5
+"""Cosine between trunk and up from which it is upright: somebody who leans by 60 degrees."""
+
+_ALONG = 0.85
+"""Cosine between trunk (legs) and an axis from which it points along that axis: 32 degrees."""
+
+_SHORTEST, _LONGEST = 0.1, 1.2
+"""Length of a trunk, a neck or legs, in metres. Other points tell nothing of a person."""
+
+_LEAST_EXTENT, _LARGEST_EXTENT = 1.0, 2.5
+_FLAT, _SLENDER = 0.5, 0.7
+"""The markers of a whole body are so long, in metres; along the axis that is stated as up they have
+less than `_FLAT` of that, along the third axis less than `_SLENDER`: arms are not spread."""
+
+_MOST_FRAMES = 500
+
+
+@dataclass(frozen=True, eq=False)
+class FileAxes:
+    """Rotation (3, 3) from a file's axes to east, north and up, and who states it.
+
+    `is_certain`: whether a person states it, whom the geometry does not contradict.
+    """
+
+    world_from_file: FloatArray
+    source: str
+    is_certain: bool = False
+
+
+class AxesContradicted(InputError):
+    """The person in a file contradicts what it states about its axes.
+
+    `upright` are the axes if the person is upright, `as_stated` those that the file states.
+    """
+
+    def __init__(self, what: str, where: str, upright: str, as_stated: str) -> None:
+        self.upright, self.as_stated = upright, as_stated
+        super().__init__(
+            what,
+            where=where,
+            remedy="State the axes that point east, north and up: "
+            f"--axes {upright} for an upright person, or --axes {as_stated} for a person who lies "
+            "or bends. Where a command has no such option, use the .csv that `stereotrack export "
+            "--axes` writes.",
+        )
+
+
+def axes_text(world_from_file: FloatArray) -> str:
+    """The file's axes that point east, north and up, such as ``x,-z,y``."""
+    return ",".join(axis_text(row) for row in world_from_file)
+
+
+def axis_text(direction: FloatArray) -> str:
+    """Name of the axis next to a direction (3,), such as ``-z``."""
+    k = int(np.argmax(np.abs(direction)))
+    return ("-" if direction[k] < 0.0 else "") + "xyz"[k]
+
+
+def check_axes(
+    axes: FileAxes, directions: Mapping[str, FloatArray], points: FloatArray, where: str
+) -> Finding:
+    """What is taken for the axes of a file, as a note.
+
+    `directions`: ``trunk`` (F, 3) from the pelvis to the neck and ``legs`` from the feet to the
+    pelvis, NaN where not known; `points` (F, N, 3) are all markers; all in the file's axes.
+
+    AxesContradicted where the person contradicts what the file states.
+    """
+    up = axes.world_from_file[2]
+    usual = {name: _usual(vectors) for name, vectors in directions.items()}
+    seen = [
+        f"{name} {_angle(direction, up):.0f}° from up"
+        for name, direction in usual.items()
+        if direction is not None
+    ]
+    text = f"axes {axes_text(axes.world_from_file)} (east, north, up) {axes.source}"
+    found = None if axes.is_certain else _contradiction(up, usual, points)
+    if found is None:
+        return Finding("note", where, ", ".join([text, *seen]), "")
+    what, other = found
+    upright = world_from_up(other, axes.world_from_file[0])
+    raise AxesContradicted(
+        f"{axis_text(up)} points up {axes.source}, but {what}",
+        where,
+        axes_text(upright),
+        axes_text(axes.world_from_file),
+    )
+
+
+def _usual(vectors: FloatArray) -> FloatArray | None:
+    """Unit vector (3,) that vectors (F, 3) usually have; None if it is not a person's."""
+    known = vectors[np.isfinite(vectors).all(axis=-1)]
+    length = np.linalg.norm(known, axis=-1, keepdims=True)
+    if not len(known) or not _SHORTEST < np.median(length) < _LONGEST:
+        return None
+    median = np.median(known / np.maximum(length, 1e-9), axis=0)
+    size = float(np.linalg.norm(median))
+    return median / size if size > _UPRIGHT else None
+
+
+def _angle(one: FloatArray, two: FloatArray) -> float:
+    return float(np.degrees(np.arccos(np.clip(one @ two, -1.0, 1.0))))
+
+
+def _contradiction(
+    up: FloatArray, usual: Mapping[str, FloatArray | None], points: FloatArray
+) -> tuple[str, FloatArray] | None:
+    """What speaks against an axis `up`, and the axis (3,) that it speaks for; None if nothing."""
+    trunk, legs = usual["trunk"], usual["legs"]
+    if trunk is None and legs is None:
+        return _by_extents(up, points)
+    if legs is not None and legs @ up >= _ALONG:  # who stands may bend
+        return None
+    direction, what = (trunk, "trunk points") if trunk is not None else (legs, "legs point")
+    assert direction is not None  # noqa: S101 - one of them is known
+    other: FloatArray = np.zeros(3)
+    k = int(np.argmax(np.abs(direction)))
+    other[k] = np.sign(direction[k])
+    upright = float(direction @ up)
+    if upright >= _UPRIGHT or (upright > -_UPRIGHT and direction @ other < _ALONG):
+        return None
+    return f"the person's {what} along {axis_text(other)}", other
+
+
+def _by_extents(up: FloatArray, points: FloatArray) -> tuple[str, FloatArray] | None:
+    """The same by the extents of all markers, which do not tell up from down."""
+    some = points[:: max(1, len(points) // _MOST_FRAMES)]
+    some = some[np.isfinite(some).all(axis=-1).any(axis=-1)]
+    if not len(some):
+        return None
+    extents = np.median(np.nanmax(some, axis=1) - np.nanmin(some, axis=1), axis=0)
+    longest, vertical = int(np.argmax(extents)), int(np.argmax(np.abs(up)))
+    size = extents[longest]
+    if longest == vertical or not _LEAST_EXTENT < size < _LARGEST_EXTENT:
+        return None
+    if extents[vertical] > _FLAT * size or extents[3 - longest - vertical] > _SLENDER * size:
+        return None
+    other: FloatArray = np.zeros(3)
+    other[longest] = 1.0
+    return f"the markers extend {size:.1f} m along {'xyz'[longest]}", other

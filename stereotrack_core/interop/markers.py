@@ -19,9 +19,8 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.interop.file_axes import FileAxes, check_axes
 from stereotrack_core.interop.label_source import map_names
-from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.interop.landmark_file import FileAxes, Stated, check_axes
 from stereotrack_core.interop.marker_sets import MARKER_SETS, MarkerSet
 from stereotrack_core.recording.landmarks import LANDMARKS
 

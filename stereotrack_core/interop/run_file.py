@@ -12,10 +12,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
-from stereotrack_core.interop.file_axes import FileAxes
-from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.interop.landmark_file import FileAxes, Stated
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
-from stereotrack_core.interop.motion.netcdf import read_netcdf, write_netcdf
 from stereotrack_core.interop.reference_npz import (
     is_reference,
     read_reference,
@@ -62,7 +60,6 @@ _FOREIGN: Mapping[str, Callable[[Path, Stated | None], tuple[LandmarkTrajectory,
     ".csv": _read_table,
     ".trc": read_trc,
     ".c3d": read_c3d,
-    ".nc": read_netcdf,
 }
 """What they are read from with other axes, and, but for ``.csv``, with other names."""
 
@@ -70,7 +67,6 @@ _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
     ".trc": write_trc,
     ".c3d": write_c3d,
     ".bvh": write_bvh,
-    ".nc": write_netcdf,
 }
 """What landmarks can be written as that states a frame rate."""
 
@@ -117,12 +113,11 @@ def write_trajectory(
     trajectory: LandmarkTrajectory,
     fps: float | None,
     residual: FloatArray | None = None,
-    confidence: FloatArray | None = None,
 ) -> None:
-    """Write landmarks (.csv, .trc, .c3d, .bvh, .nc).
+    """Write landmarks (.csv, .trc, .c3d, .bvh).
 
     `fps`: frames per second; only ``.csv`` needs none. `residual` (F,), metres, kept by ``.c3d``
-    alone, and `confidence` (F, 9) by ``.nc``.
+    alone.
 
     Raises InputError for another suffix, a place that cannot be written to, or a missing frame
     rate.
@@ -138,8 +133,6 @@ def write_trajectory(
         )
     elif suffix == ".c3d":
         write_c3d(path, trajectory, fps, residual)
-    elif suffix == ".nc":
-        write_netcdf(path, trajectory, fps, confidence)
     else:
         _WRITERS[suffix](path, trajectory, fps)
 
@@ -177,7 +170,7 @@ def read_run(path: Path) -> Run:
 
 
 def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTrajectory:
-    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d, .nc).
+    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
 
     `stated`: names and axes of a file of another program, axes of a ``.csv``. Frames are those of
     the file's own rate; :meth:`LandmarkTrajectory.at_rate` takes it to a recording's.

@@ -1,4 +1,4 @@
-"""Where a run's recording is, and which runs lie beside a recording."""
+"""Where the recording of a run is."""
 
 from __future__ import annotations
 
@@ -54,34 +54,11 @@ def is_run_of(path: Path, recording: Recording) -> bool:
     return _belongs(meta, fingerprint(recording), recording.folder.resolve())
 
 
-def runs_beside(recording: Recording) -> tuple[Path, ...]:
-    """Run files of a recording that lie beside its folder or in it, the newest first.
-
-    Files that cannot be read are left out.
-    """
-    own, folder = fingerprint(recording), recording.folder.resolve()
-    found = []
-    for path in _newest(folder.parent, _may_be_run), _newest(folder, _may_be_run):
-        found += [one for one in path if _belongs(_meta_or_nothing(one), own, folder)]
-    return tuple(sorted(found, key=_changed, reverse=True))
-
-
-def _meta_or_nothing(path: Path) -> Mapping[str, Any]:
-    try:
-        return read_meta(path)
-    except InputError:
-        return {}
-
-
 def _belongs(meta: Mapping[str, Any], content: str, folder: Path) -> bool:
     if meta.get("fingerprint") is not None:
         return bool(meta["fingerprint"] == content)
     named = str(meta.get("recording_folder") or "")
     return bool(named) and Path(os.path.realpath(named)) == folder
-
-
-def _may_be_run(path: Path) -> bool:
-    return path.suffix.lower() == ".npz" and path.is_file()
 
 
 def _is_recording(folder: Path) -> bool:

@@ -4,9 +4,6 @@ Pixels are SLEAP's own (the centre of the first one is 0, as here), frames those
 stream that begins earlier or later than the recording is accounted for. Of numbered pictures SLEAP
 counts the files, so that a missing number moves all frames behind it. The format cannot tell what
 is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
-
-Accepted clicks are also points of a predicted instance from which the labelled one was made, which
-is how SLEAP keeps what a person has confirmed. Points that differ from it are a person's own.
 """
 
 from __future__ import annotations
@@ -19,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, Click, Visibility
+from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
@@ -45,16 +42,9 @@ from stereotrack_core.recording.landmarks import SKELETON
 
 
 def write_sleap(
-    path: Path,
-    clicks: Iterable[Click],
-    recording: Recording,
-    landmarks: LandmarkSet,
-    *,
-    pictures: bool = False,
+    path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
 ) -> None:
     """Write the clicks of all cameras; each camera is a video.
-
-    With `pictures` the labelled ones are kept in the file, which then needs no video.
 
     InputError where the file cannot be written, a picture is missing, or sleap-io is not installed.
     """
@@ -71,7 +61,7 @@ def write_sleap(
                 where=str(path),
                 remedy="Delete the clicks of this frame, or export them as csv or coco.",
             )
-    write = partial(_save, found, recording, landmarks, files, "user" if pictures else False)
+    write = partial(_save, found, recording, landmarks, files)
 
     def is_whole(written: Path) -> bool:
         import h5py
@@ -89,7 +79,6 @@ def _save(
     recording: Recording,
     landmarks: LandmarkSet,
     files: Mapping[str, Mapping[int, Path]],
-    embed: str | bool,
     path: Path,
 ) -> None:
     """Write them in this process, which HDF5 may end later where it could not."""
@@ -112,24 +101,12 @@ def _save(
         instance = sio.Instance.from_numpy(points, skeleton=skeleton)
         instance.points["visible"] = seen
         own = _index_of(files[camera.name], frame + _shift(stream, recording))
-        instances = [instance]
-        accepted = np.array([name in found and found[name].origin == ACCEPTED for name in names])
-        if accepted.any():
-            places = np.where(accepted[:, None], points, np.nan)
-            scores = np.ones(len(names))
-            predicted = sio.PredictedInstance.from_numpy(
-                places, skeleton=skeleton, point_scores=scores, score=1.0
-            )
-            instance.from_predicted = predicted
-            instances.append(predicted)
         frames.append(
-            sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=instances)
+            sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=[instance])
         )
     labels = sio.Labels(labeled_frames=frames, videos=list(videos.values()), skeletons=[skeleton])
-    for video in videos.values() if embed else ():
-        video.open_backend = True
     try:
-        sio.save_slp(labels, str(path), embed=embed, verbose=False)
+        sio.save_slp(labels, str(path), embed=False, verbose=False)
     except RuntimeError as error:  # what h5py raises where a drive is full
         raise OSError(str(error)) from error
 
@@ -259,6 +236,5 @@ def _clicks(person: SleapPerson, place: tuple[int, str], known: Mapping[str, str
     for name, x, y, visible in person.points():
         if name in known:
             seen = Visibility.SEEN if visible else Visibility.GUESSED
-            origin = ACCEPTED if name in person.accepted else "imported"
-            clicks.append(Click(*place, known[name], (x, y), seen, origin=origin))
+            clicks.append(Click(*place, known[name], (x, y), seen, origin="imported"))
     return clicks

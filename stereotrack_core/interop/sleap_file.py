@@ -33,8 +33,6 @@ class SleapPerson(NamedTuple):
     """Scores of what was predicted; of what was labelled 1 where it is visible, else 0."""
     track: str
     """Name of the person's track; empty if there is none."""
-    accepted: frozenset[str] = frozenset()
-    """Names of labelled points that are where they were predicted."""
 
     def points(self) -> Iterator[tuple[str, float, float, float]]:
         """Name, x, y and `sure` of the points that have a place."""
@@ -113,15 +111,9 @@ def _person(instance: Any, sure: str) -> SleapPerson:
     points, track = instance.points, instance.track
     places = np.asarray(points["xy"], dtype=np.float64).reshape(len(points), 2)
     names = tuple([str(name) for name in points["name"].tolist()])
-    accepted: frozenset[str] = frozenset()
-    if (before := getattr(instance, "from_predicted", None)) is not None:
-        predicted = before.points
-        there = dict(zip(map(str, predicted["name"]), predicted["xy"].tolist(), strict=True))
-        own = zip(names, places.tolist(), strict=True)
-        accepted = frozenset(name for name, place in own if there.get(name) == place)
     x, y = places.T.tolist()
     scores = np.asarray(points[sure], dtype=np.float64).tolist()
-    return SleapPerson(names, x, y, scores, "" if track is None else str(track.name), accepted)
+    return SleapPerson(names, x, y, scores, "" if track is None else str(track.name))
 
 
 def _files_of(video: Any, number: int) -> tuple[str, str]:

@@ -17,8 +17,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.file_axes import FileAxes
 from stereotrack_core.interop.landmark_file import (
+    FileAxes,
     Stated,
     checked_fps,
     contiguous,

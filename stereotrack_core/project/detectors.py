@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.click import Prediction
-from stereotrack_core.annotation.keypoint_proposals import landmark_predictions
+from stereotrack_core.annotation.detected_body import landmark_predictions
 from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -21,7 +21,7 @@ from stereotrack_core.interop.keypoints.source import (
     joined,
     of_chosen_person,
 )
-from stereotrack_core.project.keypoints import DetectorState
+from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of

@@ -9,9 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.click_gains import SCORED
-from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     own_outliers,
@@ -20,35 +19,29 @@ from stereotrack_core.annotation.doubts import (
 )
 from stereotrack_core.annotation.fit.fit import fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fitted_clicks import (
-    FITTED_TO,
-    FittedClicks,
-    checksums,
-    fitted_clicks,
-)
-from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.reference import (
+    FITTED_TO,
     MAX_SIGMA,
+    FittedClicks,
     Reference,
+    checksums,
     fit_of_reference,
+    fitted_clicks,
     merged_reference,
     origin_of,
     reference_of_fit,
     without_gaps,
 )
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
-from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.entries import Choose, load_reference, save_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.selection import gaps_of, landmark_gaps_of
-from stereotrack_core.project.setups import load_reference, save_reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import check_calibrated
 from stereotrack_core.worker_processes import Asker
@@ -131,21 +124,6 @@ def frames_around(frames: range, clicked: tuple[int, ...], last: int) -> range:
     )
 
 
-def residuals_of(
-    fit: TrajectoryFit,
-    clicks: tuple[Click, ...],
-    cameras: Mapping[str, Camera],
-    landmarks: LandmarkSet,
-) -> FloatArray:
-    """Residuals (F, 6) of each limb's clicks in pixels, over the frames of the fit."""
-    pixels = click_pixels(clicks, cameras, fit.names)
-    away = click_residuals(pixels, fit.frame, fit.landmarks)
-    residuals = np.full((len(fit.frame), len(LIMBS)), np.nan)
-    _, own, theirs = np.intersect1d(fit.frame, pixels.frame, return_indices=True)
-    residuals[own] = limb_residuals(away, landmarks)[theirs]
-    return residuals
-
-
 @dataclass(frozen=True, eq=False)
 class ShownReference:
     """The project's reference, and what follows from it."""
@@ -153,17 +131,13 @@ class ShownReference:
     name: str
     reference: Reference
     fit: TrajectoryFit | None  # None where it was not fitted to the project's landmarks
-    residuals: FloatArray | None
-    """(frames, 6); of each limb's clicks in pixels, over the frames of the recording."""
     words: str  # how good it is
     outliers: tuple[ClickKey, ...] = ()  # clicks that look like outliers
     clicks: FittedClicks | None = None
     """What it was fitted to, and where that has changed; None where nobody knows."""
 
 
-def read_reference(
-    project: Project, recording: Recording, name: str, frames: int
-) -> ShownReference:
+def read_reference(project: Project, recording: Recording, name: str) -> ShownReference:
     """The reference of that name, with what follows from it and the present clicks."""
     reference, landmarks = load_reference(project.references, name), project.landmark_set()
     clicks, cameras = project.clicks.all(), recording.cameras
@@ -172,16 +146,13 @@ def read_reference(
         good = arms_good_to(reference_quality(reference, reference.frame))
         says = f"arm uncertainty {spread_words(good)}"
         words = f"“{name}”: {len(reference.frame)} frames, {says}. {reference.left_out(MAX_SIGMA)}"
-        return ShownReference(name, reference, None, None, words.strip())
-    residuals = np.full((frames, len(LIMBS)), np.nan)
-    inside = fit.frame < frames
-    residuals[fit.frame[inside]] = residuals_of(fit, clicks, cameras, landmarks)[inside]
+        return ShownReference(name, reference, None, words.strip())
     doubtful = doubtful_camera(clicks, cameras, landmarks)
     outliers = own_outliers(fit.flagged(), doubtful, clicks, cameras)
     words = f"“{name}”: {_words(fit, len(outliers), doubtful, recording.camera_names())}"
     words += f" {reference.left_out(MAX_SIGMA)}"
     known = fitted_clicks(reference.meta, clicks)
-    return ShownReference(name, reference, fit, residuals, words.strip(), outliers, known)
+    return ShownReference(name, reference, fit, words.strip(), outliers, known)
 
 
 def _words(

@@ -8,9 +8,9 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import load_run
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.description import Recording
 
 

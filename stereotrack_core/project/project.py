@@ -16,9 +16,13 @@ from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.connection import Access, LogWriter, connect_for_reading
 from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
-from stereotrack_core.project.entries import Entries, ViewSettings
+from stereotrack_core.project.entries import (
+    Entries,
+    ViewSettings,
+    load_landmark_set,
+    load_subject,
+)
 from stereotrack_core.project.history import Changed, History
-from stereotrack_core.project.keypoints import StoredKeypoints
 from stereotrack_core.project.marks import Marks
 from stereotrack_core.project.opening import (
     Mount,
@@ -26,7 +30,7 @@ from stereotrack_core.project.opening import (
     open_for_reading,
     open_for_writing,
 )
-from stereotrack_core.project.predictions import Predictions
+from stereotrack_core.project.predictions import Predictions, StoredKeypoints
 from stereotrack_core.project.schema import (
     CHOICE,
     DESCRIPTION,
@@ -36,10 +40,6 @@ from stereotrack_core.project.schema import (
     RUN,
     SUBJECT,
     Table,
-)
-from stereotrack_core.project.setups import (
-    load_landmark_set,
-    load_subject,
 )
 from stereotrack_core.project.whereabouts import (
     RecordingPlace,

@@ -30,10 +30,7 @@ from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.repeating import changed_parameters
 
-_META = (
-    *("program", "version", "preset", "parameters", "seed", "views", "init", "smoothed"),
-    *("recording", "fingerprint", "calibration", "versions", "wall_seconds", "made"),
-)
+_META = ("preset", "seed", "views", "init", "smoothed", "wall_seconds", "made")
 
 
 @dataclass(frozen=True)
@@ -41,17 +38,14 @@ class RunFacts:
     """A run in a list; what is not known is empty or None.
 
     `frames` and `tracked`: frames that it has, and those of them with a pose. `first` and `last`:
-    the first and the last frame. `fingerprint` and `calibration`: of the recording and of its
-    cameras.
+    the first and the last frame.
     """
 
     frames: int = 0
     tracked: int = 0
     first: int | None = None
     last: int | None = None
-    asked: tuple[int, int] | None = None  # frames that were asked for, half-open
     preset: str = ""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
     changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
     """Parameters that are not the preset's, as they were when the run was kept: name to the
     preset's value and the run's."""
@@ -61,12 +55,6 @@ class RunFacts:
     smoothed: bool = False
     detector: str = ""
     """Pose detector that looked at the pictures, or detectors whose keypoints were used."""
-    subject: str = ""
-    recording: str = ""
-    fingerprint: str = ""
-    calibration: str = ""
-    versions: Mapping[str, str] = field(default_factory=dict)
-    """Of this program and of what it computes with."""
     wall_seconds: float | None = None
     made: str = ""  # when it was tracked, ISO 8601, UTC
     note: str = ""  # what a person has written about it
@@ -80,32 +68,13 @@ class RunFacts:
 
 _READERS: Mapping[str, Any] = {
     **dict.fromkeys(("frames", "tracked", "first", "last", "seed"), int),
-    **dict.fromkeys(("preset", "init", "subject", "recording", "fingerprint"), str),
-    **dict.fromkeys(("calibration", "made", "note", "detector"), str),
-    "asked": lambda pair: (int(pair[0]), int(pair[1])),
-    "parameters": dict,
+    **dict.fromkeys(("preset", "init", "made", "note", "detector"), str),
     "changed": lambda values: {name: (a, b) for name, (a, b) in dict(values).items()},
     "views": lambda names: tuple(str(name) for name in names),
     "smoothed": bool,
-    "versions": lambda known: {str(name): str(one) for name, one in dict(known).items()},
     "wall_seconds": float,
 }
 """How the facts are made of what was kept, by name."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A parameter or something else that two runs were made with, in words."""
-
-    what: str
-    first: str
-    second: str
-    parameter: bool = False
-
-    @property
-    def differs(self) -> bool:
-        """Whether it is not the same in both."""
-        return self.first != self.second
 
 
 def facts_to_keep(run: Run, note: str = "") -> dict[str, Any]:
@@ -120,14 +89,9 @@ def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dic
     facts |= {key: meta[key] for key in _META if key in meta}
     if len(frame):
         facts |= {"first": int(frame[0]), "last": int(frame[-1])}
-    if meta.get("frames") is not None:
-        facts["asked"] = list(meta["frames"])
     sources = dict(meta.get("keypoints") or {}).get("sources", ())
     if detector := meta.get("detector") or ", ".join(sources):
         facts["detector"] = detector
-    subject = meta.get("subject")
-    if isinstance(subject, dict) and subject.get("name"):
-        facts["subject"] = subject["name"]
     if meta.get("parameters"):
         changed = changed_parameters(meta["parameters"], str(meta.get("preset", "")))
         facts["changed"] = {name: list(values) for name, values in changed.items()}
@@ -141,41 +105,6 @@ def run_facts(stored: Mapping[str, Any]) -> RunFacts:
     """
     there = {name: read for name, read in _READERS.items() if stored.get(name) is not None}
     return RunFacts(**{name: read(stored[name]) for name, read in there.items()})
-
-
-def beside(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
-    """All that two runs were made with, side by side: parameters first, then everything else."""
-    one, other = _made_with(first), _made_with(second)
-    parameters = dict.fromkeys((*first.parameters, *second.parameters))
-    rows = [
-        Difference(
-            name,
-            _text(first.parameters.get(name)),
-            _text(second.parameters.get(name)),
-            parameter=True,
-        )
-        for name in parameters
-    ]
-    others = dict.fromkeys((*one, *other))
-    return (*rows, *(Difference(x, _text(one.get(x)), _text(other.get(x))) for x in others))
-
-
-def _made_with(facts: RunFacts) -> dict[str, Any]:
-    """What a run was made with besides its parameters, by what a person calls it."""
-    return {
-        "preset": facts.preset,
-        "seed": facts.seed,
-        "views": "+".join(facts.views),
-        "frames": "" if facts.first is None else f"{facts.first} to {facts.last}",
-        "initial pose": facts.init,
-        "smoothed": facts.smoothed,
-        "pose detector": facts.detector or "none",
-        "subject": facts.subject,
-        "recording": facts.recording,
-        "recording's fingerprint": facts.fingerprint[:8],
-        "fingerprint of the calibration": facts.calibration[:8],
-        **{f"version of {name}": version for name, version in facts.versions.items()},
-    }
 
 
 def _text(value: Any) -> str:

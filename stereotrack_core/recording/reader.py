@@ -159,11 +159,6 @@ class FrameReader:
         """Number of frames of each stream, by view name and key in ``recording.toml``."""
         return {key: s.source.count() for key, s in self._streams.items()}
 
-    @property
-    def cached_bytes(self) -> int:
-        """Bytes of pictures that the cache holds now."""
-        return self._cache.bytes
-
     def frame_set(self, k: int) -> FrameSet:
         """All images of frame k.
 

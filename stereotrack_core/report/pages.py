@@ -3,37 +3,164 @@
 from __future__ import annotations
 
 import base64
-import os
 import shlex
-import subprocess
-import tempfile
 from collections.abc import Sequence
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
 
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.calibrate.verdict import Verdict
-from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.evaluation.accuracy import Accuracy, stated_means
-from stereotrack_core.evaluation.failure_segments.segment import FOUND_WORDS, limbs_words
-from stereotrack_core.evaluation.summary import LOST_ANGLE
-from stereotrack_core.own_program import module_command
+from stereotrack_core.errors import Finding
+from stereotrack_core.evaluation.accuracy import stated_means
+from stereotrack_core.evaluation.failure_segments.segment import (
+    FOUND_WORDS,
+    FailureSegment,
+    limbs_words,
+)
+from stereotrack_core.evaluation.limbs import LIMB_COLOURS
+from stereotrack_core.evaluation.summary import LOST_ANGLE, LimbErrors
 from stereotrack_core.recording.consistency import FILES
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.report import run_tables
-from stereotrack_core.report.drawing import Kind, limb_curves
 from stereotrack_core.report.reported import Reported, ShownFailure
-from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_STYLE: Any = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#57606a",
+    "axes.grid": True,
+    "grid.color": "#e3e6e9",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "svg.hashsalt": "stereotrack",
+}
+_DPI = 144
+
+
+def drawn_axes(rows: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    """A figure of so many inches with its axes, row by row."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        made = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    return figure, list(made.ravel())
+
+
+def image_of(figure: Figure, kind: str, dpi: int = _DPI) -> bytes:
+    """The figure as a file (svg, png or pdf), the same bytes for the same figure."""
+    import matplotlib
+    from matplotlib.text import Text
+
+    buffer = BytesIO()
+    dated = {"svg": "Date", "pdf": "CreationDate"}
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)  # a dollar sign is one: names from files are no formulas
+    with matplotlib.rc_context(_STYLE):
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata={dated.get(kind, "Software"): None})
+    return buffer.getvalue()
+
+
+_ORDER = ("torso", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
+_WIDTH, _HEIGHT = 9.0, 1.25
+
+
+def limb_curves(
+    run: Run,
+    errors: LimbErrors | None,
+    failures: Sequence[FailureSegment],
+    segments: Sequence[Segment],
+) -> bytes:
+    """One panel per limb below each other.
+
+    With a reference: the error, and what the run states to be its standard deviation. Without
+    one: the standard deviation, and the probability that the limb is lost on the right axis.
+    Failures are shaded; segments are named above.
+    """
+    figure, axes = drawn_axes(len(_ORDER), 1, _WIDTH, _HEIGHT * len(_ORDER) + 0.5)
+    highest = _highest(run, errors)
+    for ax, limb in zip(axes, _ORDER, strict=True):
+        place, colour = LIMBS.index(limb), LIMB_COLOURS[limb]
+        sigma = _with_gaps(run.frame, run.limb_sigma_deg[:, place])
+        if errors is None:
+            ax.plot(*sigma, color=colour, linewidth=1.4)
+            _chance(ax, run.frame, run.limb_lost[:, place])
+        else:
+            ax.fill_between(*sigma, color="#57606a", alpha=0.18, linewidth=0)
+            degrees = np.degrees(errors.of_limb(limb))
+            ax.plot(*_with_gaps(errors.frame, degrees), color=colour, linewidth=1.4)
+            ax.axhline(float(np.degrees(LOST_ANGLE)), color="#57606a", linewidth=0.7, linestyle=":")
+        for failure in failures:
+            if limb in failure.limbs:
+                ax.axvspan(failure.first, failure.last + 1, color="#f3d9c9", linewidth=0, zorder=0)
+        ax.set_title(limb.replace("_", " "), loc="left", fontsize=9)
+        ax.set_ylim(0, highest)
+        ax.set_ylabel("deg")
+    _name_segments(axes[0], segments)
+    axes[-1].set_xlabel("frame")
+    return image_of(figure, "svg")
+
+
+def _highest(run: Run, errors: LimbErrors | None) -> float:
+    """Where all panels end: at the largest value, 60 at least and 180 at most."""
+    values = [run.limb_sigma_deg.ravel()]
+    if errors is not None:
+        values = [np.degrees(errors.of_limb(limb)) for limb in _ORDER]
+    known = np.concatenate(values)
+    known = known[np.isfinite(known)]
+    most = float(known.max()) if known.size else 0.0
+    return float(np.clip(1.1 * most, 60.0, 180.0))
+
+
+def _with_gaps(frame: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same with NaN between frames that do not follow each other."""
+    gaps = np.flatnonzero(np.diff(frame) > 1) + 1
+    return (
+        np.insert(frame.astype(np.float64), gaps, np.nan),
+        np.insert(values.astype(np.float64), gaps, np.nan),
+    )
+
+
+def _chance(ax: Axes, frame: IntArray, chance: FloatArray) -> None:
+    """Probability that the limb is lost, percent, on an axis of its own."""
+    if not np.isfinite(chance).any():
+        return
+    right = ax.twinx()
+    right.plot(*_with_gaps(frame, 100.0 * chance), color="#CC79A7", linewidth=0.9, linestyle="--")
+    right.set_ylim(0, 100)
+    right.set_ylabel("lost %", color="#8f4a70")
+    right.grid(visible=False)
+
+
+def _name_segments(ax: Axes, segments: Sequence[Segment]) -> None:
+    for segment in segments:
+        ax.annotate(
+            segment.name,
+            (segment.first, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, -9),
+            textcoords="offset points",
+            fontsize=7,
+            color="#57606a",
+            rotation=0,
+            annotation_clip=True,
+        )
+        ax.axvline(segment.first, color="#c4ccd4", linewidth=0.7)
 
 
 def embedded(data: bytes, kind: str) -> str:
@@ -47,13 +174,10 @@ def code(text: str) -> Markup:
     return Markup("<code>{}</code>").format(text)
 
 
-def page(template: str, title: str, *, for_print: bool = False, **content: object) -> str:
-    """A whole page, of what a file in ``templates`` speaks of, that needs no other file.
-
-    One that is for print has a plain style that simple renderers understand.
-    """
+def page(template: str, title: str, **content: object) -> str:
+    """A whole page, of what a file in ``templates`` speaks of, that needs no other file."""
     drawn = _environment().get_template(template)
-    return drawn.render(title=title, for_print=for_print, **content)
+    return drawn.render(title=title, **content)
 
 
 @cache
@@ -74,8 +198,8 @@ def _environment() -> Environment:
 _OF_CAMERAS = ("calibration", "camera", "view")
 
 
-def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False) -> str:
-    """The whole report as HTML, its curves of this kind; see :func:`page`."""
+def run_page(reported: Reported) -> str:
+    """The whole report as HTML."""
     source, run, accuracy = reported.source, reported.source.run, reported.accuracy
     shown = reported.failures
     errors = None if accuracy is None else accuracy.errors
@@ -83,7 +207,6 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
     return page(
         "run.html",
         f"Report on {source.name}",
-        for_print=for_print,
         reported=reported,
         source=source,
         accuracy=accuracy,
@@ -92,13 +215,11 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
         subject=run.meta.get("subject"),
         preset=str(run.meta.get("preset") or ""),
         known_preset=str(run.meta.get("preset") or "") in PRESETS,
-        curves=embedded(limb_curves(run, errors, failures, reported.segments, kind), kind),
+        curves=embedded(limb_curves(run, errors, failures, reported.segments), "svg"),
         found=FOUND_WORDS[shown[0].failure.found] if shown else "",
         strips=[_strip(one) for one in shown if one.strip is not None],
         doubts=None if accuracy is None else accuracy.doubts,
-        within_two=[] if accuracy is None else _within_two(run, accuracy),
         **_of_cameras(reported),
-        **_of_reference(reported),
         **run_tables.tables(reported),
     )
 
@@ -143,20 +264,6 @@ def _strip(shown: ShownFailure) -> dict[str, str]:
     }
 
 
-def _within_two(run: Run, accuracy: Accuracy) -> list[str]:
-    """Share of errors within twice the stated error by limb, limbs that are lost left out."""
-    found = accuracy.errors
-    _, own, other = np.intersect1d(run.frame, found.frame, return_indices=True)
-    shares = []
-    for i, limb in enumerate(LIMBS):
-        degrees, sigma = np.degrees(found.of_limb(limb))[other], run.limb_sigma_deg[own, i]
-        known = np.isfinite(degrees) & np.isfinite(sigma) & (degrees <= np.degrees(LOST_ANGLE))
-        if known.any():
-            share = 100.0 * float((degrees[known] <= 2.0 * sigma[known]).mean())
-            shares.append(f"{limb.replace('_', ' ')} {share:.0f} %")
-    return shares
-
-
 def _of_cameras(reported: Reported) -> dict[str, Any]:
     """The recording, what was found about its cameras and elsewhere, and a verdict in words."""
     own = reported.source.recording
@@ -196,68 +303,9 @@ def _verdict(recording: Recording, findings: Sequence[Finding]) -> str:
     return f"{word}: {len(grave)} of the checks of its {cameras} cameras failed."
 
 
-def _of_reference(reported: Reported) -> dict[str, int]:
-    """How many frames the reference states its uncertainty of, and how many were filled in."""
-    states = reported.source.states
-    if states is None:
-        return {"stated_frames": 0, "filled_frames": 0}
-    inside = np.isin(states.frame, reported.source.run.frame)
-    filled = 0 if states.filled is None else int(states.filled[inside].sum())
-    return {"stated_frames": int(inside.sum()), "filled_frames": filled}
-
-
-_PDF_SECONDS = 300.0
-
-
 def write_page(path: Path, reported: Reported) -> None:
     """Write a report as HTML."""
     write_file(path, run_page(reported))
-
-
-def write_calibration_page(
-    path: Path, name: str, verdict: Verdict, tables: Sequence[Table]
-) -> None:
-    """Write the page about a calibration: verdict, errors of cameras and pairs, what was left out.
-
-    Raises InputError where it cannot be written.
-    """
-    title = f"Calibration {name}"
-    write_file(path, page("calibration.html", title, verdict=verdict, tables=list(tables)))
-
-
-def write_pdf(path: Path, reported: Reported, window_package: str | None) -> None:
-    """Write a report as PDF; the window's package does it, in a process of its own.
-
-    Raises InputError where that package is missing or fails.
-    """
-    if window_package is None:
-        raise InputError(
-            "PDFs need the workbench, which is not installed",
-            where="--pdf",
-            remedy="Print the page to PDF from a browser instead.",
-        )
-    environment = {**os.environ}
-    environment.setdefault("QT_QPA_PLATFORM", "offscreen")
-    with tempfile.TemporaryDirectory() as folder:
-        page = Path(folder) / "page.html"
-        made = Path(folder) / "page.pdf"
-        write_file(page, run_page(reported, "png", for_print=True))
-        command = module_command(f"{window_package}.pdf", [str(page), str(made)])
-        try:
-            done = subprocess.run(  # noqa: S603 - our own program
-                command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
-                check=False,
-            )  # fmt: skip
-            problem = done.stderr.strip() or "unknown reason" if done.returncode else ""
-        except subprocess.TimeoutExpired:
-            problem = f"not finished after {_PDF_SECONDS:.0f} s"
-        if problem:
-            raise InputError(
-                f"the PDF could not be written ({problem.splitlines()[-1]})",
-                where=str(path),
-                remedy="Print the page to PDF from a browser instead.",
-            )
-        write_file(path, made.read_bytes())
 
 
 def repeat_command(recording: str, run_name: str) -> str:

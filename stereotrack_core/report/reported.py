@@ -15,12 +15,6 @@ from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
 from stereotrack_core.evaluation.failure_segments.export import strip_of
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
-from stereotrack_core.evaluation.joint_angles.motion import (
-    StretchMotion,
-    motion_of,
-    range_of_motion,
-)
-from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -52,10 +46,8 @@ class Source:
     """The reference with its uncertainty, where it states one."""
     frames: range | None = None
     """That are reported; None for all."""
-    command: str = ""
-    """That makes this report again."""
     repeat: str = ""
-    """That tracks again."""
+    """Command that tracks again."""
     note: str = ""
     """What a person has written about the run."""
 
@@ -88,10 +80,6 @@ class Reported:
     accuracy: Accuracy | None
     """None without a reference."""
     failures: tuple[ShownFailure, ...]
-    motions: tuple[StretchMotion, ...]
-    """Ranges of motion: all frames first, then every segment."""
-    smoothing: str
-    """How angles were made smooth, in a sentence."""
     differs: tuple[str, ...]
     """Why tracking again may come out otherwise."""
 
@@ -113,16 +101,12 @@ def gathered(
     on_progress(0.02, "reading the recording")
     findings = () if recording is None else examine(recording.folder, compare=True)
     accuracy = _accuracy(source, segments)
-    angles = angles_of_run(run)
-    motion = motion_of(angles, source.fps)
     return Reported(
         source=source,
         segments=segments,
         findings=findings,
         accuracy=accuracy,
         failures=_failures(source, on_progress, cancelled),
-        motions=range_of_motion(angles, motion, segments),
-        smoothing=motion.words,
         differs=() if recording is None else what_differs(run, recording),
     )
 
@@ -183,7 +167,7 @@ def _failures(
             on_progress(0.6 + 0.4 * i / len(found), "rendering failures")
             strip = None
             if failure in longest:
-                strip = _jpeg(strip_of(searched, recording, failure, reader=reader))
+                strip = _jpeg(strip_of(searched, recording, failure, reader))
             shown.append(ShownFailure(failure, strip))
     return tuple(shown)
 

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import Accuracy
 from stereotrack_core.evaluation.failure_segments.segment import CAUSE_WORDS, limbs_words
 from stereotrack_core.evaluation.joint_angles.motion import StretchMotion
-from stereotrack_core.evaluation.summary import CALLED, Summary, root_mean
+from stereotrack_core.evaluation.summary import Summary
 from stereotrack_core.recording.description import LENGTHS, Recording, View
 from stereotrack_core.report.reported import Reported
 from stereotrack_core.tables import Table, number
@@ -76,7 +75,7 @@ def range_table(stretch: StretchMotion) -> Table:
     """Range of motion, mean and peak velocity of every angle that is known."""
     headings = (
         *("angle", ">frames", ">from", ">to", ">range", ">± range", ">mean", ">± angle"),
-        *(">peak deg/s", ">± peak"),
+        ">peak deg/s",
     )
     rows = [
         (one.angle.words, str(one.frames), *map(number, one.degrees().values()))
@@ -86,22 +85,6 @@ def range_table(stretch: StretchMotion) -> Table:
     where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
     title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"
     return Table(title, headings, rows)
-
-
-def side_table(stretches: Sequence[StretchMotion]) -> Table:
-    """Range of motion, left against right."""
-    headings = ("stretch", "angle", ">left", ">right", ">left - right", ">±", ">symmetry %")
-    rows = [
-        (
-            stretch.name,
-            side.left.angle.label,
-            *map(number, (*side.degrees().values(), 100.0 * side.symmetry)),
-        )
-        for stretch in stretches
-        for side in stretch.sides
-        if side.left.frames or side.right.frames
-    ]
-    return Table("Range of motion, left against right, degrees", headings, rows)
 
 
 def tables(reported: Reported) -> dict[str, Table | None]:
@@ -114,10 +97,6 @@ def tables(reported: Reported) -> dict[str, Table | None]:
         "errors": None if accuracy is None else error_table(accuracy),
         "segments": None if accuracy is None else segment_table(accuracy.segments),
         "failures": _failures(reported),
-        "honesty": _honesty(run),
-        "motion": range_table(reported.motions[0]),
-        "sides": side_table(reported.motions),
-        "reference_sigma": _reference_sigma(reported),
         "parameters": _parameters(stored),
         "changed": _changed(stored, str(run.meta.get("preset") or "")),
         "versions": _versions(reported),
@@ -181,36 +160,6 @@ def _failures(reported: Reported) -> Table:
             )
         )
     return Table("", ("frames", "time", "limbs", ">peak", "probable cause"), rows)
-
-
-def _honesty(run: Run) -> Table | None:
-    """What the run says itself about lost limbs; None where it says nothing."""
-    known = np.isfinite(run.limb_lost)
-    rows = []
-    for i, limb in enumerate(LIMBS):
-        if known[:, i].any():
-            share = 100.0 * float((run.limb_lost[known[:, i], i] > CALLED).mean())
-            sigma = root_mean(np.square(run.limb_sigma_deg[run.tracked, i]))
-            rows.append((limb.replace("_", " "), number(share), number(sigma)))
-    columns = ("limb", ">flagged [% of frames]", ">predicted error [deg]")
-    return Table("", columns, rows) if rows else None
-
-
-def _reference_sigma(reported: Reported) -> Table | None:
-    """How good the reference says that it is; None where it does not."""
-    states = reported.source.states
-    if states is None or states.limb_sigma_deg is None:
-        return None
-    sigma = states.limb_sigma_deg[np.isin(states.frame, reported.source.run.frame)]
-    rows = [
-        (
-            limb.replace("_", " "),
-            number(root_mean(np.square(sigma[:, i]))),
-            number(float(np.fmax.reduce(sigma[:, i], initial=np.nan))),
-        )
-        for i, limb in enumerate(LIMBS)
-    ]
-    return Table("", ("limb", ">uncertainty [deg]", ">worst frame [deg]"), rows)
 
 
 def _parameters(stored: dict[str, Any]) -> Table:

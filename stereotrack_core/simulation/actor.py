@@ -16,8 +16,8 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.simulation.materials import borders, material_table, worn
 from stereotrack_core.simulation.people import Person
+from stereotrack_core.simulation.room import borders, material_table, worn
 from stereotrack_core.simulation.skeleton import BONE, BONES, SIDES, SIGN, PosedBones, rest_joints
 from stereotrack_core.simulation.surface import rest_surface
 

@@ -25,15 +25,19 @@ from stereotrack_core.recording.writing import (
     write_recording_description,
 )
 from stereotrack_core.simulation.actor import Actor, actor
-from stereotrack_core.simulation.depth_camera import DepthCamera, depth_view
-from stereotrack_core.simulation.disturbances import Disturber, check_strengths
-from stereotrack_core.simulation.materials import noise_lattice
 from stereotrack_core.simulation.motions import Chain, Part, motion_names, parts_of, scheduled
 from stereotrack_core.simulation.people import PEOPLE, Person, grown, person_named
 from stereotrack_core.simulation.postures import line_path, walk
-from stereotrack_core.simulation.render import CameraRenderer, Posed
-from stereotrack_core.simulation.rig import SceneOptions, rig, sensor, view_names
-from stereotrack_core.simulation.room import room
+from stereotrack_core.simulation.render import CameraRenderer, DepthCamera, Posed, depth_view
+from stereotrack_core.simulation.rig import (
+    Disturber,
+    SceneOptions,
+    check_strengths,
+    rig,
+    sensor,
+    view_names,
+)
+from stereotrack_core.simulation.room import noise_lattice, room
 from stereotrack_core.simulation.skeleton import JointState, landmarks, posed_bones
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))

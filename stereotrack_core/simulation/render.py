@@ -1,23 +1,24 @@
-"""Pictures of a scene by one camera; what stands still is drawn once."""
+"""Pictures of a scene by one camera, and what a depth camera measures of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Stream, View
+from stereotrack_core.recording.writing import counts_of, write_png
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.disturbances import UNDISTURBED, Disturber
-from stereotrack_core.simulation.materials import material_table
 from stereotrack_core.simulation.raster import SAMPLES, Raster, Samples, Visible, in_samples
-from stereotrack_core.simulation.rig import Sensor
-from stereotrack_core.simulation.room import ROOM_MATERIALS, Things
-from stereotrack_core.simulation.shading import Stuff, clothing, region, shade
-from stereotrack_core.simulation.shadows import Shadows
+from stereotrack_core.simulation.rig import UNDISTURBED, Disturber, Sensor
+from stereotrack_core.simulation.room import ROOM_MATERIALS, Things, material_table
+from stereotrack_core.simulation.shading import Shadows, Stuff, clothing, region, shade
 
 _NEAR = 0.15
 _WIDEST = 2.2
@@ -194,4 +195,109 @@ def _averaged(light: Float32Array) -> Float32Array:
     height, width, channels = light.shape
     blocks = light.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, channels)
     result: Float32Array = blocks.mean(axis=(1, 3), dtype=np.float32)
+    return result
+
+
+_SCALE = 43.5
+"""Focal length times base line (pixels, metres): 580 px and 75 mm, those of the first Kinect."""
+
+_STEP = 0.125
+"""Pixels of disparity between two values that it distinguishes."""
+
+_NOISE = 0.062
+"""Pixels of disparity, standard deviation: 1.4 mm at 1 m, growing with the square of the range
+(Khoshelham and Elberink 2012, doi:10.3390/s120201437)."""
+
+_ALIKE = 1.0
+"""Pixels over which errors are alike, standard deviation of the smoothing."""
+
+_FRAYED = 0.4
+"""Pixels by which edges are displaced, standard deviation."""
+
+_BASELINE = 0.075
+"""Metres from the projector to the camera: beside edges the camera sees what it does not light."""
+
+_DEPTH, _MASK = "depth/%06d.png", "mask/%06d.png"
+_UNIT = 0.001
+_NEAREST, _FARTHEST = 0.3, 6.0
+_BEFORE_ROOM = 0.08
+"""Metres by which the person is in front of the empty room."""
+
+
+@dataclass(frozen=True, eq=False)
+class DepthCamera:
+    """Measures the scene that a renderer draws; `stream` decides the noise, as of a sensor."""
+
+    renderer: CameraRenderer
+    focal: float
+    """Pixels."""
+    folder: Path
+    """Of its images."""
+    stream: tuple[int, int]
+    empty: Float32Array = field(init=False)
+    """(H, W), metres. True ranges of the empty room."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "empty", self.renderer.seen(()).depth)
+
+        for images in (_DEPTH, _MASK):
+            (self.folder / images).parent.mkdir(parents=True)
+
+    def write(self, people: Sequence[Posed], frame: int) -> None:
+        """Store depth image and mask of a frame."""
+        ranges, person = self.measured(people, frame)
+        write_png(self.folder / (_DEPTH % frame), counts_of(ranges, _UNIT))
+        write_png(self.folder / (_MASK % frame), person)
+
+    def measured(self, people: Sequence[Posed], frame: int) -> tuple[Float32Array, BoolArray]:
+        """Ranges (H, W) in metres, NaN where there are none, and the mask of who is there.
+
+        The mask is made of the measured ranges, not of the truth.
+        """
+        rng = np.random.default_rng([*self.stream, 3, frame])
+        true = self.renderer.seen(people).depth
+        shift = self.focal * _BASELINE / np.maximum(true, _NEAREST)
+        lit = ~_in_shadow(shift.astype(np.float32))
+        z = _frayed(np.where(lit, true, np.nan).astype(np.float32), rng)
+        z[z > _FARTHEST] = np.nan
+        disparity = _SCALE / z + _NOISE * _smooth_noise(z.shape, rng)
+        ranges = _SCALE / (np.round(disparity / _STEP) * _STEP)
+        with np.errstate(invalid="ignore"):
+            person = ranges < self.empty - _BEFORE_ROOM
+        return ranges.astype(np.float32), person
+
+
+def depth_view(name: str, picture: Stream) -> View:
+    """The view whose images a depth camera with its name as folder has written."""
+    depth, mask = Stream(name, f"{name}/{_DEPTH}"), Stream("", f"{name}/{_MASK}")
+    return View(name, "depth", picture, depth=depth, depth_unit=_UNIT, mask=mask)
+
+
+def _in_shadow(disparity: Float32Array) -> BoolArray:
+    """Pixels (H, W) that something nearer keeps from the projector's light."""
+    height, width = disparity.shape
+    lines = np.arange(height)[:, None]
+    margin = int(np.ceil(disparity.max())) + 1
+    column = np.rint(np.arange(width) + disparity).astype(np.int64)
+    nearest = np.zeros((height, width + margin))
+    np.maximum.at(nearest, (lines, column), disparity)
+    shadow: BoolArray = nearest[lines, column] > disparity + 1.0
+    return shadow
+
+
+def _frayed(z: Float32Array, rng: np.random.Generator) -> Float32Array:
+    """The ranges, each taken from a place beside it: edges are ragged."""
+    height, width = z.shape
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    off = _FRAYED * rng.standard_normal((2, height, width))
+    column = np.clip(np.rint(x + off[0]), 0, width - 1).astype(np.int64)
+    line = np.clip(np.rint(y + off[1]), 0, height - 1).astype(np.int64)
+    frayed: Float32Array = z[line, column]
+    return frayed
+
+
+def _smooth_noise(shape: tuple[int, ...], rng: np.random.Generator) -> Float32Array:
+    """Noise (H, W) of unit standard deviation, alike in neighbouring pixels."""
+    noise = cv2.GaussianBlur(rng.standard_normal(shape, np.float32), (0, 0), _ALIKE)
+    result: Float32Array = (noise / noise.std()).astype(np.float32)
     return result

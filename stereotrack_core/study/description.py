@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
@@ -13,9 +12,11 @@ from typing import Any
 import tomli_w
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.errors import Cancelled, InputError, did_you_mean
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.project.whereabouts import projects_of
+from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.selection import seeds_of
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.study.points import (
@@ -25,12 +26,9 @@ from stereotrack_core.study.points import (
     parameter_rows,
     parsed_axis,
 )
-from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.presets import preset
 
 SUFFIX = ".study.toml"
-OLD_SUFFIX = ".study.csv"
-"""Tables of recordings that earlier versions wrote; they are read, and never written."""
 
 OWN_COLUMNS = ("recording", "project", "keypoints")
 """What the program knows of a recording; all else that a description says of it is a factor."""
@@ -200,35 +198,22 @@ def check_name(path: Path) -> None:
 def read_study(path: Path) -> Study:
     """Read a study file; the folders that it names are not looked at.
 
-    A table of an earlier version (``.study.csv``) becomes a study of the same name that is not
-    written yet. Raises InputError if the file cannot be read, names a recording twice, or has a
-    value that is not accepted.
+    Raises InputError if the file cannot be read, names a recording twice, or has a value that is
+    not accepted.
     """
-    if path.name.endswith(OLD_SUFFIX):
-        study = _read_table(path)
-    else:
-        check_name(path)
-        content = load_toml(path)
-        unknown = [key for key in content if key not in _KIND]
-        if unknown:
-            known = did_you_mean(unknown[0], _KIND)
-            raise InputError(f"unknown key {unknown[0]!r}", where=str(path), remedy=known + _REMEDY)
-        check_kind(content, _KIND, str(path), _REMEDY)
-        for name in (*content.get("settings", ()), *content.get("grid", ())):
-            checked_name(name, str(path))
-        rows = tuple(_row(one) for one in content.get("recording", ()))
-        study = Study(path, rows, StudySettings.of(content, str(path)))
+    check_name(path)
+    content = load_toml(path)
+    unknown = [key for key in content if key not in _KIND]
+    if unknown:
+        known = did_you_mean(unknown[0], _KIND)
+        raise InputError(f"unknown key {unknown[0]!r}", where=str(path), remedy=known + _REMEDY)
+    check_kind(content, _KIND, str(path), _REMEDY)
+    for name in (*content.get("settings", ()), *content.get("grid", ())):
+        checked_name(name, str(path))
+    rows = tuple(_row(one) for one in content.get("recording", ()))
+    study = Study(path, rows, StudySettings.of(content, str(path)))
     check_rows(study)
     return study
-
-
-def _read_table(path: Path) -> Study:
-    columns, lines = read_csv_table(path)
-    told = [dict(zip(columns, line, strict=True)) for line in lines]
-    for one in told:
-        one.pop("fingerprint", None)
-    rows = tuple(map(_row, told))
-    return Study(path.with_name(path.name.removesuffix(OLD_SUFFIX) + SUFFIX), rows)
 
 
 def _row(values: Mapping[str, Value]) -> StudyRecording:
@@ -262,26 +247,11 @@ def check_rows(study: Study) -> None:
 
 def write_study(study: Study) -> None:
     """Write a study file; a write that fails leaves the old one. Raises InputError."""
-    content = study.settings.to_dict()
-    tables = [(f"[{name}]", content.pop(name)) for name in ("settings", "grid") if name in content]
+    rows = []
     for row in study.rows:
         own = {name: getattr(row, name) for name in OWN_COLUMNS if getattr(row, name)}
-        tables.append(("[[recording]]", {**own, **row.factors}))
-    parts = [_lines(content), *(f"{heading}\n{_lines(values)}" for heading, values in tables)]
-    write_file(study.path, "\n".join(parts))
-
-
-def _lines(values: Mapping[str, Any]) -> str:
-    """Lines of a TOML table, each list on one line."""
-    lines = []
-    for name, value in values.items():
-        if isinstance(value, list):
-            key = tomli_w.dumps({name: 0}).rpartition("=")[0]
-            cells = (tomli_w.dumps({"x": one}).partition("= ")[2].strip() for one in value)
-            lines.append(f"{key}= [{', '.join(cells)}]\n")
-        else:
-            lines.append(tomli_w.dumps({name: value}))
-    return "".join(lines)
+        rows.append({**own, **row.factors})
+    write_file(study.path, tomli_w.dumps({**study.settings.to_dict(), "recording": rows}))
 
 
 def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
@@ -312,26 +282,6 @@ def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
     return rows
 
 
-def with_factor(study: Study, recordings: Iterable[str], name: str, value: str) -> Study:
-    """Set a factor of some recordings. Raises InputError for a name that cannot be used."""
-    if not name.strip() or name in OWN_COLUMNS:
-        raise InputError(
-            f"{name!r} cannot be the name of a factor",
-            where="name of the factor",
-            remedy="Use a short name, such as subject or session.",
-        )
-    chosen, text = set(recordings), " ".join(value.split())
-    rows = tuple(
-        replace(row, factors={**row.factors, name.strip(): text})
-        if row.recording in chosen
-        else row
-        for row in study.rows
-    )
-    changed = dataclasses.replace(study, rows=rows)
-    check_rows(changed)
-    return changed
-
-
 def _fits(cell: str, patterns: Iterable[str]) -> bool:
     return any(cell == pattern or fnmatchcase(cell, pattern) for pattern in patterns)
 
@@ -339,3 +289,68 @@ def _fits(cell: str, patterns: Iterable[str]) -> bool:
 def _text(value: Value) -> str:
     """A value as an option takes it, without rounding."""
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+_DEEPEST = 8
+"""Levels of folders below a given one that are looked through."""
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A study with further recordings; nothing is written yet."""
+
+    study: Study
+    added: tuple[str, ...]
+
+
+def with_recordings(
+    study: Study,
+    folders: Sequence[Path],
+    *,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Listed:
+    """List all recordings in and below folders behind those that are listed.
+
+    Only empty cells of listed recordings are filled. Raises InputError if a folder holds no
+    recording, and Cancelled.
+    """
+    rows = {study.place(row.recording): row for row in study.rows}
+    added = []
+    for folder in _found(folders):
+        if cancelled():
+            raise Cancelled
+        if folder not in rows:
+            added.append(study.relative(folder))
+            rows[folder] = StudyRecording(added[-1])
+        rows[folder] = _with_project(study, rows[folder], folder)
+    return Listed(replace(study, rows=tuple(rows.values())), tuple(added))
+
+
+def _with_project(study: Study, row: StudyRecording, folder: Path) -> StudyRecording:
+    """A row with the newest project of its recording, where it has none that is there."""
+    if row.project and study.place(row.project).is_file():
+        return row
+    newest = next(iter(projects_of(folder)), None)
+    return row if newest is None else replace(row, project=study.relative(newest))
+
+
+def recordings_below(folder: Path) -> Iterator[Path]:
+    """Recordings in a folder and below it, by name; hidden folders are left out."""
+    for path, folders, files in os.walk(folder):
+        here = Path(path)
+        if DESCRIPTION in files:
+            yield here
+        deep = DESCRIPTION in files or len(here.relative_to(folder).parts) >= _DEEPEST
+        folders[:] = [] if deep else sorted(name for name in folders if not name.startswith("."))
+
+
+def _found(folders: Iterable[Path]) -> Iterator[Path]:
+    for folder in folders:
+        below = list(recordings_below(folder.absolute()))
+        if not below:
+            raise InputError(
+                "there is no recording in this folder",
+                where=str(folder),
+                remedy="Give a folder with recordings below it: folders with a recording.toml.",
+            )
+        yield from below

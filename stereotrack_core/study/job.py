@@ -12,10 +12,13 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.measures import measured
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
+from stereotrack_core.evaluation.joint_angles.motion import motion_of, range_of_motion
+from stereotrack_core.evaluation.joint_angles.series import angles_of_run
+from stereotrack_core.evaluation.measures import measure_named, measured
 from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import Recording
@@ -23,7 +26,6 @@ from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.points import Point
-from stereotrack_core.study.values import values_of
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -54,11 +56,8 @@ class Job:
     """With frames and keypoints; without detections, which the recording has."""
     keep: str = ""
     """File for the complete run; empty: only measures are kept."""
-    """What a project corrects of the recording."""
     truth: LandmarkTrajectory | None = None
     """The project's reference; None: the recording's own."""
-    again: bool = False
-    """Whether to track even if the run that is kept is there."""
 
     @property
     def frames(self) -> range:
@@ -175,7 +174,7 @@ def do_batch(
     waiting = list(jobs)
     try:
         recording = recording_of(jobs[0])
-        for job in [one for one in jobs if one.keep and not one.again and is_kept(one)]:
+        for job in [one for one in jobs if one.keep and is_kept(one)]:
             waiting.remove(job)
             on_frames(len(job.frames))
             yield _result(job, recording, partial(read_npz, Path(job.keep)))
@@ -274,3 +273,47 @@ def _keep(path: Path, run: Run) -> None:
             remedy="Make it possible to write there, and start again.",
         ) from error
     write_npz(path, run)
+
+
+_RANGES = ("minimum", "maximum", "range", "mean", "peak_velocity")
+_PERCENTILES = {"median": "median", "p95": "95th percentile"}
+
+
+class Named(NamedTuple):
+    """What a value is, as the exported table says it."""
+
+    measure: str
+    statistic: str
+    unit: str
+    """``mm``, ``deg``, ``deg/s``, ``%``, ``s``; ``1`` for a pure number or a count."""
+
+
+def values_of(run: Run, fps: float, truth: LandmarkTrajectory | None) -> dict[str, float]:
+    """Values by name, ``left_elbow_flexion:range``; `fps` are frame sets per second."""
+    tracked = float(run.tracked.sum())
+    failures = stretches_of(FailureSearch(run, fps, truth))
+    by_signs = sum(one.found == "signs" for one in failures)
+    found = {"frames_tracked:count": tracked, "failures_by_signs:count": float(by_signs)}
+    if truth is not None:
+        found["failures_by_error:count"] = float(len(failures) - by_signs)
+    if not tracked:
+        return found
+    angles = angles_of_run(run)
+    for one in range_of_motion(angles, motion_of(angles, fps))[0].ranges:
+        degrees = one.degrees()
+        found |= {f"{one.angle.name}:{statistic}": degrees[statistic] for statistic in _RANGES}
+    return found
+
+
+def named(name: str) -> Named:
+    """What a value of this name is."""
+    whole, _, statistic = name.partition(":")
+    if statistic:
+        units = {"count": "1", "peak_velocity": "deg/s"}
+        return Named(whole, statistic, units.get(statistic, "deg"))
+    measure = measure_named(name)
+    unit = measure.unit if measure is not None else ""
+    start, _, end = name.rpartition("_")
+    if end in _PERCENTILES:
+        return Named(start, _PERCENTILES[end], unit)
+    return Named(name, "share" if unit == "%" else "mean", unit or "1")

@@ -13,7 +13,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.study.description import Study, StudyRecording
 from stereotrack_core.study.job import Job, JobResult, is_kept
-from stereotrack_core.study.plan import jobs_of, source_of
+from stereotrack_core.study.run import jobs_of, source_of
 
 
 @dataclass(frozen=True)

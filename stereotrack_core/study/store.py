@@ -1,18 +1,27 @@
-"""The store of a study: a journal of results, each written at once, and a table made of it."""
+"""The store of a study: a journal of results, tables made of it, and how they are looked at."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import forget_unfinished, write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.measures import MEASURES
+from stereotrack_core.evaluation.measures import MEASURES, measure_named
+from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.interop.records import Journal, read_journal
 from stereotrack_core.locks import lock_output
-from stereotrack_core.study.job import Job, JobResult
-from stereotrack_core.study.points import varied_names
+from stereotrack_core.parameters import value_text
+from stereotrack_core.study.description import RESULT_COLUMNS, Study
+from stereotrack_core.study.job import Job, JobResult, named
+from stereotrack_core.study.points import parameter_rows, varied_names
 from stereotrack_core.tables import csv_text, read_csv_table
 
 JOB_COLUMN = "job"
@@ -65,17 +74,6 @@ class Store:
         self._journal.append({**result.facts(), **told})
         self.results[result.identity] = result
 
-    def search_batch(self, search: str, wanted: int) -> int:
-        """Points that a search asks for at once: as many as when it was first begun.
-
-        Other numbers would give other points, and the search could not be resumed.
-        """
-        for entry in read_journal(journal_of(self.table)):
-            if entry.get("search") == search and isinstance(entry.get("batch"), int):
-                return max(1, int(entry["batch"]))
-        self._journal.append({"search": search, "batch": wanted})
-        return wanted
-
     def write_table(self, jobs: Sequence[Job]) -> None:
         """Write the table of all jobs that have a result."""
         columns, rows = table_of(jobs, self.results)
@@ -123,3 +121,204 @@ def _check_table(table: Path) -> None:
             where=str(table),
             remedy="Choose another table.",
         )
+
+
+Cell: TypeAlias = str | int | float
+
+
+def result_rows(
+    study: Study, jobs: Sequence[Job], results: Mapping[str, JobResult]
+) -> Iterator[tuple[Cell, ...]]:
+    """A row for each value of each run that is done."""
+    by_name = {row.recording: row for row in study.rows}
+    for job in jobs:
+        result = results.get(job.identity)
+        if result is None or not result.done:
+            continue
+        row, name = by_name[job.recording], Path(job.keep).stem
+        about = [job.recording, row.project, *(row.cell(factor) for factor in study.factors)]
+        varied = (f"{key}={value_text(value)}" for key, value in job.point.without_seed.values)
+        changes = " ".join((*study.settings.changes, *varied))
+        for key, value in {"frames:count": float(result.frames), **result.measures}.items():
+            yield (*about, name, job.spec.preset, changes, job.seed, *named(key), value)
+
+
+def write_result_table(
+    path: Path, study: Study, jobs: Sequence[Job], results: Mapping[str, JobResult]
+) -> int:
+    """Write the table (.csv); the number of its rows. Raises InputError if it cannot be written."""
+    columns = ("recording", "project", *study.factors, *RESULT_COLUMNS)
+    table = list(result_rows(study, jobs, results))
+    write_file(path, csv_text(columns, table))
+    return len(table)
+
+
+_FIXED = ("status", "frames", "attempts", "error", "job")
+_LOG_FROM = 20.0
+"""Values whose largest is so many times the smallest are spread over a logarithmic axis."""
+
+AVERAGED = ("recording", "seed")
+"""Columns that are averaged over unless somebody asks for them."""
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """Rows of runs that were done; every cell is text."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    failed: int = 0
+    """Runs that were left out because they failed."""
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Columns that are no measures and have more than one value."""
+        return tuple(name for name in self._told if len(self.values(name)) > 1)
+
+    @property
+    def settled(self) -> dict[str, str]:
+        """Columns that are no measures and have the same value throughout."""
+        return {name: self.values(name)[0] for name in self._told if len(self.values(name)) == 1}
+
+    @property
+    def _told(self) -> list[str]:
+        known = {measure.name for measure in MEASURES} | set(_FIXED)
+        return [name for name in self.columns if name not in known]
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """Measures that are known for some run."""
+        return tuple(
+            measure.name
+            for measure in MEASURES
+            if measure.name in self.columns and np.isfinite(self.numbers(measure.name)).any()
+        )
+
+    def cells(self, name: str) -> list[str]:
+        """A column, row by row."""
+        place = self.columns.index(name)
+        return [row[place] for row in self.rows]
+
+    def values(self, name: str) -> tuple[str, ...]:
+        """Different values of a column: numbers by size, words as they come."""
+        found = tuple(dict.fromkeys(self.cells(name)))
+        return tuple(sorted(found, key=float)) if all(map(_is_number, found)) else found
+
+    def numbers(self, name: str) -> FloatArray:
+        """A column (R,) as numbers; NaN for a cell that is none."""
+        return np.array([float(c) if _is_number(c) else np.nan for c in self.cells(name)])
+
+    def common(self, rows: Iterable[int]) -> dict[str, str]:
+        """The varied values that some rows have in common."""
+        own = list(rows)
+        cells = {name: {self.cells(name)[i] for i in own} for name in self.varied}
+        return {name: found.pop() for name, found in cells.items() if len(found) == 1}
+
+    def best(self, measure: str) -> tuple[int, ...]:
+        """Rows of the point with the best mean of a measure; empty if nothing is known."""
+        columns = [self.columns.index(name) for name in self.varied if name not in AVERAGED]
+        known, values = measure_named(measure), self.numbers(measure)
+        sign = -1.0 if known is not None and known.more_is_better else 1.0
+        points: dict[tuple[str, ...], list[int]] = {}
+        for row in np.flatnonzero(np.isfinite(values)).tolist():
+            points.setdefault(tuple(self.rows[row][i] for i in columns), []).append(row)
+        best = min(points.values(), key=lambda rows: sign * float(values[rows].mean()), default=[])
+        return tuple(best)
+
+
+@dataclass(frozen=True, eq=False)
+class PlotAxis:
+    """Where values stand: numbers where they are, words side by side."""
+
+    name: str
+    places: dict[str, float]
+    log: bool
+    words: bool
+    """Whether values are names, to be written at their places."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Runs that agree in one name, over another one."""
+
+    label: str
+    """``views NS``; empty if there is one curve only."""
+    x: FloatArray
+    y: FloatArray
+    row: IntArray
+    """`x`, `y` and `row`: (N,), a point per run with its row of the table."""
+    at: FloatArray
+    mean: FloatArray
+    spread: FloatArray
+    """`at`, `mean` and `spread`: (M,), the mean line with its standard deviation, NaN for a
+    single run."""
+
+
+def read_table(path: Path) -> RunTable:
+    """Read a table of ``sweep`` or ``study run``.
+
+    Raises InputError if it is none, or no run of it is finished.
+    """
+    columns, rows = read_csv_table(path)
+    if "job" not in columns or "status" not in columns:
+        raise InputError(
+            "this is not a sweep table",
+            where=str(path),
+            remedy="Choose a table written by `stereotrack sweep` or `stereotrack study run`.",
+        )
+    place = columns.index("status")
+    done = tuple(row for row in rows if row[place] == "done")
+    if not done:
+        raise InputError(
+            "no run of this table is finished yet", where=str(path), remedy="Let it continue first."
+        )
+    return RunTable(columns, done, failed=len(rows) - len(done))
+
+
+def axis_of(table: RunTable, name: str) -> PlotAxis:
+    """Where the values of a column stand."""
+    values = table.values(name)
+    if all(map(_is_number, values)):
+        numbers = [float(value) for value in values]
+        log = min(numbers) > 0 and max(numbers) >= _LOG_FROM * min(numbers)
+        return PlotAxis(name, dict(zip(values, numbers, strict=True)), log, words=False)
+    return PlotAxis(name, {value: float(i) for i, value in enumerate(values)}, False, words=True)
+
+
+def curves_of(table: RunTable, x: str, y: str, colour: str = "") -> tuple[Curve, ...]:
+    """A measure over a column, one curve for each value of a third column, if one is given."""
+    places = axis_of(table, x).places
+    at = np.array([places[cell] for cell in table.cells(x)])
+    height = table.numbers(y)
+    labels = table.cells(colour) if colour else [""] * len(table.rows)
+    curves = []
+    for label in table.values(colour) if colour else ("",):
+        own = np.array([one == label for one in labels]) & np.isfinite(height)
+        if own.any():
+            words = f"{colour.replace('_', ' ')} {label or '(unchanged)'}" if colour else ""
+            curves.append(curve_of(words, at[own], height[own], np.flatnonzero(own)))
+    return tuple(curves)
+
+
+def curve_of(label: str, x: FloatArray, y: FloatArray, row: IntArray) -> Curve:
+    """A curve through the means of runs (N,)."""
+    at = np.unique(x)
+    found = [Spread.of(y[x == place]) for place in at]
+    mean = np.array([one.mean for one in found])
+    return Curve(label, x, y, row, at, mean, np.array([one.deviation for one in found]))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def words_of(name: str) -> str:
+    """How a column is called on an axis."""
+    measure, row = measure_named(name), parameter_rows().get(name)
+    if measure is not None:
+        return measure.title
+    unit = f" [{row.unit}]" if row is not None and row.unit else ""
+    return f"{name.replace('_', ' ')}{unit}"

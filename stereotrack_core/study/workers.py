@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import queue
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,6 @@ from stereotrack_core.study.job import (
     Watcher,
     do_batch,
     failure,
-    recording_of,
 )
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import extra_library
@@ -175,13 +174,7 @@ class ClusterWorkers:
         named = {"scheduler_file" if by_file else "address": address}
         try:
             self._client: Any = distributed.Client(**named, timeout=patience, set_as_default=False)
-        except TypeError as error:  # raised by Dask for tls:// without certificates
-            raise InputError(
-                "this address needs certificates",
-                where=self._where,
-                remedy="Name them in Dask's configuration, see docs/studies.md.",
-            ) from error
-        except (OSError, TimeoutError, ValueError) as error:
+        except (OSError, TimeoutError, TypeError, ValueError) as error:
             raise InputError(
                 f"no scheduler answers at this address ({error})",
                 where=self._where,
@@ -199,40 +192,19 @@ class ClusterWorkers:
         """Jobs that can be done at once."""
         return sum(self._client.nthreads().values())
 
-    def check(self, jobs: Iterable[Job]) -> None:
-        """Ask every worker whether it has this program and sees the recordings.
-
-        Raises InputError that names the worker and what it lacks.
-        """
+    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
+        """Do all jobs; returns when each has a result."""
         if not self._client.nthreads():
             raise InputError(
                 "the scheduler has no worker",
                 where=self._where,
                 remedy="Start one or more with `dask worker ADDRESS --nthreads 1`.",
             )
-        wanted = tuple({job.folder: job for job in jobs}.values())
-        told: Mapping[str, Any] = self._client.run(lacking, wanted, __version__, on_error="return")
-        for worker, answer in told.items():
-            if isinstance(answer, OSError):
-                continue  # it has left the cluster while it was asked
-            if isinstance(answer, BaseException):
-                answer = f"the worker cannot run this program ({type(answer).__name__}: {answer})"
-            if answer:
-                raise InputError(
-                    str(answer),
-                    where=f"worker {worker}",
-                    remedy="All machines must see the recordings under the same path. Keep them "
-                    "on a shared drive, and install the same version everywhere.",
-                )
-
-    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
-        """Do all jobs; returns when each has a result."""
-        self.check(jobs)
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         futures = {}
         for job in jobs:
             future = self._client.submit(
-                do_job, job, key=job.identity, pure=False, retries=_RETRIES
+                do_job, job, __version__, key=job.identity, pure=False, retries=_RETRIES
             )
             futures[job.identity] = job, future
             future.add_done_callback(ended.put)
@@ -268,25 +240,19 @@ class ClusterWorkers:
         return replace(failure(job.identity, error), final=False)
 
 
-def do_job(job: Job) -> JobResult:
-    """Do one job on a worker of a cluster.
+def do_job(job: Job, version: str) -> JobResult:
+    """Do one job on a worker of a cluster, which must have the same version of the program.
 
     Raises ChanceError if it failed in a way that may not come again, so that Dask tries again.
     """
+    if version != __version__:
+        error = InputError(
+            f"a worker has version {__version__} of this program, not {version}",
+            remedy="Install the same version on all machines.",
+        )
+        return failure(job.identity, error)
     cv2.setNumThreads(1)  # the machine's other cores have workers of their own
     (result,) = do_batch((job,))
     if not result.done and not result.final:
         raise ChanceError(result.error)
     return result
-
-
-def lacking(jobs: Sequence[Job], version: str) -> str:
-    """What this machine lacks to do the jobs, in words; empty if nothing."""
-    if version != __version__:
-        return f"the worker has version {__version__} of this program, not {version}"
-    for job in jobs:
-        try:
-            recording_of(job)
-        except (InputError, OSError) as error:
-            return f"the worker cannot use the recording {job.recording}: {error}"
-    return ""

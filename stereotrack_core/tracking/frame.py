@@ -16,7 +16,6 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
@@ -84,20 +83,6 @@ class Run:
     def trajectory(self) -> LandmarkTrajectory:
         """The landmarks alone, with the frame rate if the run states it."""
         return LandmarkTrajectory(self.frame, self.landmarks, stated_fps(self.meta))
-
-    def confidence(self) -> FloatArray:
-        """Probability (F, 9) that each landmark is at the end of a limb that has not failed.
-
-        A hand needs its forearm and its upper arm. NaN where not known: for all but the arms.
-        """
-        result: FloatArray = np.full(self.landmarks.shape[:2], np.nan)
-        for side in ("left", "right"):
-            upper, fore = (
-                self.limb_lost[:, LIMBS.index(f"{side}_{b}arm")] for b in ("upper_", "fore")
-            )
-            result[:, LANDMARKS.index(f"{side}_elbow")] = 1.0 - upper
-            result[:, LANDMARKS.index(f"{side}_hand")] = 1.0 - np.maximum(upper, fore)
-        return result
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,11 +30,6 @@ FIRST = (
 )
 NOBODY = "No pose is known for the previous frame, so the pose is initialised automatically."
 
-LIVE = (
-    "Starts from the state of the tracker in progress. A copy processes this frame; the tracker "
-    "itself does not advance."
-)
-
 
 @dataclass(frozen=True, eq=False)
 class RecordedStep:

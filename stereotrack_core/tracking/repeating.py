@@ -1,4 +1,4 @@
-"""A run again, from what it says about itself; and whether it came out the same."""
+"""A run again, from what it says about itself."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from stereotrack_core.arrays import BoolArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
@@ -25,10 +22,6 @@ from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.stored import pose_of_values, subject_of_meta
 from stereotrack_core.versions import versions
 
-_NUMBERS = (
-    *("landmarks", "x", "P", "unexplained_fraction", "residual", "innovation", "limb_sigma_deg"),
-    *("limb_lost", "tracked"),
-)
 UNSTATED = "pose"
 """First pose of a run that began with one that it does not state."""
 
@@ -221,77 +214,6 @@ def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
         if then.get(name) != present
     ]
     return (f"The versions have changed: {'; '.join(changed)}.",) if changed else ()
-
-
-@dataclass(frozen=True)
-class Sameness:
-    """How a run that was repeated compares with the first one."""
-
-    frames: int
-    """Of the first run."""
-    missing: int
-    """Frames that only one of them has."""
-    different: int
-    """Frames in which any number differs in any bit."""
-    first: int | None
-    """The first of these."""
-    largest: float
-    """Metres. Largest distance between the same landmark of both; 0 where none differs, NaN where
-    one of the runs lacks a landmark that the other has."""
-
-    @property
-    def equal(self) -> bool:
-        """Whether both are the same to the last bit."""
-        return not self.missing and not self.different
-
-    @property
-    def words(self) -> str:
-        """A sentence."""
-        if self.equal:
-            return f"The result is bit-identical in all {self.frames} frames."
-        told = []
-        if self.different:
-            told.append(
-                f"{self.different} of {self.frames} frames differ, the first is {self.first}"
-            )
-            if np.isfinite(self.largest):
-                told.append(
-                    f"the largest distance between landmarks is {1000 * self.largest:.3g} mm"
-                )
-        if self.missing:
-            told.append(f"{self.missing} frames are only in one of the runs")
-        return f"The result differs: {'; '.join(told)}."
-
-
-def sameness(first: Run, again: Run) -> Sameness:
-    """Compare two runs number by number; how long they took is left out."""
-    shared, a, b = np.intersect1d(first.frame, again.frame, return_indices=True)
-    missing = len(first.frame) + len(again.frame) - 2 * len(shared)
-    different: BoolArray = np.zeros(len(shared), dtype=bool)
-    for name in _NUMBERS:
-        one, other = getattr(first, name)[a], getattr(again, name)[b]
-        if one.shape != other.shape:
-            different[:] = True
-            continue
-        same = (one == other) | ((one != one) & (other != other))
-        different |= ~same.reshape(len(shared), -1).all(axis=1)
-    frames = shared[different]
-    return Sameness(
-        frames=len(first.frame),
-        missing=missing,
-        different=len(frames),
-        first=int(frames[0]) if len(frames) else None,
-        largest=_largest(first, again, a[different], b[different]),
-    )
-
-
-def _largest(first: Run, again: Run, a: Any, b: Any) -> float:
-    one, other = first.landmarks[a], again.landmarks[b]
-    if not np.array_equal(np.isnan(one), np.isnan(other)):
-        return float("nan")
-    away = np.linalg.norm(one - other, axis=-1)
-    known = away[np.isfinite(away)]
-    return float(known.max()) if known.size else 0.0
 
 
 def changed_parameters(parameters: Mapping[str, Any], name: str) -> dict[str, tuple[Any, Any]]:

@@ -7,17 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.agreement import agreement_in_space, differences
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import (
     click_pixels,
-    click_residuals,
-    limb_residuals,
     measured_lengths,
     subject_of,
 )
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE, proportions_of
@@ -82,24 +78,6 @@ def test_clicks_in_two_views_are_a_point_and_in_one_are_none():
     np.testing.assert_allclose(points, truth, atol=1e-6)
 
 
-def test_residuals_are_distances_from_the_projected_trajectory():
-    truth = person(4)
-    clicks = clicks_of(truth)
-    elbow = clicks.index(next(c for c in clicks if c.landmark == "left_elbow" and c.frame == 2))
-    x, y = clicks[elbow].position
-    clicks[elbow] = replace(clicks[elbow], position=(x + 3.0, y + 4.0))
-    found = click_pixels(clicks, CAMERAS, NINE.names)
-    away = click_residuals(found, np.array([0, 2, 3]), truth[[0, 2, 3]])
-    assert np.isnan(away[1]).all()
-    assert away[2, NINE.names.index("left_elbow"), 0] == pytest.approx(5.0, abs=1e-6)
-    assert limb_residuals(away[:0], NINE).shape == (0, 6), "of no frame"
-    limbs = limb_residuals(away, NINE)
-    # one of the shoulder's and the elbow's eight clicks is five pixels off
-    assert limbs[2, LIMBS.index("left_upper_arm")] == pytest.approx(np.sqrt(25 / 8), abs=1e-6)
-    assert limbs[2, LIMBS.index("torso")] == pytest.approx(0.0, abs=1e-6)
-    assert np.isnan(limbs[1]).all()
-
-
 @pytest.mark.parametrize(("sigma", "mm"), [(0.0, 0.01), (2.0, 4.0), (8.0, 15.0)])
 def test_lengths_are_measured_from_clicks(sigma, mm):
     clicks = clicks_of(person(120, TALL), sigma=sigma, seed=1)
@@ -111,16 +89,3 @@ def test_lengths_are_measured_from_clicks(sigma, mm):
     assert 1000 * whole.elbow_to_hand == pytest.approx(1000 * TALL.elbow_to_hand, abs=mm)
     assert lengths["upper_arm_length"].count == 240
     assert lengths["torso_length"].count == 120
-
-
-def test_two_readings_differ_in_millimetres_and_degrees():
-    truth = person(40)
-    first, second = clicks_of(truth), clicks_of(truth, sigma=2.0, seed=4)
-    found = agreement_in_space(differences(first, second), CAMERAS, NINE)
-    assert found["left_elbow"].count == 40
-    # 2 px at 2.8 m and 520 px of focal length, averaged over four views
-    assert 4.0 < found["left_elbow"].median_mm < 15.0
-    assert 0.5 < found["left_elbow"].median_deg < 5.0
-    assert found["head"].p95_mm > found["head"].median_mm
-    same = agreement_in_space(differences(first, first), CAMERAS, NINE)
-    assert same["left_hand"].median_mm == pytest.approx(0.0, abs=1e-9)

@@ -7,8 +7,7 @@ import pytest
 
 from stereotrack_core.annotation.accepting import acceptable, guessed_if_hidden
 from stereotrack_core.annotation.click import Visibility
-from stereotrack_core.annotation.detected_body import body_predictions
-from stereotrack_core.annotation.keypoint_proposals import landmark_predictions
+from stereotrack_core.annotation.detected_body import body_predictions, landmark_predictions
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.recording.keypoint_names import exchanged

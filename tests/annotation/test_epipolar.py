@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from stereotrack_core.annotation.epipolar import (
+from stereotrack_core.annotation.predict import (
     epipolar_curve,
     in_image,
     ray_in_volume,
@@ -58,27 +58,6 @@ def test_curve_stays_in_image_and_volume_and_its_distances_are_those_of_the_ray(
     assert np.allclose(two.project(points), curve.pixels, atol=1e-6)
     assert (np.diff(curve.distance) > 0).all()
     assert len(curve.distance) < 400
-
-
-def test_curve_reaches_from_side_to_side_of_the_volume():
-    rig = cameras()
-    small = Volume(np.array([-0.4, -0.4, 0.8]), np.array([0.4, 0.4, 1.6]))
-    pixel = np.array([320.0, 240.0])
-    direction = rig["N"].rays_world(pixel)
-    ends = ray_in_volume(rig["N"].position_world, direction, small)
-    curve = epipolar_curve(rig["N"], pixel, rig["O"], small)
-    assert curve.distance[[0, -1]] == pytest.approx(ends)
-    expected = rig["O"].project(rig["N"].position_world + np.outer(ends, direction))
-    assert np.allclose(curve.pixels[[0, -1]], expected)
-
-
-def test_curve_reaches_from_border_to_border_of_the_image():
-    rig = cameras()
-    large = Volume(np.array([-9.0, -9, -9]), np.array([9.0, 9, 9]))
-    wide = epipolar_curve(rig["N"], np.array([320.0, 240.0]), rig["O"], large)
-    border = np.array([[-0.5, -0.5], [639.5, 479.5]])
-    assert np.abs(wide.pixels[0] - border).min() < 1e-3
-    assert np.abs(wide.pixels[-1] - border).min() < 1e-3
 
 
 def test_volume_out_of_sight_is_put_where_the_cameras_look():

@@ -7,8 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.fitted_clicks import FITTED_TO, checksums, fitted_clicks
-from stereotrack_core.annotation.reference import Reference, merged_reference
+from stereotrack_core.annotation.reference import (
+    FITTED_TO,
+    Reference,
+    checksums,
+    fitted_clicks,
+    merged_reference,
+)
 
 CLICKS = tuple(
     Click(frame, camera, "head", (10.0 + frame, 20.0))

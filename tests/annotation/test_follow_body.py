@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation import follow_body as follow_body_module
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.follow_body import follow_body, told_by
 from stereotrack_core.annotation.landmark_set import NINE
@@ -64,26 +63,6 @@ def test_a_camera_that_is_clicked_beside_its_calibration_is_followed_there(rig, 
     ]
     right, beside = (follow(reader, given, 3, 4, rig) for given in (start, moved))
     assert np.median(np.linalg.norm(right.shift - beside.shift, axis=1)) < 0.015
-
-
-def test_a_limb_whose_surface_was_lost_is_uncertain(rig, clicks, reader, monkeypatch):
-    """What little is followed of a limb that is gone is not the limb."""
-    start = [one for one in clicks if one.frame == 3]
-    sure = follow(reader, start, 3, 4, rig)
-    true = follow_body_module._followed
-
-    def lost(pictures, starts, guess, steps, cancelled):
-        found = true(pictures, starts, guess, steps, cancelled)
-        scattered = np.random.default_rng(len(starts)).normal(0.0, 12.0, starts.shape)
-        kept = np.arange(len(starts)) % 5 == 0
-        return np.where(kept[:, None], found + scattered, np.nan)
-
-    monkeypatch.setattr(follow_body_module, "_followed", lost)
-    unsure = follow(reader, start, 3, 4, rig)
-    sigma = [np.sqrt(np.trace(one.covariance, axis1=1, axis2=2) / 3.0) for one in (sure, unsure)]
-    hand = NINE.names.index("left_hand")
-    assert sigma[0][hand] < 0.015
-    assert sigma[1][hand] > 0.1
 
 
 def test_without_a_trunk_far_away_or_stopped_nothing_is_known(rig, clicks, reader):

@@ -46,12 +46,6 @@ def test_another_set_needs_no_code():
     np.testing.assert_allclose(places[-1], elbow + 0.7 * (hand - elbow), atol=1e-12)
 
 
-def test_pairs_are_told_once():
-    assert NINE.pairs() == tuple(
-        (f"left_{place}", f"right_{place}") for place in ("shoulder", "elbow", "hand", "hip")
-    )
-
-
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [

@@ -13,11 +13,9 @@ from benchmarks.reproduce import (
     jobs,
     main,
     parts_of,
-    tables,
     tracked,
 )
-from benchmarks.thesis import thesis_recordings
-from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.summary import LimbErrors
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import Simulation, simulate
@@ -25,18 +23,6 @@ from stereotrack_core.simulation.motions import Part
 from stereotrack_core.simulation.rig import SceneOptions
 
 NAMES = ("P1", "P2", "P3", "P4")
-
-
-def test_the_motions_of_the_thesis_stand_at_its_frame_numbers():
-    found = {
-        (one.name, part.name): (part.first, part.end)
-        for one in thesis_recordings()
-        for part in reversed(one.parts)
-    }
-    assert found["P4", "whip"] == (1479, 1753)
-    assert found["P2", "travolta"] == (412, 450)
-    assert found["P3", "tie-shoes"] == (113, 328)
-    assert found["P4", "cross-arms"] == (390, 520)
 
 
 def test_all_tables_have_their_runs():
@@ -65,19 +51,6 @@ def test_frames_are_pooled_and_seeds_give_the_spread():
     assert figure.deviation == pytest.approx(np.sqrt(8.0))
     del found["P4", way, 1]
     assert np.isnan(Column(way, NAMES).figure(found, "forearms").mean)
-
-
-def test_our_numbers_stand_below_those_of_the_thesis():
-    found = {
-        (name, way, 0): parts(degrees)
-        for name in NAMES
-        for way, degrees in ((Way("thesis"), 30.0), (Way("accurate", few_views=True), 7.0))
-    }
-    lines = tables(found, NAMES, ("thesis", "accurate")).splitlines()
-    first = lines.index("| forearms [deg] | the thesis | 27.6 | 25.6 | 27.8 | 42.3 | 30.8 |")
-    row = "| forearms [deg] | preset thesis | 30.0 | 30.0 | 30.0 | 30.0 | 30.0 |"
-    assert lines[first + 1] == row
-    assert "| forearms [deg] | preset accurate | 7.0 | - |" in lines
 
 
 @pytest.mark.slow

@@ -92,10 +92,8 @@ def _texture(board: Board) -> Float32Array:
     else:
         row, column = np.indices((size[1], size[0])) // _TEXELS
         pattern = ((row + column) % 2 == 0).astype(np.float32)
-    if board.inverted:
-        pattern = 1.0 - pattern
     border = round(_MARGIN * _TEXELS)
-    framed = np.pad(pattern, border, constant_values=float(not board.inverted))
+    framed = np.pad(pattern, border, constant_values=1.0)
     return np.asarray(_BLACK + (_WHITE - _BLACK) * framed, dtype=np.float32)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.lens import BROWN5, FISHEYE, RATIONAL, Lens
-from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.calibrate.board_pictures import board_in_view

@@ -8,11 +8,9 @@ import pytest
 
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import find_board
-from stereotrack_core.calibrate.pictures import pictures_of_glob
-from stereotrack_core.calibrate.search import search
-from stereotrack_core.calibrate.sightings import Sightings
-from stereotrack_core.calibrate.stereo import pair_of
-from stereotrack_core.calibrate.world import calibrate_world
+from stereotrack_core.calibrate.pictures import Sightings, pictures_of_glob
+from stereotrack_core.calibrate.work import search
+from stereotrack_core.calibrate.world import calibrate_world, pair_of
 from stereotrack_core.simulation.rig import Sensor
 from tests.calibrate.board_pictures import BoardRenderer, board_in_view
 from tests.calibrate.scenes import BENT, BOARD, SIZE, looking_at

@@ -7,8 +7,7 @@ import pytest
 
 from stereotrack_core.calibrate.connection import connected
 from stereotrack_core.calibrate.lens import BROWN
-from stereotrack_core.calibrate.stereo import pair_of
-from stereotrack_core.calibrate.world import calibrate_world
+from stereotrack_core.calibrate.world import calibrate_world, pair_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from tests.calibrate.scenes import BENT, BOARD, SIZE, boards_before, looking_at, sightings_of

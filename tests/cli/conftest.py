@@ -5,11 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from app.start import show
 from stereotrack_core.program import main
-from stereotrack_core.window import Window
-
-WINDOW = Window("app", show)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def inverted(cameras):
 
 
 def test_an_inverted_calibration_is_doubted_and_read_as_stated(run, recording, tmp_path):
-    write_foreign(tmp_path / "theirs.toml", inverted(rig()), "freemocap")
+    write_foreign(tmp_path / "theirs.toml", inverted(rig()), "aniposelib", "mm")
     bare = (tmp_path / "theirs.toml").read_text().replace('units = "mm"', "adjusted = false")
     (tmp_path / "theirs.toml").write_text(bare)
     path = recording / "calibration.toml"
@@ -69,12 +69,12 @@ def test_a_unit_that_nothing_tells_is_asked_for(run, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "form", "units"),
-    [("c.toml", "aniposelib", "m"), ("c.xml", "opencv", "m"), ("f.toml", "freemocap", "mm")],
+    [("c.toml", "aniposelib", "m"), ("c.xml", "opencv", "m"), ("f.toml", "pose2sim", "mm")],
 )
 def test_export_and_import_again(run, tmp_path, name, form, units):
     cameras = rig(fisheye=True)
     write_calibration(tmp_path / "calibration.toml", {one.name: one for one in cameras})
-    chosen = ("--format", form) if form == "freemocap" else ()
+    chosen = ("--format", form, "--units", units) if form == "pose2sim" else ()
     arguments = ("calibrate", "export", tmp_path / "calibration.toml", "-o", tmp_path / name)
     facts = run(*arguments, *chosen, "--json").json
     assert (facts["format"], facts["units"]) == (form, units)

@@ -5,8 +5,8 @@ import pytest
 
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.interop.trc import write_trc
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 pytestmark = pytest.mark.xdist_group("cli")

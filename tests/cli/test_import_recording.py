@@ -38,7 +38,7 @@ def test_a_dry_run_writes_nothing(run, videos):
 
 def test_what_sources_show_can_be_said(run, videos, tmp_path):
     out = tmp_path / "new"
-    roles = ("--as", "N_left=mono:A", "--as", "N_right=unused", "--mirrored", "S")
+    roles = ("--view", "A=N_left", "--view", "S=S", "--mirrored", "S")
     ended = run("import", "recording", videos, "-o", out, *roles, "--fps", "50", "--title", "t")
     assert ended.status == 0, ended.err
     recording = open_recording(out)
@@ -49,9 +49,7 @@ def test_what_sources_show_can_be_said(run, videos, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--as", "N_left=dancer"), "unknown role 'dancer'"),
-        (("--as", "M=mono"), "there is no 'M'"),
-        (("--as", "N_left=mono"), "the left image is missing"),
+        (("--view", "A=M"), "there is no 'M'"),
         (("--calibration", "nowhere.toml"), "nowhere.toml"),
     ],
 )

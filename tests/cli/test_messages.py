@@ -6,7 +6,7 @@ pytestmark = pytest.mark.xdist_group("cli")
 
 
 def test_quiet_says_only_results_and_errors(run, tracked, tmp_path):
-    path = tmp_path / "a.mot"
+    path = tmp_path / "a.bvh"
     said = run("export", tracked, "-o", path)
     quiet = run("export", tracked, "-o", path, "--quiet")
     assert (quiet.status, quiet.out) == (0, said.out)

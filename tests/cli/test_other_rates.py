@@ -9,8 +9,8 @@ import pytest
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.run_file import read_run, read_trajectory, write_run
 from stereotrack_core.interop.trc import write_trc
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 
 pytestmark = pytest.mark.xdist_group("cli")

@@ -13,7 +13,6 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.writing import write_png
 from tests.recording.importing.clips import HEIGHT, WIDTH, clip, flashing, images, numbered
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "own-recordings.md"
@@ -36,7 +35,6 @@ def files(tmp_path, monkeypatch):
         rig[name] = Camera(name, WIDTH, HEIGHT, matrix, np.zeros(5), False, place)
     write_calibration(tmp_path / "lab" / "rig.toml", rig)
     clip(tmp_path / "zed.mp4", lambda k: numbered(k, 2 * WIDTH), frames=3)
-    write_png(tmp_path / "zed_empty.png", numbered(0, 2 * WIDTH))
     images(tmp_path / "kinect" / "O_depth", depth=True)
     images(tmp_path / "kinect" / "O_rgb")
     clip(tmp_path / "phones" / "A.mp4", flashing(9.0), frames=20, fps=30.0)
@@ -62,7 +60,6 @@ def test_the_commands_of_the_page(run, files):
         assert ended.status == 0, (command, ended.err)
     made = {name: open_recording(files / name).views[0].kind for name in MADE}
     assert made == MADE
-    assert open_recording(files / "zed-walk").views[0].left.background == "zed_left_empty.png"
     assert not open_recording(files / "walk").guessed
     second = open_recording(files / "phones-walk").views[1].image
     offset = second.first_frame + 25.0 * second.time_offset

@@ -48,16 +48,9 @@ def test_predictions_are_kept_counted_and_written(run, project, file, tmp_path):
     assert lines[3].startswith("1,N_left,head,")
     again = run("import", "predictions", out, "--into", project, "--json").json
     assert (again["keypoints"], again["left_out"]) == (3, {})
-    removed = run("import", "predictions", "--into", project, "--remove", "other")
-    assert "Its detectors: rtm" in removed.err
-    assert "either a file" in run("import", "predictions", "--into", project).err
     results = tmp_path / "out.json"
     coco = ("--format", "coco", "-o", results)
     ended = run("export", project, "--predictions", "rtm", *coco)
     assert ended.status == 0
     assert "1 that COCO does not have left out" in " ".join(ended.out.split())
     assert len(json.loads(results.read_text())) == 1
-    removed = run("import", "predictions", "--into", project, "--remove", "rtm", "--json")
-    assert removed.json == {"removed": 3}
-    with Project.open(project, read_only=True) as opened:
-        assert opened.keypoints.sources() == {}

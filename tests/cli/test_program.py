@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-from argparse import SUPPRESS
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,14 +11,14 @@ import pytest
 
 from stereotrack_core import __version__
 from stereotrack_core.cli import commands
-from stereotrack_core.cli.progress import stoppable
+from stereotrack_core.cli.output import stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
 NAMES = [command.name for command in commands.COMMANDS]
 
 
 def test_list_of_commands(run):
-    for arguments in ([], ["--help"], ["help"]):
+    for arguments in ([], ["--help"]):
         ended = run(*arguments)
         assert ended.status == 0
         assert ended.err == ""
@@ -34,8 +33,6 @@ def test_help_of_every_command(run, name):
     assert ended.status == 0
     assert ended.out.startswith(f"usage: stereotrack {name}")
     assert ended.err == ""
-    if name != "help":
-        assert run("help", name).out == ended.out
 
 
 def test_version(run):
@@ -47,7 +44,6 @@ def test_version(run):
     [
         (["fly"], "'fly'"),
         (["trak"], "Did you mean track? "),
-        (["help", "fly"], "'fly'"),
         (["track"], "RECORDING"),
         (["track", "a", "-o", "b.npz", "--what"], "--what"),
         (["cloud", "a", "-o", "b.ply", "--frame", "x"], "--frame"),
@@ -100,7 +96,7 @@ def test_errors_become_a_sentence_and_a_status(run, monkeypatch, error, status, 
 def test_start_is_light():
     heavy = "{'cv2', 'scipy', 'numba', 'rich.table', 'av', 'PySide6', 'ezc3d'}"
     code = (
-        "import sys; from stereotrack_core.program import main; main(['help']); "
+        "import sys; from stereotrack_core.program import main; main(['--help']); "
         f"print({heavy} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -109,7 +105,7 @@ def test_start_is_light():
 
 
 def test_reader_that_leaves(tmp_path):
-    code = "import sys; from stereotrack_core.program import main; sys.exit(main(['help']))"
+    code = "import sys; from stereotrack_core.program import main; sys.exit(main(['--help']))"
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as stdout:
@@ -125,12 +121,11 @@ some_disk_is_full = pytest.mark.skipif(not FULL.exists(), reason="no disk is ful
 
 
 @some_disk_is_full
-@pytest.mark.parametrize("word", ["help", "--help"])
-def test_a_result_on_a_full_disk_is_missed_in_words(word):
+def test_a_result_on_a_full_disk_is_missed_in_words():
     code = "import sys; from stereotrack_core.program import main; sys.exit(main(sys.argv[1:]))"
     with FULL.open("w") as stdout:
         done = subprocess.run(
-            [sys.executable, "-c", code, word], stdout=stdout, stderr=subprocess.PIPE, text=True
+            [sys.executable, "-c", code, "--help"], stdout=stdout, stderr=subprocess.PIPE, text=True
         )
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith("stereotrack: standard output: No space left")
@@ -166,24 +161,3 @@ def test_on_a_terminal_it_is_said_how_to_stop_at_once(monkeypatch):
             os.kill(os.getpid(), signal.SIGINT)
         terminal.close()
         assert screen.read() == "\nStopping; Ctrl-C once more stops at once.\n"
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_help_says_every_default(name):
-    command = next(one for one in commands.COMMANDS if one.name == name)
-    options = []
-    waiting = [commands.parser_of(command)]
-    while waiting:
-        for one in waiting.pop()._actions:
-            if isinstance(one.choices, dict):  # subcommands
-                waiting += one.choices.values()
-            elif one.dest != "help":
-                options.append(one)
-    assert not [one.dest for one in options if not one.help]
-    silent = [
-        one.option_strings
-        for one in options
-        if not (one.default in (None, False, SUPPRESS) or one.default == [])
-        and "default: " not in one.help
-    ]
-    assert not silent

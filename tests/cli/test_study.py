@@ -1,12 +1,12 @@
 import pytest
 
-from stereotrack_core.cli.studies import run as run_command
+from stereotrack_core.cli import study as study_command
 from stereotrack_core.study.description import read_study
 from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
 
 
 def test_a_study_from_the_first_list_to_the_table(study, tmp_path, run, monkeypatch):  # noqa: F811
-    monkeypatch.setattr(run_command, "workers_of", lambda _: InThisProcess())
+    monkeypatch.setattr(study_command, "workers_of", lambda _: InThisProcess())
     create = ("study", "create", tmp_path / "data", "-o", study.path)
     made = run(*create, "--frames", "0:2", "--grid", "iterations=2,3", "--json")
     assert (made.status, made.json["recordings"], made.json["added"]) == (0, 3, [])
@@ -14,8 +14,6 @@ def test_a_study_from_the_first_list_to_the_table(study, tmp_path, run, monkeypa
     assert (described.preset, described.frames) == ("fast", "0:2"), "only what was given changes"
     assert described.changes == study.settings.changes
 
-    planned = run("study", "run", study.path, "--dry-run", "--json")
-    assert planned.json == {"jobs": 6, "there": 0, "to_compute": 6, "frames": 12}
     tracked = run("study", "run", study.path, "--select", "subject=ben", "--json")
     assert tracked.status == 0, tracked.err
     assert (tracked.json["computed"], tracked.json["runs"][0]["frames"]) == (2, 2)

@@ -70,18 +70,3 @@ def test_one_of_two_people_is_tracked_by_name(run, mono, tmp_path):
     assert "patient, therapist" in nobody.err
     alone = run("track", folder, "-o", tmp_path / "a.npz", "--layout", "coco17")
     assert "Give the keypoints with --keypoints" in alone.err
-
-
-def test_a_sweep_follows_keypoints(run, mono, tmp_path):
-    folder, file = mono
-    table, given = tmp_path / "sweep.csv", ("--keypoints", file)
-    grid = ("--grid", "keypoint_sigma=0.02,0.05", "--frames", "0:4", "--workers", 1)
-    assert "no view provides depth" in run("sweep", folder, "-o", table, *grid).err
-    twice = run("sweep", folder, "-o", table, *grid, *given, *given)
-    assert "keypoints are given 2 times for 1 recording" in twice.err
-    ended = run("sweep", folder, "-o", table, *grid, *given, "--json")
-    assert ended.status == 0, ended.err
-    assert ended.json["judged_by"] == "keypoint_error"
-    assert all(0.0 < point["mean"]["keypoint_error"] < 3.0 for point in ended.json["points"])
-    again = run("sweep", folder, "-o", table, *grid, *given, "--json").json
-    assert (again["computed"], again["reused"]) == (0, 2)

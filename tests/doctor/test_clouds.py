@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stereotrack_core.doctor.clouds import check_clouds
+from stereotrack_core.doctor.diagnose import check_clouds
 from tests.depth.recordings import MemoryReader, depth_recording, frame_set
 
 RECORDING = depth_recording()

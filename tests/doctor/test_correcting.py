@@ -8,7 +8,7 @@ import pytest
 
 from stereotrack_core.doctor import correcting
 from stereotrack_core.doctor.correcting import correct, correct_all, corrected_text, intended
-from stereotrack_core.doctor.slips import transposed
+from stereotrack_core.doctor.pairs import transposed
 from stereotrack_core.errors import Correction, Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from stereotrack_core.doctor.delays import check_delays, delay_of
+from stereotrack_core.doctor.clocks import check_delays, delay_of
 from stereotrack_core.geometry.transform import RigidTransform
 
 

@@ -1,9 +1,6 @@
-"""Images that are partly black, and backgrounds of other views."""
+"""Backgrounds of other views."""
 
-import numpy as np
-import pytest
-
-from stereotrack_core.doctor.pictures import check_backgrounds, check_stripe
+from stereotrack_core.doctor.light import check_backgrounds
 from tests.depth.scenes import texture
 
 
@@ -15,29 +12,6 @@ def with_person(image):
     shown = image.copy()
     shown[20:50, 30:45] = 90
     return [shown, image]
-
-
-def test_whole_images_have_no_findings():
-    assert not list(check_stripe("view N, left", [scene(1).astype(np.uint8)] * 2))
-    assert not list(check_stripe("view N, left", []))
-
-
-@pytest.mark.parametrize(("columns", "severity"), [(40, "error"), (12, "warning")])
-def test_a_stripe_that_is_always_black_is_told(columns, severity):
-    image = scene(1).astype(np.uint8)
-    image[:, :columns] = 0
-    [finding] = check_stripe("view N, left", [image, image])
-    assert finding.severity == severity
-    assert f"{100 * columns / 80:.0f} % of the image is black" in finding.what
-
-
-def test_a_depth_camera_may_show_nothing_where_it_measures_nothing():
-    image = scene(1).astype(np.uint8)
-    image[:, :40] = 0
-    measured = np.ones(image.shape, dtype=bool)
-    assert list(check_stripe("view O, image", [image], measured))
-    measured[:, :40] = False
-    assert not list(check_stripe("view O, image", [image], measured))
 
 
 def test_own_backgrounds_have_no_findings():

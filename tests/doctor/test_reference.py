@@ -10,7 +10,6 @@ import scipy
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.doctor.reference import Body, check_reference, limbs_of
-from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.tracking.scenes import pose_with_arms
 
@@ -53,10 +52,10 @@ def measured(truth):
     return bodies
 
 
-def found(stereo_view, measured, points, frame=None, subject=None):
+def found(stereo_view, measured, points, frame=None):
     frame = np.arange(len(points)) if frame is None else frame
     reference = LandmarkTrajectory(frame, points)
-    changed = dataclasses.replace(stereo_view, reference=reference, subject=subject)
+    changed = dataclasses.replace(stereo_view, reference=reference)
     return list(check_reference(changed, measured))
 
 
@@ -91,20 +90,3 @@ def test_exchanged_sides_are_named(stereo_view, measured, truth):
 def test_a_reference_from_elsewhere_is_named(stereo_view, measured, truth):
     [finding] = found(stereo_view, measured, truth + [0.5, 0.4, 0.0])
     assert "another recording" in finding.remedy
-
-
-def test_a_subject_of_another_size_is_named_with_its_factor(stereo_view, measured, truth):
-    own = np.linalg.norm(truth[:, AT["left_shoulder"]] - truth[:, AT["left_elbow"]], axis=1).mean()
-    assert not found(stereo_view, measured, truth, subject=Subject(upper_arm_length=1.05 * own))
-    large = Subject(upper_arm_length=1.25 * own)
-    [finding] = found(stereo_view, measured, truth, subject=large)
-    assert finding.where == "subject.toml"
-    assert "too large by 25 %" in finding.what
-    assert "by 0.800" in finding.remedy
-
-
-def test_bones_that_stretch_are_named(stereo_view, truth):
-    rng = np.random.default_rng(2)
-    shaken = truth + 0.08 * rng.normal(size=truth.shape)
-    places = {finding.where for finding in found(stereo_view, [], shaken)}
-    assert "reference.csv, left upper arm" in places

@@ -8,9 +8,8 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.doctor.slips import transposed
 from stereotrack_core.doctor.views import (
-    check_places,
+    check_views,
     measured_views,
     misfits,
 )
@@ -61,9 +60,7 @@ def sound(recording):
 
 
 def checked(recording):
-    return list(
-        check_places(recording, *measured(recording), lambda other, view: measured(other, [view]))
-    )
+    return list(check_views(recording, *measured(recording)))
 
 
 def moved(recording, view, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)):
@@ -78,7 +75,7 @@ def moved(recording, view, turn=(0.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)):
 
 def test_sound_views_have_no_findings(recording, sound):
     assert misfits(*sound).mean() < 0.01
-    assert not list(check_places(recording, *sound, lambda *_: sound))
+    assert not list(check_views(recording, *sound))
 
 
 def test_views_that_are_exchanged_are_named(recording):
@@ -91,14 +88,6 @@ def test_views_that_are_exchanged_are_named(recording):
     assert "they are exchanged" in finding.what
 
 
-def test_a_transposed_rotation_is_named(recording):
-    name = recording.view("O").image.camera
-    cameras = {**recording.cameras, name: transposed(recording.cameras[name])}
-    [finding] = checked(dataclasses.replace(recording, cameras=cameras))
-    assert finding.where == "view O"
-    assert "rotation is transposed" in finding.what
-
-
 def test_a_view_that_is_displaced_is_named_and_measured(recording):
     [finding] = checked(moved(recording, "S", shift=(0.1, 0.0, 0.0)))
     assert finding.severity == "error"
@@ -109,7 +98,7 @@ def test_a_view_that_is_displaced_is_named_and_measured(recording):
 def test_of_two_views_it_is_not_told_which_is_wrong(recording):
     wrong = moved(recording, "O", shift=(0.0, 0.0, 0.15))
     instants, places = measured(wrong, ("N", "O"))
-    [finding] = check_places(wrong, instants, places, lambda *_: (instants, places))
+    [finding] = check_views(wrong, instants, places)
     assert finding.where == "views N, O"
     assert "cannot be told" in finding.what
     assert "of view O the camera is" in finding.what
@@ -119,6 +108,6 @@ def test_of_two_views_it_is_not_told_which_is_wrong(recording):
 def test_a_view_without_the_person_is_told(recording, sound):
     instants, places = sound
     without = [{name: one for name, one in seen.items() if name != "W"} for seen in instants]
-    [finding] = check_places(recording, without, places, lambda *_: sound)
+    [finding] = check_views(recording, without, places)
     assert finding.where == "view W"
     assert "nothing of the person" in finding.what

@@ -10,11 +10,9 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import write_npz
-from stereotrack_core.tracking.inspection import look_inside
 from tests.end_to_end import writers
 from tests.end_to_end.writers import FILES, FOLDERS, Things, content_of, full_disk
 from tests.evaluation.failure_segments.runs import recorded
-from tests.tracking.test_trace import followed
 
 ROOT = Path(__file__).resolve().parents[2]
 OLDER = b"what was there before\n"
@@ -34,7 +32,7 @@ def things(tmp_path_factory, qapp) -> Things:
     failing = (("left_forearm", 4, 6, 1.4), ("right_forearm", 8, 10, 1.4))
     recording, run, truth = recorded(folder / "recording", 16, failing)
     write_npz(folder / "run.npz", run)
-    return Things(recording, run, folder / "run.npz", truth, look_inside(*followed("fast")))
+    return Things(recording, run, folder / "run.npz", truth)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +55,7 @@ def largest(made: dict[str, bytes]) -> int:
     return max(len(content) for content in made.values())
 
 
-NEEDED = {".slp": "sleap_io", ".nc": "h5netcdf", ".rrd": "rerun"}
+NEEDED = {".slp": "sleap_io"}
 """Libraries that not everybody installs."""
 
 
@@ -96,7 +94,6 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.project.database": "tests/project",
         "stereotrack_core.recording.importing.files": "part of importing.making",
         "stereotrack_core.study.store": "a text of its own, tests/cli/test_sweep.py",
-        "app.features.review.controller": "a text of its own, tests/gui/test_review.py",
     }
     by_commands = {"stereotrack_core.report.pages"}
     text = Path(writers.__file__).read_text(encoding="utf-8")

@@ -17,8 +17,8 @@ import pytest
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import has_frames
 from stereotrack_core.study.store import journal_of, stored_results
-from stereotrack_core.tracking.repeating import sameness
 from tests.end_to_end.conftest import FAST
+from tests.same_run import same_run
 
 pytestmark = [
     pytest.mark.slow,
@@ -91,7 +91,7 @@ def test_a_run_that_is_killed_again_and_again_is_finished_at_last(victims, sound
         assert status in (0, -signal.SIGKILL)
         now = place.read_bytes() if place.exists() else b""
         if part.exists():
-            assert now == older or sameness(read_run(place), wanted).equal
+            assert now == older or same_run(read_run(place), wanted)
             left = _frames_of(part)
             assert left == list(range(len(left)))
             assert len(left) >= kept or not resumes
@@ -99,13 +99,13 @@ def test_a_run_that_is_killed_again_and_again_is_finished_at_last(victims, sound
         elif now != older or status == 0:
             finished += 1
             run = read_run(place)
-            assert sameness(run, wanted).equal
+            assert same_run(run, wanted)
             kept = 0
         older = now
     assert finished > 0
     if has_frames(part):
         assert victims.do(None, "track", sound, "-o", place, "--resume") == 0
-    assert sameness(read_run(place), wanted).equal
+    assert same_run(read_run(place), wanted)
     assert not has_frames(part)
 
 

@@ -6,8 +6,7 @@ import dataclasses
 
 import pytest
 
-from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.evaluation.summary import errors_against, summarise
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track

@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.interop.run_file import read_run, write_run
-from stereotrack_core.tracking.repeating import sameness
 from tests.end_to_end.conftest import FAST, FRAMES
 from tests.end_to_end.damage import substitute
+from tests.same_run import same_run
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="there are no such signals")
 
@@ -125,7 +125,7 @@ def test_nothing_is_lost_whatever_ends_it(how, sound, whole, place, run):
     assert gone_on.status == 0
     assert gone_on.json["changed"] == []
     assert not part.exists()
-    assert sameness(read_run(whole), read_run(place)).equal
+    assert same_run(read_run(whole), read_run(place))
     assert read_run(place).meta["resumed_at"] == gone_on.json["resumed_at"] == [1]
 
 
@@ -140,7 +140,7 @@ def test_without_an_older_run_the_frames_are_written_too(sound, whole, tmp_path,
     assert str(part_of(place)) in refused.sentence
     assert read_run(place).frame.tolist() == list(range(HELD))
     assert run("track", sound, "-o", place, "--resume").status == 0
-    assert sameness(read_run(whole), read_run(place)).equal
+    assert same_run(read_run(whole), read_run(place))
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_p
     assert run("track", copy, "-o", place, "--resume").status == 0
     alone = tmp_path / "alone.npz"
     assert run("track", *words, "-o", alone, "--smooth").status == 0
-    assert sameness(read_run(alone), read_run(place)).equal
+    assert same_run(read_run(alone), read_run(place))
     assert read_run(place).meta["smoothed"]
 
 
@@ -173,7 +173,7 @@ def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_p
 def test_it_goes_on_as_it_was_begun_or_not_at_all(option, word, sound, place, left, run):
     kept, before = left.read_bytes(), place.read_bytes()
     refused = run("track", sound, "-o", place, "--resume", *option)
-    assert f"{word}: the unfinished run was started with other settings" in refused.sentence
+    assert f"{word}: an unfinished run is resumed with the settings" in refused.sentence
     assert (left.read_bytes(), place.read_bytes()) == (kept, before)
 
 

@@ -11,16 +11,13 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtGui import QPixmap
 
-from app.pdf import write_pdf
 from app.shell.dialogs import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.failure_segments.export import write_strips
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import write_c3d
@@ -30,16 +27,11 @@ from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.json_files import write_results
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
-from stereotrack_core.interop.motion.mot import write_mot
-from stereotrack_core.interop.motion.netcdf import write_netcdf
-from stereotrack_core.interop.motion.rerun import SeenFrame, write_rerun
 from stereotrack_core.interop.ply import write_cloud
-from stereotrack_core.interop.point_tables import write_points
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
-from stereotrack_core.interop.trace_file import write_trace
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.exporting.runs import write_angles
 from stereotrack_core.recording.calibration import write_calibration
@@ -50,19 +42,15 @@ from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
-from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.study.description import Study, StudyRecording, write_study
-from stereotrack_core.study.export import write_result_table
-from stereotrack_core.study.job import Job, JobResult
+from stereotrack_core.study.job import Job, JobResult, values_of
 from stereotrack_core.study.points import Point
-from stereotrack_core.study.table import RunTable, axis_of, curves_of, draw_curves
-from stereotrack_core.study.values import values_of
+from stereotrack_core.study.store import write_result_table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import named, preset, write_preset
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.trace import StepTrace
 
 
 @contextmanager
@@ -92,7 +80,6 @@ class Things:
     run: Run
     run_file: Path
     truth: LandmarkTrajectory
-    trace: StepTrace
 
     @property
     def reference(self) -> Reference:
@@ -174,32 +161,6 @@ def _angles(path: Path, things: Things) -> None:
     write_angles(path, angles_of_run(things.run), 10.0)
 
 
-def _motion(path: Path, things: Things) -> None:
-    angles = angles_of_run(things.run)
-    write_mot(path, angles.frame, NAMES, angles.angle, 10.0)
-
-
-def _scene(path: Path, things: Things) -> None:
-    frames = (SeenFrame(frame, {"N": things.picture}) for frame in things.run.frame.tolist())
-    write_rerun(path, things.run, things.recording, frames, {})
-
-
-def _run_table() -> RunTable:
-    columns = ("recording", "model_points", "views", "seed", "status", "forearms", "job")
-    rows = tuple(
-        ("r", str(points), views, "0", "done", str(points / 7), "x")
-        for points in (24, 120, 1000)
-        for views in ("NS", "NOSW")
-    )
-    return RunTable(columns, rows)
-
-
-def _curves(path: Path, _things: Things) -> None:
-    table = _run_table()
-    curves = curves_of(table, "model_points", "forearms", "views")
-    draw_curves(path, axis_of(table, "model_points"), "forearms", curves)
-
-
 def _cloud(path: Path, _things: Things) -> None:
     points = np.random.default_rng(2).normal(size=(300, 3))
     write_cloud(path, points, np.arange(300) % 2, ("N", "S"), 7)
@@ -218,19 +179,12 @@ def _results(path: Path, things: Things) -> None:
     write_result_table(path, study, jobs, {"x": result})
 
 
-def _pdf(path: Path, _things: Things) -> None:
-    write_pdf("<h1>Report</h1>" + "<p>A line of a report.</p>" * 200, path)
-
-
 FILES: dict[str, Callable[[Path, Things], None]] = {
     "run.npz": lambda path, things: write_npz(path, things.run),
     "run.csv": lambda path, things: write_run(path, things.run),
     "run.trc": lambda path, things: write_trc(path, things.truth, 10.0),
     "run.c3d": lambda path, things: write_c3d(path, things.truth, 10.0, things.run.residual),
     "run.bvh": lambda path, things: write_bvh(path, things.truth, 10.0),
-    "run.nc": lambda path, things: write_netcdf(path, things.truth, 10.0),
-    "run.mot": _motion,
-    "run.rrd": _scene,
     "reference.npz": lambda path, things: write_reference(path, things.reference),
     "exported reference.csv": lambda path, things: write_reference_table(path, things.reference),
     "landmarks.csv": lambda path, things: write_landmarks(path, things.truth),
@@ -239,9 +193,6 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "keypoints.csv": lambda path, things: write_table(path, things.keypoints, things.recording),
     "keypoints.json": lambda path, things: write_results(path, things.keypoints, things.recording),
     "deeplabcut.csv": lambda path, things: write_deeplabcut(path, things.clicks, LANDMARKS),
-    "dltdv.csv": lambda path, things: write_points(
-        path, things.clicks, things.recording, LANDMARKS, "dltdv"
-    ),
     "sleap.slp": lambda path, things: write_sleap(path, things.clicks, things.recording, NINE),
     "landmark set.toml": lambda path, _: write_landmark_set(path, NINE),
     "preset.toml": lambda path, _: write_preset(
@@ -255,17 +206,8 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
         path, [Segment(f"part {k}", k, k + 1) for k in range(20)]
     ),
     "cloud.ply": _cloud,
-    "trace.npz": lambda path, things: write_trace(path, things.trace, 0),
-    "trace.csv": lambda path, things: write_trace(path, things.trace, 0),
     "picture.png": lambda path, things: write_png(path, things.picture),
     "video.mp4": _video,
-    "curves.png": _curves,
-    "curves.svg": _curves,
-    "curves.pdf": _curves,
-    "report.pdf": _pdf,
-    "calibration-report.html": lambda path, _: write_calibration_page(
-        path, "rig", Verdict("good", "Good."), ()
-    ),
     "window.png": _window,
     "angles.csv": _angles,
     "walks.study.toml": lambda path, _: write_study(_study(path)),

@@ -9,7 +9,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose, t_pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.evaluation.circumstances import limb_ends, seen_shares
+from stereotrack_core.evaluation.limbs import limb_ends, seen_shares
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.landmarks import LANDMARKS

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.errors import LimbErrors
-from stereotrack_core.evaluation.summary import doubts_against
+from stereotrack_core.evaluation.summary import LimbErrors, doubts_against
 
 
 def errors(frame, degrees) -> LimbErrors:

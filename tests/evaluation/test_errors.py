@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import errors_against
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 

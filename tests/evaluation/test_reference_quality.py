@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.evaluation.accuracy import reference_quality
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import errors_against
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.scenes import bodies
 

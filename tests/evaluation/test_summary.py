@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import summarise_segments
+from stereotrack_core.evaluation.summary import errors_against, summarise_segments
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 

@@ -12,8 +12,7 @@ from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.services.tasks.garbage import GarbageTimer
-from app.services.tasks.task import Processes
+from app.services.tasks.task import GarbageTimer, Processes
 from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from tests.gui.hands import window_with

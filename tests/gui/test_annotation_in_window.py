@@ -10,18 +10,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel
 
-from app.widgets.forms.form_dialog import FormDialog
-from app.widgets.forms.numbers import WholeNumberField
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.annotation.next_clicks import Suggestion, good_enough
-from stereotrack_core.project.clicks import PlaceClicks, SwapLandmarks
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
 from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, view
 
@@ -77,25 +71,6 @@ def test_lanes_follow_a_click_and_suggestions_lead_to_their_view(annotating, qtb
     assert annotating.context.view_state.kinds["N"] == "left"
 
 
-def test_suggested_clicks_show_ten_rows_and_their_key_says_what_is_missing(annotating, qtbot):
-    panel, docks = annotating.features.annotate.panels.next_panel, annotating.context.docks
-    key(annotating, Qt.Key.Key_J)
-    assert "Click at least three landmarks first" in annotating.statusBar().currentMessage()
-    rows = [
-        Suggestion(k, "N_right", "right_shoulder", 1.0, "left upper arm uncertain (8.2 deg)")
-        for k in range(40)
-    ]
-    docks.dock("next").raise_()
-    panel.show_ranking(rows, good_enough(np.full((40, 6), 9.0), 3.0), {}, {"N_right": "N"})
-    QApplication.processEvents()
-    assert panel.model.cell(0, 1).text == "N"
-    seen = panel.tree.viewport().rect()
-    shown = [k for k in range(40) if seen.contains(panel.tree.visualRect(panel.model.index(k, 3)))]
-    assert len(shown) >= 10
-    docks.dock("body").raise_()
-    panel.show_ranking((), None, {})
-
-
 def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):
     key(annotating, Qt.Key.Key_7)
     click(annotating, 200.0, 100.0)
@@ -149,15 +124,6 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
         assert ({"reference", "outline", "others"} <= overlays) == shown
         assert ({"reference", "outline", "others"} & overlays != set()) == shown
         assert action("overlay_reference").isChecked() == shown
-
-
-def test_an_edit_from_a_panel_is_drawn_at_once(annotating):
-    key(annotating, Qt.Key.Key_3)
-    click(annotating, 200.0, 100.0)
-    annotating.context.session.project.project.apply(
-        SwapLandmarks(0, "N_right", "left_elbow", "right_elbow")
-    )
-    assert [mark.landmark for mark in view(annotating).marks.clicks] == ["right_elbow"]
 
 
 def test_every_picture_size_places_the_click_under_the_cursor(annotating, qtbot):
@@ -232,18 +198,3 @@ def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
     window.context.actions.refresh()
     trigger(window, "undo")
     assert project.clicks.count() == count - 1
-
-
-def test_keyframes_are_of_the_selection_or_else_of_the_whole_recording(annotating):
-    def ask(step):
-        annotating.context.actions.action("annotate-keyframes").trigger()
-        dialog = annotating.findChildren(FormDialog)[-1]
-        QTest.keyClicks(dialog.findChild(WholeNumberField), str(step))
-        dialog.accept_button.click()
-        return dialog.findChildren(QLabel)[0].text(), [
-            one.frame for one in annotating.context.session.project.project.marks.keyframes()
-        ]
-
-    assert ask(4) == ("Frames between keyframes in the whole recording:", [0, 4])
-    annotating.context.docks.timeline._select(range(5, 8))
-    assert ask(2) == ("Frames between keyframes in frames 5 – 7:", [0, 4, 5, 7])

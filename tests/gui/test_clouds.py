@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 from PySide6.QtCore import QCoreApplication
 
-from app.session.clouds import CloudPresenter
+from app.session.instant import CloudPresenter
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.tuning import clouds
@@ -84,7 +84,7 @@ def test_a_late_thread_has_nothing_to_do_with_the_next_recording(
     presenter.ask(0)
     qtbot.waitUntil(lambda: bool(chains))
     assert chains[0].begun.wait(PATIENCE_S)
-    late = presenter._worker._worker._thread
+    late = presenter._worker._task._thread
     presenter.set_recording(second)
     assert late.is_alive(), "the window waits for nobody"
     presenter.ask(0)

@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QToolButton
 
 from app.services.actions import ActionRegistry
-from app.shell.command_lists import CommandPalette, ShortcutEditor
+from app.shell.dialogs import CommandPalette, ShortcutEditor
 from stereotrack_core.tracking.presets import preset
 
 pytestmark = pytest.mark.window
@@ -162,7 +162,7 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
     window.context.session.opening.open(small_recording)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    tracking = {"run", "step", "iterate", "run_here", "run_selection"}
+    tracking = {"run", "step", "run_here", "run_selection"}
     window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
@@ -177,7 +177,7 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
         timeout=60_000,
     )
     paused = trigger_everything(window, qtbot, besides={"remove_run"})
-    assert tracking - {"run_selection"} <= set(paused) | {"iterate", "run_here", "step"}
+    assert tracking - {"run_selection"} <= set(paused) | {"run_here", "step"}
     window.context.session.track.pause()
     qtbot.waitUntil(lambda: not window.context.session.track.running, timeout=60_000)
     window.context.session.track.stop()

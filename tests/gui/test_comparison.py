@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from app.session.comparison import compared
-from app.session.judgement import judged
+from app.session.judgement import judged, recorded_truth
 from app.session.runs import RunEntry, frames_of_run
-from app.session.truth import recorded_truth
 from app.widgets.style.theme import apply_theme
-from app.widgets.tables.comparison_panel import ComparedCell, ComparedRow, ComparisonPanel
+from app.widgets.tables.runs_panel import ComparedCell, ComparedRow, ComparisonPanel
 from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.evaluation.comparison.compare import Candidate, compare
+from stereotrack_core.evaluation.compare import Candidate, compare
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from app.features.track.numbers import number_rows
+from app.features.track.controller import number_rows
 from app.session.judgement import MEASURED_LIMBS, Judgement, doubts
 from app.shell.status import frame_words
 from stereotrack_core.body.limbs import LIMBS

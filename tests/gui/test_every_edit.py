@@ -8,16 +8,15 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from app.features.annotate.lanes import AnnotationLanes
-from app.widgets.timeline.lanes import LaneFilter, Mark
+from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Prediction, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.project.blind_repeats import ROUND
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.entries import Choose, save_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
-from stereotrack_core.project.setups import save_reference
 from tests.gui.hands import click, truth, view
 
 pytestmark = pytest.mark.window
@@ -117,7 +116,7 @@ def check_progress(window, qtbot):
 
 
 def marks_of(lanes):
-    every = [lane.values for lane in lanes.lanes(LaneFilter(kinds=frozenset({"landmarks"})))]
+    every = [lane.values for lane in lanes.lanes() if lane.kind == "marks"]
     return [np.where(np.isin(marks, PLAIN), Mark.NONE, marks).tolist() for marks in every]
 
 

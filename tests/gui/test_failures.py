@@ -6,7 +6,6 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.features.review.export_dialog import ExportDialog
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
@@ -105,12 +104,6 @@ def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
 
 
 def test_strips_are_written_in_the_background(reviewing, qtbot, tmp_path):
-    reviewing.context.actions.action("export_strips").trigger()
-    dialog = reviewing.findChild(ExportDialog)
-    dialog.path.setText(str(tmp_path / "absent" / "deep"))
-    assert not dialog.accept_button.isEnabled()
-    dialog.path.setText(str(tmp_path / "strips"))
-    QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
+    reviewing.features.review.failures.write_strips(tmp_path / "strips")
     settle(reviewing, qtbot)
-    qtbot.waitUntil(lambda: reviewing.findChild(ExportDialog) is None, timeout=5_000)
     assert [path.suffix for path in (tmp_path / "strips").iterdir()] == [".png"]

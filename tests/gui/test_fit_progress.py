@@ -9,7 +9,6 @@ import pytest
 from PySide6.QtTest import QTest
 
 from app.features.annotate.filling import reference_work
-from app.features.annotate.filling.reference_work import how_far
 from tests.gui.hands import LEFT, annotate_all
 
 pytestmark = pytest.mark.window
@@ -20,14 +19,6 @@ def endless_fit(fit, asker):
     asker.on_frames(len(fit.keywords["frames"]))
     asker.tell(0)
     time.sleep(600.0)
-
-
-def test_words_and_share_of_a_fit():
-    assert how_far(0, 50, 9.0) == (0.0, "preparing")
-    assert how_far(25, 50, 0.2) == (0.45, "frame 25 of 50 added")
-    # all frames are taken in, or as many as there are clicks near
-    for done in (30, 50):
-        assert how_far(done, 50, 12.4) == (0.0, "forward and backward pass over the frames, 12 s")
 
 
 def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, qtbot, monkeypatch):

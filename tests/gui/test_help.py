@@ -1,4 +1,4 @@
-"""F1, Shift+F1, and the user guide: by keys and mouse."""
+"""F1, and the user guide: by keys and mouse."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QCursor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWhatsThis
+from PySide6.QtWidgets import QApplication
 
-from tests.gui.hands import LEFT, SHIFT
+from tests.gui.hands import LEFT
 
 pytestmark = pytest.mark.window
-NONE = Qt.KeyboardModifier.NoModifier
 
 
 @pytest.fixture
@@ -20,7 +19,6 @@ def guide(opened):
     yield opened.help.panel
     opened.move(place)
     opened.help.panel.close()
-    QWhatsThis.leaveWhatsThisMode()
 
 
 def rest_on(widget):
@@ -61,7 +59,7 @@ def test_f1_goes_by_the_focus_where_the_cursor_is_on_nothing(opened, guide, qtbo
 def test_every_panel_is_explained(opened):
     docks = opened.context.docks
     for name, title in docks.titles().items():
-        assert docks.dock(name).whatsThis().endswith("."), title
+        assert docks.dock(name).property("help_page"), title
 
 
 def test_the_contents_lead_to_pages_and_back(opened, guide):
@@ -71,34 +69,3 @@ def test_the_contents_lead_to_pages_and_back(opened, guide):
     assert guide.page.heading_at_top() == "Quality check"
     QTest.mouseClick(guide.back, LEFT)
     assert guide.page.address() == "index.md"
-
-
-def test_pictures_are_as_wide_as_the_page_at_most(guide, opened):
-    opened.help._show("window.md")
-    look = next(
-        block.begin().fragment().charFormat().toImageFormat()
-        for block in guide.page._blocks()
-        if block.length() > 1 and block.begin().fragment().charFormat().isImageFormat()
-    )
-    assert 200 < look.width() <= guide.page.viewport().width()
-
-
-def explained():
-    shown = [w for w in QApplication.topLevelWidgets() if w.isVisible()]
-    return [w for w in shown if w.metaObject().className() == "QWhatsThat"]
-
-
-def test_a_control_that_is_clicked_is_explained_and_not_pressed(opened, guide, qtbot):
-    run = opened.bars.track.widgetForAction(opened.context.actions.action("run"))
-    spin = opened.context.docks.transport.number  # has a tooltip alone
-    for widget in (run, spin, opened.context.docks.timeline):
-        opened.activateWindow()
-        qtbot.waitUntil(opened.isActiveWindow)
-        QTest.keyClick(opened, Qt.Key.Key_F1, SHIFT)
-        assert QWhatsThis.inWhatsThisMode()
-        QTest.mouseClick(widget, LEFT, NONE, widget.rect().center())
-        assert not QWhatsThis.inWhatsThisMode()
-        assert len(explained()) == 1
-        assert not opened.context.session.track.running
-        QWhatsThis.hideText()
-        QApplication.processEvents()

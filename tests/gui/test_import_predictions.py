@@ -17,7 +17,7 @@ from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.keypoints import StoredKeypoints
+from stereotrack_core.project.predictions import StoredKeypoints
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS

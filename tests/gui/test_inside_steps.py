@@ -8,7 +8,6 @@ import pytest
 from app.features.inspect.contents import content_of
 from app.features.inspect.drawing import drawing_of
 from app.features.inspect.steps import name_of, steps_of
-from app.widgets.style.colours import SHADES, shade_of
 from stereotrack_core.tracking.inspection import look_inside
 from tests.tracking.test_trace import followed
 
@@ -53,15 +52,6 @@ def test_every_step_has_words_a_source_and_something_to_see(traces, kind):
         assert all(np.isfinite(each.places).all() for each in marked)
 
 
-def test_the_methods_have_their_own_steps(traces):
-    kinds = {kind: {step.kind for step in steps_of(traces[kind][0])} for kind in KINDS}
-    assert "collisions" in kinds["thesis"]
-    assert "search" in kinds["fast"]
-    assert kinds["scalar"] == {"predict", "pairs", "settle", "result"}
-    (pictured,) = {s.words for s in steps_of(traces["fast"][0]) if s.kind == "sigma"}
-    assert "linearises by derivatives" in pictured
-
-
 def test_the_map_says_the_numbers_it_shows(traces):
     trace, _ = traces["thesis"]
     first = trace.corrections[0]
@@ -84,8 +74,3 @@ def test_what_pulls_adds_up_to_the_correction(traces):
     assert names[:2] == ["measured points", "prior (prediction)"]
     points = correction.gain @ correction.points.residual
     assert table.rows[0][1] == f"{1e3 * np.linalg.norm(points[:3]):.1f} mm"
-
-
-def test_shades_go_from_inside_to_outside():
-    shades = shade_of(np.array([-1.0, -0.06, 0.0, 0.06, 1.0]))
-    np.testing.assert_array_equal(shades, [0, 0, SHADES // 2, SHADES - 1, SHADES - 1])

@@ -25,9 +25,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.project.clicks import place
-from tests.gui.hands import CTRL, NONE, key, view
+from tests.gui.hands import CTRL, NONE, view
 
 pytestmark = pytest.mark.window
 
@@ -198,41 +196,3 @@ def test_the_keys_of_a_command_that_cannot_be_done_say_why(opened, qtbot):
     QTest.keyClick(opened.features.tune.parameters.search, Qt.Key.Key_N, NONE)
     assert (opened.features.tune.parameters.search.text(), said()) == ("n", "")
     opened.features.tune.parameters.search.clear()
-
-
-@pytest.fixture
-def nudging(annotating):
-    """The window with a click in hand; shortcuts are as before afterwards."""
-    actions, held = annotating.context.actions, ClickKey(0, "N_right", "head")
-    annotating.context.session.project.apply(place(Click(*held, (100.0, 100.0))))
-    annotating.features.annotate.clicking.annotating.pick(held)
-    actions.refresh()
-    before = {name: actions.shortcut(name) for name in ("nudge_right", "next")}
-    yield annotating
-    for name, keys in before.items():
-        actions.set_shortcut(name, keys)
-
-
-def test_the_key_of_a_nudge_is_given_back_when_that_gets_another_one(nudging):
-    actions, document = nudging.context.actions, nudging.context.session.document
-    project = nudging.context.session.project.project
-
-    def x():
-        (click,) = project.clicks.at(0)
-        return click.position[0]
-
-    key(nudging, Qt.Key.Key_Right)
-    assert (document.frame, x()) == (0, 100.5)
-    actions.set_shortcut("nudge_right", "Ctrl+M")
-    key(nudging, Qt.Key.Key_M, CTRL)
-    assert (document.frame, x()) == (0, 101.0)
-    key(nudging, Qt.Key.Key_Right)
-    assert (document.frame, x()) == (1, 101.0), "it shows the next frame, as its menu says"
-    key(nudging, Qt.Key.Key_Left)
-    actions.set_shortcut("next", "Ctrl+M")
-    nudging.features.annotate.clicking.annotating.pick(ClickKey(0, "N_right", "head"))
-    key(nudging, Qt.Key.Key_M, CTRL)
-    assert (document.frame, x()) == (0, 101.5), "of two the nudge goes first"
-    actions.set_shortcut("nudge_right", "Right")
-    key(nudging, Qt.Key.Key_M, CTRL)
-    assert (document.frame, x()) == (1, 101.5)

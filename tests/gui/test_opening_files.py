@@ -121,29 +121,6 @@ def test_what_is_no_run_is_said(window, qtbot, tmp_path):
     assert window.context.session.document.recording is None
 
 
-def test_a_run_beside_the_recording_is_offered_until_it_is_turned_down(
-    window, qtbot, folder, run_file
-):
-    beside = shutil.copy(run_file, folder.parent / "walk.npz")
-    opening = window.context.session.opening
-    opening.open(folder)
-    shows(qtbot, window, folder)
-    assert "a run of this recording lies beside it" in window.messages.text()
-    assert window.messages.do_button.text() == "Open run"
-    accept_offer(qtbot, window)
-    assert runs(window) == ["walk"]
-    window.context.actions.action("close").trigger()
-    opening.open(folder)
-    shows(qtbot, window, folder)
-    assert window.messages.do_button.text() == "Open run"
-    window.context.actions.action("close_message").trigger()
-    window.context.actions.action("close").trigger()
-    opening.open(folder)
-    shows(qtbot, window, folder)
-    assert window.messages.message is None
-    assert beside.is_file()
-
-
 def test_recents_stand_in_the_menu_with_their_dates(window, qtbot, folder, settings):
     actions = window.context.actions
     actions.refresh()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
-from app.features.detector.feature import DetectorDialog
 from tests.gui.seen_texts import faults_of
 from tests.pose_model.small_files import CONTENTS, use_small_files, wheel
 
@@ -19,41 +18,36 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def dialog(window, folder, qtbot):
-    """The dialog, opened from the menu of a window without a recording."""
-    window.context.actions.action("install_detector").trigger()
-    qtbot.waitUntil(lambda: bool(QApplication.activeModalWidget()), timeout=5_000)
-    shown = QApplication.activeModalWidget()
-    assert isinstance(shown, DetectorDialog)
-    yield shown
-    qtbot.keyClick(shown, Qt.Key.Key_Escape)
+def install(window, folder, qtbot, monkeypatch):
+    """Function that installs a file from the menu of a window without a recording."""
+
+    def made(path):
+        monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_, **__: (str(path), ""))
+        window.context.actions.action("install_detector").trigger()
+        qtbot.waitUntil(lambda: bool(QApplication.activeModalWidget()), timeout=5_000)
+        box = QApplication.activeModalWidget()
+        assert isinstance(box, QMessageBox)
+        assert faults_of(box) == []
+        words = box.informativeText()
+        button = next(one for one in box.buttons() if one.text() == "From file …")
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: not window.features.detector.working, timeout=30_000)
+        return words
+
+    return made
 
 
-def choose(monkeypatch, path):
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_, **__: (str(path), ""))
-
-
-def test_it_is_installed_from_a_wheel_in_the_background(
-    window, dialog, folder, qtbot, monkeypatch, tmp_path
-):
-    assert faults_of(dialog) == []
-    assert dialog.words.text() == "It is not installed."
-    choose(monkeypatch, wheel(tmp_path / "mediapipe.whl"))
-    qtbot.mouseClick(dialog.from_file, Qt.MouseButton.LeftButton)
-    assert not dialog.accept_button.isEnabled()
-    qtbot.waitUntil(lambda: not window.features.detector.working, timeout=30_000)
-    assert dialog.words.text() == f"It is installed in {folder}."
-    assert dialog.accept_button.text() == "Install again"
+def test_it_is_installed_from_a_wheel_in_the_background(window, install, folder, tmp_path):
+    words = install(wheel(tmp_path / "mediapipe.whl"))
+    assert words.endswith("The pose detector is not installed.")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENTS
-    assert "The pose detector is installed" in window.messages.message.sentence()
+    assert f"installed in {folder}" in window.messages.message.sentence()
+    assert f"installed in {folder}" in install(tmp_path / "mediapipe.whl")
 
 
-def test_another_file_is_refused_in_words(window, dialog, folder, qtbot, monkeypatch, tmp_path):
+def test_another_file_is_refused_in_words(window, install, folder, tmp_path):
     wrong = {name: content[::-1] for name, content in CONTENTS.items()}
-    choose(monkeypatch, wheel(tmp_path / "mediapipe.whl", wrong))
-    qtbot.mouseClick(dialog.from_file, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: not window.features.detector.working, timeout=30_000)
-    assert "is not the known file" in dialog.words.text()
-    assert "Nothing was installed" in dialog.words.text()
-    assert dialog.accept_button.isEnabled()
+    install(wheel(tmp_path / "mediapipe.whl", wrong))
+    assert "is not the known file" in window.messages.text()
+    assert "Nothing was installed" in window.messages.text()
     assert not folder.exists()

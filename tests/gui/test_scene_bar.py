@@ -57,26 +57,3 @@ def test_the_scene_says_what_the_colours_of_its_points_mean(opened, qtbot):
         assert words in told
         drawn = {tuple(colour) for colour in scene.content.cloud_colours.tolist()}
         assert name == "points_distance" or drawn <= set(told.values())
-
-
-def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, qtbot, monkeypatch):
-    opened.context.docks.show_named("track")
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
-    shown, show_scene = [], opened.context.docks.scene.show_scene
-
-    def noted(content):
-        shown.append({tile.camera.painted_frame for tile in tiles.values()})
-        show_scene(content)
-
-    tiles = opened.context.docks.views.tiles
-    monkeypatch.setattr(opened.context.docks.scene, "show_scene", noted)
-    for _ in range(3):
-        frame = opened.context.session.document.frame + 1
-        opened.context.session.document.go_to(frame)
-        qtbot.waitUntil(
-            lambda frame=frame: opened.context.session.instant.told.frame_set.index == frame
-        )
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
-    assert shown[-1] == {3}
-    assert opened.context.session.document.frame == 3
-    qtbot.waitUntil(opened.context.docks.scene.at_rest, timeout=10_000)

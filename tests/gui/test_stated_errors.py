@@ -8,17 +8,15 @@ import numpy as np
 import pytest
 
 from app.features.review.plot import lanes_of
-from app.features.track.numbers import number_rows
+from app.features.track.controller import number_rows
 from app.session.comparison import compared
-from app.session.judgement import heading_words, judged, score_words
+from app.session.judgement import heading_words, judged, project_truth, recorded_truth, score_words
 from app.session.runs import RunEntry, entry_of_run
-from app.session.truth import project_truth, recorded_truth
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import reference_quality
-from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.entries import Choose, save_reference
 from stereotrack_core.project.schema import REFERENCE
-from stereotrack_core.project.setups import save_reference
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.presets import preset

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
 from stereotrack_core.doctor import correcting
-from stereotrack_core.doctor.before_tracking import glance
+from stereotrack_core.doctor.diagnose import glance
 from stereotrack_core.recording.folder import open_recording as open_folder
 from tests.gui.kept_window import open_recording
 

@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from app.session import keypoints as session_keypoints
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
-from stereotrack_core.project.keypoints import DetectorState
+from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.tracking import detecting

@@ -162,32 +162,6 @@ def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, q
     assert [len(run.frames) for run in session.runs.entries] == [8]
 
 
-def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):
-    inside, shown = opened.features.inspect, []
-    for count in range(7):
-        opened.context.actions.refresh()
-        trigger(opened, "iterate")
-        qtbot.waitUntil(
-            lambda: inside.drawing is not None and opened.context.tasks.settled(), timeout=60_000
-        )
-        assert inside.index == count
-        shown.append(inside.drawing)
-    assert inside.live
-    assert shown[0].words == "Predict"
-    assert shown[5].words == "Iteration 1: Correct"
-    assert shown[2].scene.lines, "pairs are drawn"
-    assert not np.allclose(shown[0].pose.position, shown[5].pose.position)
-    assert tracked(opened) == 0, "the tracker itself stays where it is"
-    inside.go(len(inside.known.steps) - 1)
-    trigger(opened, "iterate")
-    qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
-    found = opened.context.session.runs.active.frames[0].pose
-    np.testing.assert_array_equal(
-        shown[0].body.cones.r1, opened.context.session.runs.active.body.cones.r1
-    )
-    np.testing.assert_array_equal(found.rotations, inside.known.done.trace.after.pose.rotations)
-
-
 def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):
     trigger(opened, "step")
     qtbot.waitUntil(

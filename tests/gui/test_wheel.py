@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.services.wheel import WheelGuard
+from app.services.focus import WheelGuard
 from app.widgets.forms.numbers import NumberField, WholeNumberField
 from app.widgets.style.building import choice, scrolled, vbox
 from tests.gui.hands import LEFT, view

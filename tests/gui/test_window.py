@@ -6,7 +6,6 @@ import gc
 import threading
 import weakref
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
@@ -68,23 +67,6 @@ def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
         assert opened.context.session.document.frame == frame
         assert opened.context.docks.transport.number.value() == frame
         assert opened.context.docks.timeline.frame == frame
-
-
-def test_a_frame_is_the_same_whichever_way_it_was_reached(opened, qtbot):
-    def pixels():
-        return {
-            n: t.camera.picture.pixels.copy() for n, t in opened.context.docks.views.tiles.items()
-        }
-
-    go(qtbot, opened, 4)
-    direct = pixels()
-    go(qtbot, opened, 7)
-    press(qtbot, opened, Qt.Key.Key_Left)
-    press(qtbot, opened, Qt.Key.Key_Left)
-    press(qtbot, opened, Qt.Key.Key_Left)
-    qtbot.waitUntil(lambda: shown(opened) == {4}, timeout=10_000)
-    for name, picture in pixels().items():
-        np.testing.assert_array_equal(picture, direct[name])
 
 
 def test_space_plays_to_the_end_and_stops_there(opened, qtbot):
@@ -178,15 +160,6 @@ def test_a_workspace_comes_back_as_it_was_left(opened):
     for name in (*WORKSPACE_NAMES, *WORKSPACE_NAMES[::-1]):
         opened.context.docks.show_named(name)
         assert shown() == first.setdefault(name, shown()), name
-
-
-def test_m_shows_the_active_view_alone(opened, qtbot):
-    qtbot.mouseClick(opened.context.docks.views.tiles["S"].camera, Qt.MouseButton.LeftButton)
-    press(qtbot, opened, Qt.Key.Key_M)
-    assert opened.context.docks.views.tiles["S"].isVisible()
-    assert not opened.context.docks.views.tiles["N"].isVisible()
-    press(qtbot, opened, Qt.Key.Key_M)
-    assert opened.context.docks.views.tiles["N"].isVisible()
 
 
 def test_the_reference_is_painted_where_the_camera_sees_it(opened, qtbot):

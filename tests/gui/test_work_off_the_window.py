@@ -4,10 +4,8 @@ import threading
 import weakref
 
 import pytest
-from PySide6.QtCore import QCoreApplication
 
 from app.services.tasks.newest import LatestOnly
-from app.services.tasks.shared import Shared
 from app.services.tasks.task import TaskList, wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
 
@@ -74,45 +72,12 @@ def test_a_task_that_outlives_its_list_ends_in_the_window_s_thread(qtbot):
     assert told == [], "nobody is there any more who could use what comes of it"
 
 
-def test_what_answers_and_is_closed_meanwhile_ends_in_the_window_s_thread(qtbot):
-    held, told = Held(), []
-    newest = LatestOnly(held, "something asked")
-    newest.answered.connect(lambda *what: told.append(what))
-    newest.ask("first")
-    worker = newest._worker
-    thread, where = worker._thread, destroyed_in(worker)
-    assert held.begun.wait(PATIENCE_S)
-    newest.close()
-    assert thread.is_alive(), "closing waits for nothing"
-    del newest, worker
-    held.go.set()
-    thread.join(PATIENCE_S)
-    qtbot.waitUntil(lambda: where != [], timeout=10_000)
-    assert where == [threading.main_thread()]
-    assert told == []
-
-
-def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot):
-    told = []
-    newest = LatestOnly(lambda question: question, "something quick")
-    newest.answered.connect(lambda *what: told.append(what))
-    newest.ask("first")
-    thread = newest._worker._thread
-    worker = newest._worker
-    while worker._waiting or worker._busy_with is not None:
-        thread.join(0.001)  # no event is delivered meanwhile
-    newest.close()
-    thread.join(PATIENCE_S)
-    QCoreApplication.processEvents()
-    assert told == []
-
-
 def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot, kept):
     kept.close()  # whose threads live as long as it
     held = Held()
     newest = LatestOnly(held, "something asked")
     newest.ask("first")
-    thread = newest._worker._thread
+    thread = newest._task._thread
     assert held.begun.wait(PATIENCE_S)
     newest.close()
     wait_for_threads(0.0)
@@ -120,29 +85,3 @@ def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot, kept):
     held.go.set()
     wait_for_threads(PATIENCE_S)
     assert not thread.is_alive()
-
-
-def test_what_is_shared_is_closed_by_whoever_leaves_it_last():
-    closed = []
-    shared = Shared("a reader", lambda: closed.append(threading.current_thread()))
-    held = Held()
-
-    def use():
-        with shared.used() as resource:
-            held(resource)
-
-    user = threading.Thread(target=use)
-    user.start()
-    assert held.begun.wait(PATIENCE_S)
-    shared.close()
-    assert closed == []
-    with pytest.raises(Cancelled), shared.used():
-        pytest.fail("nobody begins to use what its owner has closed")
-    held.go.set()
-    user.join(PATIENCE_S)
-    assert closed == [user]
-    shared.close()
-    assert closed == [user]
-    alone = Shared("a reader", lambda: closed.append("in parallel"))
-    alone.close()
-    assert closed == [user, "in parallel"]

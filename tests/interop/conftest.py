@@ -1,13 +1,8 @@
 """Runs and trajectories for the tests of file formats."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from stereotrack_core.body.angles import pose_of_state, state_names
-from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -62,24 +57,6 @@ def _make_run(random, frame=range(3, 12), states=5, stages=("match", "filter"), 
         stage_names=tuple(stages),
         meta=meta,
     )
-
-
-def _body_run(random, count=6, untracked=(2,)):
-    """A run of a body that turns everything at random; some frames are not tracked."""
-    joints = body_model(AVERAGE).joints
-    x = random.uniform(-0.5, 0.5, (count, 6 + 2 * len(joints)))
-    x[:, 2] += 1.0
-    frame = np.arange(4, 4 + count)
-    run = _make_run(random, frame, x.shape[1])
-    tracked = ~np.isin(np.arange(count), untracked)
-    x[~tracked] = np.nan
-    points = landmarks(body_model(AVERAGE), pose_of_state(x, joints))
-    return replace(run, x=x, tracked=tracked, landmarks=points, state_names=state_names(joints))
-
-
-@pytest.fixture
-def body_run():
-    return _body_run
 
 
 @pytest.fixture

@@ -81,29 +81,6 @@ def test_deeplabcut_round_trip(recording, tmp_path, written, camera):
     assert {one.key: one.position for one in found.clicks} == places
 
 
-def test_deeplabcut_hdf5_round_trip(recording, tmp_path):
-    pandas = pytest.importorskip("pandas")
-    pytest.importorskip("tables")
-    pytest.importorskip("h5py")
-    path = tmp_path / "labels.h5"
-    own = [
-        Click(3, "S", "head", (5.0, 6.125), origin="imported"),
-        Click(12, "S", "left_hand", (-0.25, 7.0), origin="imported"),
-    ]
-    write_deeplabcut(path, own, NINE.names)
-    assert read_labels(LabelSource(path, recording, NINE.names)).checked() == tuple(own)
-    table = pandas.read_hdf(path, "df_with_missing")
-    assert list(table.columns.names) == ["scorer", "bodyparts", "coords"]
-    assert table.index[1] == ("labeled-data", "S", "img000012.png")
-    assert table["stereotrack", "head", "y"].iloc[0] == 6.125
-    assert table["stereotrack", "head", "y"].isna().iloc[1]
-    with pytest.raises(InputError, match="no clicks to write"):
-        write_deeplabcut(path, [], NINE.names)
-    path.write_bytes(b"nothing")
-    with pytest.raises(InputError, match="not a file of DeepLabCut's labels"):
-        read_labels(LabelSource(path, recording, NINE.names))
-
-
 @settings(several, max_examples=8)  # each is written and read by a new process
 @given(written=clicks)
 def test_sleap_round_trip(recording, tmp_path, written):
@@ -361,8 +338,7 @@ def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes
     assert not found.clicks
 
 
-@pytest.mark.parametrize("pictures", [False, True])
-def test_sleap_shows_the_clicked_picture_behind_a_missing_number(recording, tmp_path, pictures):
+def test_sleap_shows_the_clicked_picture_behind_a_missing_number(recording, tmp_path):
     sio = pytest.importorskip("sleap_io")
     there = replace(recording, folder=tmp_path)
     (tmp_path / "S").mkdir()
@@ -370,7 +346,7 @@ def test_sleap_shows_the_clicked_picture_behind_a_missing_number(recording, tmp_
         write_png(tmp_path / "S" / f"{number}.png", np.full((48, 64), number, dtype=np.uint8))
     click = Click(3, "S", "head", (5.0, 6.0), origin="imported")
     path = tmp_path / "a.slp"
-    write_sleap(path, [click], there, NINE, pictures=pictures)
+    write_sleap(path, [click], there, NINE)
     stored = sio.load_slp(str(path))
     assert stored.labeled_frames[0].image.max() == 6
     assert read_sleap(LabelSource(path, there, NINE.names)).clicks == (click,)
@@ -393,18 +369,3 @@ def test_coco_tells_accepted_from_clicked(recording, tmp_path):
     (annotation,) = json.loads(path.read_text())["annotations"]
     assert annotation["sources"][NINE.names.index("left_hand")] == "accepted"
     assert set(read_labels(LabelSource(path, recording, NINE.names)).clicks) == {*MIXED, outside}
-
-
-def test_sleap_tells_accepted_from_clicked(recording, tmp_path):
-    sleap = pytest.importorskip("sleap_io")
-    path = tmp_path / "labels.slp"
-    write_sleap(path, MIXED, recording, NINE)
-    (labelled,) = sleap.load_slp(str(path), open_videos=False).labeled_frames
-    (user,) = labelled.user_instances
-    assert [user.from_predicted] == labelled.predicted_instances
-    known = np.isfinite(user.from_predicted.numpy()).all(axis=1)
-    assert known.tolist() == [name in ("left_hand", "left_elbow") for name in NINE.names]
-    assert np.isfinite(user.points["xy"]).all(axis=1).sum() == 3, "SLEAP trains on all of them"
-    found = read_labels(LabelSource(path, recording, NINE.names))
-    origins = {one.landmark: one.origin for one in found.clicks}
-    assert origins == {"head": "imported", "left_hand": "accepted", "left_elbow": "accepted"}

@@ -7,7 +7,7 @@ from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import errors_against
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 

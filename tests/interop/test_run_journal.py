@@ -18,9 +18,9 @@ from stereotrack_core.interop.records import Journal, Record, RecordFile, read_j
 from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.interop.run_journal import RunJournal, Wish, has_frames, read_unfinished
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import sameness
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.same_run import same_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -180,7 +180,7 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(done, recording, trac
         on_frame=lambda frame: changed.append(begun.changed_by(frame)),
     )
     journal.close()
-    assert sameness(whole, again).equal
+    assert same_run(whole, again)
     assert not any(changed)
     assert again.meta["resumed_at"] == ([begun.checkpoint.frame + 1] if done < FRAMES else [])
     kept, _ = read_unfinished(path)

@@ -138,7 +138,7 @@ WRITING = {
     *("write_text", "write_bytes", "tofile", "touch", "savetxt", "savez", "savez_compressed"),
     *("savefig", "save_slp", "imwrite", "imwritemulti", "FileStorage", "mkstemp"),
     *("NamedTemporaryFile", "TemporaryFile"),
-    *("QPdfWriter", "QSaveFile", "QFile", "QImageWriter", "copyfile", "copy2", "copytree"),
+    *("QSaveFile", "QFile", "QImageWriter", "copyfile", "copy2", "copytree"),
 }
 WRITES_BY_ITSELF = {
     "stereotrack_core/atomic.py": {"touch", "write_bytes", "open"},
@@ -149,12 +149,11 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
     "stereotrack_core/interop/calibrations/opencv_storage.py": {"FileStorage"},  # into memory
     "stereotrack_core/interop/npz.py": {"savez", "savez_compressed"},  # into memory
-    "stereotrack_core/report/drawing.py": {"savefig"},
+    "stereotrack_core/report/pages.py": {"savefig"},
     "stereotrack_core/recording/importing/files.py": {"open"},  # to a temporary file
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back
     "stereotrack_core/limited_process.py": {"TemporaryFile"},  # what a process complains of
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
-    "app/pdf.py": {"QPdfWriter"},
     "app/shell/dialogs.py": {"save"},
 }
 """What does not go through :mod:`stereotrack_core.atomic`, and need not."""

@@ -55,14 +55,9 @@ def installed() -> Mapping[str, list[str]]:
     return packages_distributions()
 
 
-OF_ANOTHER_NAME = {"rerun": "rerun-sdk"}
-"""Modules that are too large to be installed for the tests, and what brings them."""
-
-
 def distributions(module: str) -> set[str]:
     """The distributions that bring a module; one of its own name where it is not installed."""
-    usual = [OF_ANOTHER_NAME.get(module, module)]
-    return {canonicalize_name(name) for name in installed().get(module, usual)}
+    return {canonicalize_name(name) for name in installed().get(module, [module])}
 
 
 def declared(*extras: str) -> set[str]:
@@ -73,7 +68,7 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = (*("cluster", "deeplabcut", "detect", "movement", "rerun", "search", "sleap"),)
+CHOSEN = ("cluster", "detect", "search", "sleap")
 
 
 @pytest.mark.parametrize(

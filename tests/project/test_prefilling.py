@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
@@ -14,7 +12,6 @@ from stereotrack_core.project.prefilling import (
     accept_predictions,
     detector_filling,
     fill_in,
-    set_accepted_sigma,
 )
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.keypoints import keypoints_of
@@ -78,29 +75,6 @@ def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(proj
     assert clicks[ClickKey(1, "N_right", "left_elbow")] == (12.0, 20.0)
     with pytest.raises(InputError, match="no points in"):
         accept_predictions(project, ("rough",), Selection(range(1)), "points")
-
-
-def test_what_is_uncertain_stays_open_and_visibility_survives(project):
-    guessed = Click(0, "N_right", "left_elbow", (9.0, 9.0), Visibility.GUESSED)
-    outside = Click(0, "S_cam", "left_elbow", None, Visibility.OUTSIDE)
-    project.apply(PlaceClicks((guessed, outside)))
-    sure = [predicted(1, sigma=1.0), replace(predicted(1, sigma=1.0), camera="S_cam")]
-    unsure = [predicted(2, sigma=40.0), replace(predicted(1, sigma=None), landmark="head")]
-    project.predictions.replace("fit", [*sure, *unsure])
-    edit = accept_predictions(project, ("fit",), Selection(range(3)), "points")
-    assert "2 points less certain than 5 px stay open" in edit.left_open
-    project.apply(edit)
-    found = {one.key: one for one in project.clicks.all() if one.frame}
-    assert {key: (one.visibility, one.position) for key, one in found.items()} == {
-        sure[0].key: (Visibility.GUESSED, sure[0].position),
-        sure[1].key: (Visibility.OUTSIDE, None),
-    }
-    with pytest.raises(InputError, match="certain enough"):
-        accept_predictions(project, ("fit",), Selection(range(3)), "points")
-    set_accepted_sigma(project, 50.0)
-    project.apply(accept_predictions(project, ("fit",), Selection(range(3)), "points"))
-    assert project.clicks.get(unsure[0].key).visibility == Visibility.GUESSED
-    assert project.clicks.get(unsure[1].key) is None, "nobody knows how certain it is"
 
 
 def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):

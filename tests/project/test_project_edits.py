@@ -148,20 +148,6 @@ def test_an_edit_that_fails_in_part_does_nothing(project):
     assert len(project.history.entries()) == 1
 
 
-def test_a_listener_that_fails_keeps_no_other_from_being_told(project):
-    heard = []
-
-    def fail(_changed):
-        raise ValueError("mine")
-
-    for listener in (heard.append, fail, heard.append):
-        project.on_change(listener)
-    with pytest.raises(ValueError, match="mine"):
-        project.apply(place(Click(3, "N_right", "head", (1.0, 2.0))))
-    assert len(heard) == 2
-    assert project.clicks.count() == 1
-
-
 def test_listeners_are_told_what_changed_and_when_it_is_taken_back(project):
     heard = []
     forget = project.on_change(heard.append)

@@ -10,15 +10,17 @@ import pytest
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
-from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import (
+from stereotrack_core.project.entries import (
+    Choose,
+    DeleteEntry,
+    SaveEntry,
     load_reference,
     load_subject,
     save_landmark_set,
     save_reference,
     save_subject,
 )
+from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.landmarks import LANDMARKS
 

@@ -13,13 +13,13 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import place
+from stereotrack_core.project.entries import save_reference
 from stereotrack_core.project.opening import (
     mounts_of_linux,
     mounts_of_macos,
     network_type,
 )
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import save_reference
 from stereotrack_core.project.whereabouts import project_path_for, projects_of
 
 

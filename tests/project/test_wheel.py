@@ -127,8 +127,8 @@ def test_site_packages_gets_no_folder_of_a_common_name(installed):
 WHERE_THINGS_ARE = """
 import stereotrack_app, stereotrack_core
 from PySide6.QtWidgets import QApplication
-from stereotrack_app.widgets.style.icons import icon
-from stereotrack_app.widgets.style.icons import data_folder
+from stereotrack_app.widgets.style.theme import icon
+from stereotrack_app.widgets.style.theme import data_folder
 
 application = QApplication([])
 print(stereotrack_app.__file__, stereotrack_core.__file__, data_folder("resources"), sep="\\n")
@@ -167,6 +167,6 @@ def test_a_foreign_package_called_app_does_no_harm(installed, tmp_path):
     near = ("--set", "pixel_step=1", "--set", "outlier_neighbours=0", "--set", "least_points=10")
     run("track", "tiny", "-o", "tiny.npz", "--preset", "fast", "--init", "tpose", *near)
     run("open", "tiny", "--screenshot", "window.png")
-    run("report", "tiny.npz", "-o", "report.html", "--pdf", "report.pdf")
+    run("report", "tiny.npz", "-o", "report.html")
     assert (tmp_path / "window.png").stat().st_size > 0
-    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "report.html").stat().st_size > 0

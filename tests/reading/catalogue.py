@@ -288,10 +288,9 @@ def _of_calibrations(folder: Path) -> dict[str, Reader]:
         ("foreign TOML", "c.toml", tomli_w.dumps(layouts.sections()), mutated_toml),
         ("OpenCV YAML", "c.yml", layouts.stereo(), mutated_table),
         ("OpenCV XML", "c.xml", storage_text(layouts.RIG[:2], "mm", ".xml"), mutated_table),
-        ("Kalibr", "k.yaml", layouts.KALIBR, mutated_table),
         ("ROS", "r.yaml", layouts.ros("r", layouts.RIG[0], r, p), mutated_table),
         ("Qualisys", "q.txt", layouts.qualisys(layouts.RIG).replace("><", ">\n<"), mutated_table),
-        *((name, file, text, mutated_table) for name, file, text in layouts.LENSES),
+        ("ZED", "SN1.conf", layouts.ZED, mutated_table),
         ("MATLAB JSON", "m.json", text, mutated_json),
         (
             *("MATLAB MAT", "m.mat"),

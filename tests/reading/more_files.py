@@ -22,10 +22,9 @@ from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
-from stereotrack_core.interop.point_tables import write_points
 from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17, MEDIAPIPE_33
+from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17
 from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.study.description import (
     Study,
@@ -37,7 +36,6 @@ from stereotrack_core.study.description import (
 )
 from tests.reading.mutations import (
     Mutation,
-    mutated_array,
     mutated_bytes,
     mutated_json,
     mutated_table,
@@ -54,7 +52,7 @@ def more_files(samples: Samples, folder: Path) -> dict[str, Entry]:
     return {
         **_of_keypoints(samples, folder),
         **_of_studies(folder),
-        **_of_points(samples, folder),
+        **_of_points(samples),
         **(_of_hdf5(samples) if find_spec("h5py") is not None else {}),
         **(_of_bags(folder) if find_spec("rosbags") is not None else {}),
     }
@@ -85,8 +83,6 @@ def _of_keypoints(samples: Samples, folder: Path) -> dict[str, Entry]:
             _written(folder / "k.csv", lambda path: _table(path, samples)),
             mutated_table,
         ),
-        "keypoints, wide": ("S.csv", _wide(), mutated_table),
-        "keypoints, array": ("S.npy", _array(), mutated_array),
         "keypoints, DeepLabCut": (
             "S.csv",
             _written(
@@ -139,19 +135,6 @@ def _table(path: Path, samples: Samples) -> None:
     write_table(path, keypoints_of(rows), samples.recording)
 
 
-def _wide() -> bytes:
-    header = ["frame", *(f"{name}_{axis}" for name in ("nose", "neck") for axis in "xy")]
-    rows = [",".join(header), *(f"{k},{k + 1},2.5,3,{k}" for k in range(4))]
-    return ("\n".join([*rows, ""])).encode()
-
-
-def _array() -> bytes:
-    file = io.BytesIO()
-    places = np.random.default_rng(1).uniform(0, 30, (4, len(MEDIAPIPE_33), 3))
-    np.save(file, places)
-    return file.getvalue()
-
-
 # ---- studies
 
 
@@ -168,39 +151,19 @@ def _of_studies(folder: Path) -> dict[str, Entry]:
         found = read_study(path)
         return [found.runs_of(row) for row in selected(found, ["gait=slow"])]
 
-    table = b"recording,project,gait\na/one,one.stereotrack,slow\na/two,,fast\n"
-    return {
-        "study": ("s.study.toml", file, mutated_toml, study),
-        "study table": ("s.study.csv", table, mutated_table, study),
-    }
+    return {"study": ("s.study.toml", file, mutated_toml, study)}
 
 
 # ---- tables of points
 
 
-def _of_points(samples: Samples, folder: Path) -> dict[str, Entry]:
-    entries: dict[str, Entry] = {}
-    for name, form in (("DLTdv", "dltdv"), ("Argus", "argus"), ("XMALab", "xmalab")):
-        path = folder / f"{form}.csv"
-        write_points(path, samples.clicks, samples.recording, NINE.names, form)
-        beside = path.with_name(path.name + ".json")
-        entries[name] = (path.name, path.read_bytes(), mutated_table, _labels_with(samples, beside))
-        if form == "dltdv":
-            notes = (beside.name, beside.read_bytes(), mutated_json, _labels_with(samples, path))
-            entries["DLTdv, notes"] = notes
-    return entries
-
-
-def _labels_with(samples: Samples, other: Path) -> Callable[[Path], object]:
-    """A reader of a table of points or its notes; `other` of the two is sound."""
-
+def _of_points(samples: Samples) -> dict[str, Entry]:
     def read(path: Path) -> object:
-        path.with_name(other.name).write_bytes(other.read_bytes())
-        table = path if path.suffix == ".csv" else path.with_name(other.name)
-        source = LabelSource(table, samples.recording, NINE.names)
+        source = LabelSource(path, samples.recording, NINE.names)
         return [str(problem) for problem in read_labels(source, 6).problems]
 
-    return read
+    table = b"head_cam_1_x,head_cam_1_y\n12.5,7.25\nNaN,NaN\n13.5,8.25\n"
+    return {"Argus": ("argus.csv", table, mutated_table, read)}
 
 
 # ---- HDF5

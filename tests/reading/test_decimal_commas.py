@@ -16,12 +16,9 @@ TABLES = {
     "detections.csv": READ,
     "clicks": READ,
     "keypoints, table": READ,
-    "keypoints, wide": READ,
     "keypoints, DeepLabCut": READ,
     "DeepLabCut": REFUSED,
     "Argus": REFUSED,
-    "XMALab": REFUSED,
-    "DLTdv": REFUSED,
 }
 """Readers of tables that people make or change, and what they do with clear decimal commas."""
 

@@ -29,11 +29,11 @@ NAMES = (
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
     *("landmark set", "preset", "run.npz", "run.npz, meta", "reference.npz", "reference.npz, meta"),
     *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
-    *("foreign TOML", "OpenCV YAML", "OpenCV XML", "Kalibr", "ROS", "Qualisys"),
-    *("ZED", "EuRoC", "camodocal", "MATLAB JSON", "MATLAB MAT", "Argus", "XMALab", *OF_HDF5),
-    *("sweep journal", "study", "study table", "DLTdv", "DLTdv, notes", *OF_ROS),
-    *(f"keypoints, {kind}" for kind in ("MMPose", "COCO results", "COCO", "table", "wide")),
-    *(f"keypoints, {kind}" for kind in ("array", "DeepLabCut", "OpenPose")),
+    *("foreign TOML", "OpenCV YAML", "OpenCV XML", "ROS", "Qualisys"),
+    *("ZED", "MATLAB JSON", "MATLAB MAT", "Argus", *OF_HDF5),
+    *("sweep journal", "study", *OF_ROS),
+    *(f"keypoints, {kind}" for kind in ("MMPose", "COCO results", "COCO", "table")),
+    *(f"keypoints, {kind}" for kind in ("DeepLabCut", "OpenPose")),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
 )
 NEEDED = {

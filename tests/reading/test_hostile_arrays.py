@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import json
 import zipfile
 from pathlib import Path
 
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.npz import read_number_array
 from stereotrack_core.interop.reference_npz import is_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, write_trajectory
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes, write_npz
@@ -143,25 +140,6 @@ def test_a_value_left_out_is_refused_unless_it_may_be_unknown(samples):
                 run_of_bytes(data, "a run")
 
 
-@pytest.mark.parametrize("text", ["{", "[]", "[" * 3000])
-def test_meta_that_is_no_table(samples, tmp_path, text):
-    arrays = dict(np.load(io.BytesIO(run_bytes(samples.run))))
-    np.savez(tmp_path / "run.npz", **arrays | {"meta": np.array(text)})
-    with pytest.raises(InputError, match="meta"):
-        read_run(tmp_path / "run.npz")
-
-
-@pytest.mark.parametrize("meta", [{"fps": "x"}, {"outliers": [[1, "S"]]}])
-def test_a_reference_states_a_value_of_another_kind(samples, tmp_path, meta):
-    path = tmp_path / "reference.npz"
-    write_reference(path, samples.reference)
-    path.write_bytes(with_meta(path.read_bytes(), lambda _: meta))
-    with pytest.raises(InputError, match=next(iter(meta))):
-        read_reference(path)
-    path.write_bytes(with_meta(path.read_bytes(), lambda _: json.loads("{}")))
-    assert read_reference(path).meta == {}
-
-
 @pytest.mark.parametrize("suffix", [".c3d", ".bvh", ".trc"])
 def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
     """Formats without gaps would need a row for each of thirty million frames."""
@@ -176,12 +154,3 @@ def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
     write_trajectory(tmp_path / "a.csv", trajectory, 10.0)
     near = LandmarkTrajectory(np.array([0, 9000]), samples.run.landmarks[:2])
     write_trajectory(tmp_path / f"b{suffix}", near, 10.0)
-
-
-def test_an_array_that_python_2_wrote_is_read_without_a_warning(tmp_path):
-    path, numbers = tmp_path / "points.npy", np.arange(6.0).reshape(2, 3)
-    np.save(path, numbers)
-    written = path.read_bytes()
-    assert b"(2, 3), }  " in written
-    path.write_bytes(written.replace(b"(2, 3), }  ", b"(2L, 3L), }"))
-    np.testing.assert_array_equal(read_number_array(path, "Save it again."), numbers)

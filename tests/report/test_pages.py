@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.evaluation.failure_segments.drawing import text_width
-from stereotrack_core.report.drawing import drawn_axes, image_of
-from stereotrack_core.report.pages import _environment, embedded
+from stereotrack_core.report.pages import _environment, drawn_axes, embedded, image_of
 from stereotrack_core.tables import Table
 
 VOID = {"br", "hr", "img", "meta", "col"}
@@ -46,7 +45,7 @@ def drawn(content: str, **values: object) -> str:
     """A page with this content."""
     parts = '{% extends "page.html" %}{% from "parts.html" import bullets, picture, table %}'
     template = _environment().from_string(f"{parts}{{% block content %}}{content}{{% endblock %}}")
-    return template.render(title="A < B", for_print=False, **values)
+    return template.render(title="A < B", **values)
 
 
 PRINTED = st.text(alphabet=st.characters(codec="utf-8", exclude_categories=["Cc"]))

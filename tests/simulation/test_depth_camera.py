@@ -3,8 +3,8 @@ import pytest
 
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.depth_camera import DepthCamera
 from stereotrack_core.simulation.make import Simulation, simulate
+from stereotrack_core.simulation.render import DepthCamera
 from stereotrack_core.simulation.rig import SceneOptions
 from tests.simulation.scenes import SMALL, scene
 

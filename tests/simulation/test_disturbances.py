@@ -8,9 +8,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.program import main
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.disturbances import KINDS, parsed_disturbances
 from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.simulation.rig import KINDS, SceneOptions, parsed_disturbances
 from tests.simulation.scenes import SMALL, scene
 
 PAIR = ("N_left", "N_right")

@@ -5,7 +5,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.simulation.motions import MOTIONS, Part, motion_names, scheduled
 from stereotrack_core.simulation.people import PEOPLE
-from stereotrack_core.simulation.postures import Posture, state_of
 from stereotrack_core.simulation.skeleton import BONE, SIDES, SIGN, landmarks, posed_bones
 from tests.simulation.scenes import chain
 
@@ -68,33 +67,6 @@ def test_unknown_motion_is_named_with_what_would_be_right():
         motion_names("t-pose+dance")
 
 
-def test_parts_stand_where_they_were_put():
-    parts = (Part("opening", "t-pose", 3, 5), Part("blow", "whip", 20, 10))
-    made = scheduled(P2, parts, 40)
-    assert len(made.states) == 40
-    assert [(s.name, s.first, s.end) for s in made.segments] == [
-        ("opening", 3, 8),
-        ("blow", 20, 30),
-    ]
-    points = points_of(made.states)
-    assert np.array_equal(points[0], points[3])
-    assert np.array_equal(points[29], points[39])
-
-
-@pytest.mark.parametrize(
-    "parts",
-    [
-        (),
-        (Part("a", "whip", 0, 30), Part("b", "whip", 29, 10)),
-        (Part("a", "whip", 0, 1),),
-        (Part("a", "handstand", 0, 10),),
-    ],
-)
-def test_what_cannot_be_is_refused(parts):
-    with pytest.raises(InputError):
-        scheduled(P2, parts, 50)
-
-
 def test_arms_are_crossed_for_fifty_frames():
     part = Part("cross-arms", "hold-arms-crossed", 0, 130)
     points = points_of(scheduled(P2, (part,), 130).states)
@@ -102,9 +74,6 @@ def test_arms_are_crossed_for_fifty_frames():
     crossed = left[:, 0] > right[:, 0]
     assert 40 <= crossed.sum() <= 70
     assert crossed[70:110].all()
-
-
-ON_THEIR_OWN = ("shrug", "reach")
 
 
 def clavicle_angles(person, states):
@@ -116,27 +85,6 @@ def clavicle_angles(person, states):
             axis = bones.rotation[BONE["chest"]].T @ bones.rotation[BONE[f"clavicle_{name}"]][:, 0]
             rows.append((np.arcsin(s * axis[2]), np.arctan2(s * axis[1], axis[0])))
     return np.degrees(rows).reshape(-1, 2, 2)
-
-
-@pytest.mark.parametrize("who", PEOPLE.values(), ids=PEOPLE)
-def test_lifted_shoulders_rise_by_some_centimetres_and_take_the_hands_along(who):
-    resting, lifted = (state_of(who, Posture(lifted=(up, up))) for up in (0.0, 27.0))
-    before, after = (landmarks(who, posed_bones(who, state)) for state in (resting, lifted))
-    rise = after[:, 2] - before[:, 2]
-    assert (rise[:2] > 0.06).all()
-    assert (rise[:2] < 0.09).all()
-    np.testing.assert_allclose(rise[2:6], rise[[0, 1, 0, 1]], atol=0.012)
-    np.testing.assert_allclose(after[6:], before[6:], atol=1e-12)
-
-
-@pytest.mark.parametrize("name", [name for name in MOTIONS if name not in ON_THEIR_OWN])
-def test_nobody_moves_the_shoulders_unasked(name):
-    states = MOTIONS[name].states(P2, 25)
-    assert not any(state.girdle.any() for state in states)
-    elevation, protraction = np.moveaxis(clavicle_angles(P2, states), -1, 0)
-    assert elevation.min() > -6.1
-    assert elevation.max() < 10.1
-    assert np.abs(protraction).max() < 9.1
 
 
 def test_a_shrug_lifts_both_then_one_then_the_other_and_goes_round():

@@ -28,11 +28,6 @@ def test_a_view_stands_at_the_same_place_whichever_others_there_are():
     )
 
 
-@pytest.mark.parametrize(("text", "names"), [("NS", ("N", "S")), ("N+O", ("N", "O"))])
-def test_views_may_be_joined_or_run_together(text, names):
-    assert view_names(text) == names
-
-
 @pytest.mark.parametrize("text", ["", "X", "NN", "North"])
 def test_wrong_views_are_refused(text):
     with pytest.raises(InputError, match="--views"):

@@ -1,6 +1,7 @@
 """Small recordings of cones, alone and as a study, and jobs on them."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,15 +11,15 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.parameters import value_text
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.study.create import Pattern, with_recordings
 from stereotrack_core.study.description import (
     Study,
     StudyRecording,
     StudySettings,
+    with_recordings,
     write_study,
 )
 from stereotrack_core.study.job import do_batch
-from stereotrack_core.study.plan import Source, jobs_of
+from stereotrack_core.study.run import Source, jobs_of
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
@@ -136,6 +137,11 @@ def study(walks, tmp_path, monkeypatch):
     )
     shutil.copytree(walks, tmp_path / "data")
     bare = Study(tmp_path / "walks.study.toml", settings=settings())
-    made = with_recordings(bare, [tmp_path / "data"], Pattern("subject/condition")).study
+    made = with_recordings(bare, [tmp_path / "data"]).study
+    rows = []
+    for row in made.rows:
+        _, subject, condition = row.recording.split("/")
+        rows.append(replace(row, factors={"subject": subject, "condition": condition}))
+    made = replace(made, rows=tuple(rows))
     write_study(made)
     return made

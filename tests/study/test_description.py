@@ -1,15 +1,17 @@
 import dataclasses
+import shutil
 
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.project import Project
 from stereotrack_core.study.description import (
     Study,
     StudyRecording,
     StudySettings,
     read_study,
     selected,
-    with_factor,
+    with_recordings,
     write_study,
 )
 
@@ -46,19 +48,6 @@ def test_what_is_written_is_read_again(made, settings):
     assert read_study(study.path) == study
 
 
-def test_a_table_of_an_earlier_version_is_read(tmp_path):
-    path = tmp_path / "a.study.csv"
-    path.write_bytes(
-        b'\xef\xbb\xbf"recording";subject;project;fingerprint\r\nr1;anna;;f\r\nr2;ben;b.stereotrack;'
-    )
-    study = read_study(path)
-    assert study.path.name == "a.study.toml"
-    assert study.rows == (
-        StudyRecording("r1", factors={"subject": "anna"}),
-        StudyRecording("r2", "b.stereotrack", factors={"subject": "ben"}),
-    )
-
-
 @pytest.mark.parametrize(
     ("text", "what"),
     [
@@ -91,10 +80,16 @@ def test_rows_are_selected_by_their_columns(made, select, expected):
     assert found == expected
 
 
-def test_a_factor_is_set_for_several_recordings(made):
-    changed = with_factor(made, ["data/anna/slow", "data/ben/slow"], "shoes", " old  ones ")
-    assert [row.cell("shoes") for row in changed.rows] == ["old ones", "", "old ones", ""]
-    assert changed.factors == ("subject", "speed", "shoes")
-    for name in ("recording", "value", " "):
-        with pytest.raises(InputError):
-            with_factor(made, ["data/anna/slow"], name, "1")
+def test_listing_again_adds_what_is_new_and_keeps_what_a_person_wrote(study, tmp_path):
+    first = study.rows[0]
+    written = dataclasses.replace(first, factors={"subject": "Anna B", "shoes": "old"})
+    study = dataclasses.replace(study, rows=(*study.rows[:0:-1], written))
+    shutil.copytree(tmp_path / "data/ben/slow", tmp_path / "data/ben/fast")
+    Project.create(tmp_path / "data/ben/fast.stereotrack", tmp_path / "data/ben/fast").close()
+
+    made = with_recordings(study, [tmp_path / "data"])
+    assert made.added == ("data/ben/fast",)
+    rows = {row.recording: row for row in made.study.rows}
+    assert list(rows)[:3] == [row.recording for row in study.rows]
+    assert rows[first.recording] == written
+    assert rows["data/ben/fast"].project == "data/ben/fast.stereotrack"

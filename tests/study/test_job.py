@@ -4,9 +4,8 @@ import dataclasses
 
 import pytest
 
-from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.measures import MEASURES
-from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.evaluation.summary import errors_against, summarise
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis

@@ -3,7 +3,7 @@
 import dataclasses
 
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.study import plan as plan_module
+from stereotrack_core.study import run as plan_module
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
 from tests.study.conftest import SMALL
 
@@ -62,15 +62,3 @@ def test_whatever_changes_the_result_changes_the_identity(plan, cones, copied, m
     monkeypatch.setattr(plan_module, "__version__", "0.0.0-other")
     found.append(identity(plan))
     assert len(set(found)) == len(found)
-
-
-def test_clouds_are_shared_by_those_who_see_the_same(plan):
-    def clouds(*values):
-        return plan(Point(values))[0].clouds
-
-    same = clouds()
-    assert clouds(("iterations", 2)) == same
-    assert clouds(("seed", 3)) == same
-    for other in (("outlier_distance", 50.0), ("views", "N"), ("frames", "0:3")):
-        assert clouds(other) != same
-    assert clouds(("colour_weight", 0.5)) != same

@@ -6,10 +6,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.study.points import (
     Axis,
     Point,
+    Search,
     grid_points,
     parsed_axis,
+    parsed_range,
 )
-from stereotrack_core.study.search import Search, parsed_range
 
 
 def test_values_are_read_by_their_rows():

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.study.table import (
+from stereotrack_core.study.store import (
     axis_of,
     curves_of,
-    draw_curves,
     read_table,
-    words_of,
 )
 from stereotrack_core.tables import csv_text
 
@@ -71,14 +69,3 @@ def test_other_tables_are_refused(tmp_path, text, words):
     (tmp_path / "x.csv").write_text(text)
     with pytest.raises(InputError, match=words):
         read_table(tmp_path / "x.csv")
-
-
-@pytest.mark.parametrize("suffix", [".png", ".svg"])
-def test_pictures_are_written(table, tmp_path, suffix):
-    path = tmp_path / f"curves{suffix}"
-    curves = curves_of(table, "model_points", "forearms", "views")
-    draw_curves(path, axis_of(table, "model_points"), "forearms", curves)
-    assert path.stat().st_size > 5000
-    assert words_of("forearms") == "forearms, mean [deg]"
-    assert words_of("model_points") == "model points"
-    assert words_of("sigma_joint") == "sigma joint [deg]"

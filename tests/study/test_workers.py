@@ -6,7 +6,6 @@ import signal
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -15,52 +14,14 @@ from stereotrack_core.study import workers as workers_module
 from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
 from stereotrack_core.study.workers import (
-    Batches,
     ClusterWorkers,
     LocalWorkers,
+    do_job,
 )
 from tests.study.dask_cluster import DaskCluster, computed_again, knows
 
 FIRST = "STEREOTRACK_TEST_FIRST"
 """Variable of the file that tells which process was the first to track something."""
-
-
-NOBODY = SimpleNamespace(stopped=lambda: False)
-
-
-def longer(job, end):
-    return dataclasses.replace(job, spec=dataclasses.replace(job.spec, frames=range(end)))
-
-
-def handed_out(batches):
-    found = []
-    while (batch := batches.next()) is not None:
-        assert len({job.clouds for job in batch.jobs}) == 1
-        found.append(batch)
-    return found
-
-
-@pytest.mark.parametrize(
-    ("views", "seeds", "frames", "workers", "sizes"),
-    [
-        ("N", 12, 4, 1, [6, 6]),
-        ("N", 24, 4, 2, [8, 8, 8]),
-        ("N", 5, 4, 8, [1] * 5),
-        ("N,NS", 6, 4, 2, [6, 3, 3]),
-        ("N", 12, 9000, 1, [1] * 12),
-    ],
-)
-def test_batches_share_clouds_and_keep_all_processes_busy(
-    plan, views, seeds, frames, workers, sizes
-):
-    points = grid_points([parsed_axis(f"views={views}")])
-    jobs = [longer(job, frames) for job in plan(*points, seeds=tuple(range(seeds)))]
-    found = handed_out(Batches(jobs, workers, NOBODY))
-    assert [len(batch.jobs) for batch in found] == sizes
-    told = [job.identity for batch in found for job in batch.jobs]
-    assert sorted(told) == sorted(job.identity for job in jobs)
-    work = [len(batch.jobs) * len(batch.jobs[0].views) for batch in found]
-    assert work == sorted(work, reverse=True)
 
 
 def do_until_killed(batch, asker):
@@ -168,8 +129,6 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watch
     jobs = plan(*points, seeds=(0, 1))
     with ClusterWorkers(str(two_workers.file)) as executor:
         until(lambda: executor.count == 2)
-        with pytest.raises(InputError, match=r"worker tcp.*cannot use the recording cones"):
-            executor.check([dataclasses.replace(jobs[0], folder="/not/on/the/worker")])
         watcher = KillsAWorker(watched(), two_workers, executor._client)
         executor.do(jobs, watcher)
         assert watcher.killed is not None
@@ -187,6 +146,13 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watch
         with pytest.raises(Cancelled):
             executor.do(plan(*points, seeds=(4, 5, 6)), few)
         assert len(few.told) < 12
+
+
+def test_a_worker_of_another_version_computes_nothing(plan):
+    (job,) = plan(Point())
+    told = do_job(job, "0.0.0-other")
+    assert told.final
+    assert "not 0.0.0-other" in told.error
 
 
 def test_without_a_scheduler_it_is_said_what_to_do(tmp_path, monkeypatch):

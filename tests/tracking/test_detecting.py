@@ -16,9 +16,10 @@ from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.detecting import SeenKeypoints
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import other_files, sameness, stored_spec
+from stereotrack_core.tracking.repeating import other_files, stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.same_run import same_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -107,7 +108,7 @@ def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording,
     assert detector.asked == 8
     assert (run.meta["detector"], without.meta["detector"]) == ("blazepose", "")
     assert (run.x != without.x).any()
-    assert sameness(without, track(recording, stored_spec(without).spec)).equal
+    assert same_run(without, track(recording, stored_spec(without).spec))
     [missing] = other_files(dataclasses.replace(run, keypoints=None), recording)
     assert "detector install" in missing
     assert other_files(run, recording) == other_files(without, recording) == ()
@@ -123,7 +124,7 @@ def test_a_run_holds_what_was_seen_and_is_repeated_without_the_detector(
     assert stored.keypoints.fingerprint() == run.keypoints.fingerprint()
     monkeypatch.setattr(detecting, "load_detector", lambda: None)
     again = track(recording, stored_spec(stored).spec)
-    assert sameness(run, again).equal
+    assert same_run(run, again)
     assert again.keypoints.fingerprint() == run.keypoints.fingerprint()
     assert again.meta["detector"] == "blazepose"
 
@@ -139,5 +140,5 @@ def test_frames_of_a_run_that_goes_on_are_not_looked_at_again(recording, detecto
     begun, _ = read_unfinished(path)
     assert begun.run().keypoints.frame.tolist() == [0] * 4 * 33
     detector.asked = 0
-    assert sameness(whole, track(recording, spec(), begun=begun)).equal
+    assert same_run(whole, track(recording, spec(), begun=begun))
     assert detector.asked == 4

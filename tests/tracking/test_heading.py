@@ -69,7 +69,12 @@ def test_it_is_said_where_a_heading_may_be_wrong():
 def _begun_the_wrong_way(folder, monkeypatch, count=15):
     """Recording of somebody who faces south and is taken to face north, and how it is tracked."""
     settings = preset("fast").replaced(
-        pixel_step=1, speckle_size=0, search_arms=False, data_points=400, fit_shape=False
+        pixel_step=1,
+        speckle_size=0,
+        search_arms=False,
+        data_points=400,
+        fit_shape=False,
+        second_look=0,
     )
     body = body_model(AVERAGE, settings.body)
     poses = [turned(POSES["t"], 180.0)] * 2 + [turned(BENT, 180.0)] * (count - 2)

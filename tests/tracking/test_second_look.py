@@ -24,7 +24,7 @@ from stereotrack_core.tracking import second_look
 from stereotrack_core.tracking.frame import in_place
 from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import sameness, stored_spec
+from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.second_look import (
@@ -36,6 +36,7 @@ from stereotrack_core.tracking.stored import check_meta, pose_of_run
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial, start_before
+from tests.same_run import same_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import (
     angle_errors,
@@ -118,7 +119,7 @@ def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled):
     given = replace(recording, reference=None)
     specs = [spec_of(poses), spec_of(poses, second_look=0)]
     first, second = track_together(given, specs)
-    assert sameness(alone, first.run()).equal
+    assert same_run(alone, first.run())
     assert first.run().meta["looked_again"] == alone.meta["looked_again"]
     assert second.run().meta["looked_again"] == []
 
@@ -143,7 +144,7 @@ def test_a_run_that_was_stopped_looks_again_as_if_it_never_had_been(
         )
     begun, _wish = read_unfinished(part)
     assert begun.checkpoint.frame == stop
-    assert sameness(whole, track(recording, spec, begun=begun)).equal
+    assert same_run(whole, track(recording, spec, begun=begun))
 
 
 def test_a_program_that_is_killed_while_frames_come_again_loses_none(
@@ -163,7 +164,7 @@ def test_a_program_that_is_killed_while_frames_come_again_loses_none(
         track(recording, spec, on_frame=killed, keeper=journal)
     begun, _wish = read_unfinished(part)
     assert begun.checkpoint.frame < WRONG[0]
-    assert sameness(whole, track(recording, spec, begun=begun)).equal
+    assert same_run(whole, track(recording, spec, begun=begun))
 
 
 def test_a_run_says_how_to_look_again(recording, misled):
@@ -171,7 +172,7 @@ def test_a_run_says_how_to_look_again(recording, misled):
     run = track(recording, spec_of(poses))
     again = stored_spec(run)
     assert again.spec.settings.tracking.second_look == 2
-    assert sameness(run, track(recording, again.spec)).equal
+    assert same_run(run, track(recording, again.spec))
 
 
 def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):

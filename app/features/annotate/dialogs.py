@@ -16,24 +16,22 @@ from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, wr
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
-from stereotrack_core.interop.file_axes import AxesContradicted
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
-from stereotrack_core.interop.landmark_file import Stated, world_from_axes
+from stereotrack_core.interop.landmark_file import AxesContradicted, Stated, world_from_axes
 from stereotrack_core.interop.run_file import at_recording, reference_in
-from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.entries import Choose, save_landmark_set, save_reference
 from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
-from stereotrack_core.project.exporting.labels import export_keypoints
+from stereotrack_core.project.exporting.runs import export_keypoints
 from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET, REFERENCE
 from stereotrack_core.project.selection import Selection
-from stereotrack_core.project.setups import save_landmark_set, save_reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import up_of_cameras
 
 from ...services.failures import message_of
-from ...session.project_opening import message_of_finding
+from ...session.project import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open, ask_to_save
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.click_files import ExportDialog, ImportDialog, ReferenceExportDialog

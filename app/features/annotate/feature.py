@@ -19,7 +19,7 @@ from .clicking.actions import commands
 from .clicking.clicked_frames import ClickedFrames
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
-from .exchange.prediction_work import PredictionExchange
+from .exchange.predictions import PredictionExchange
 from .filling.predicting import PredictionWork
 from .filling.retracking import Retracking, retrack_commands
 from .panels import AnnotationPanels

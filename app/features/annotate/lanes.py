@@ -1,4 +1,4 @@
-"""What the timeline shows of an annotation: a lane per landmark and two per limb."""
+"""What the timeline shows of an annotation: a lane per landmark and one per limb."""
 
 from __future__ import annotations
 
@@ -17,13 +17,11 @@ from stereotrack_core.project.marks import GAP
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CLICK
 
-from ...widgets.style.limb_colours import LIMB_COLOURS, limb_words
-from ...widgets.timeline.lanes import KINDS, Lane, LaneFilter, Mark, MarkArray
+from ...widgets.style.colours import LIMB_COLOURS, limb_words
+from ...widgets.timeline.lanes import Lane, Mark, MarkArray
 
 FULL_SIGMA_DEG = 15.0
 """Uncertainty that is shown in a lane's full colour."""
-FULL_RESIDUAL_PX = 10.0
-"""Residual that is shown in a lane's full colour."""
 _TABLES = frozenset({"click", "frame_flag", "keyframe"})
 _MOST_QUERIES = 64
 
@@ -47,11 +45,10 @@ class AnnotationLanes:
         self._project = project
         self._frames = frames
         self._enough = max(1, min(2, cameras))
-        self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
+        self._limbs: tuple[Lane, ...] = ()
         self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
         self._outliers: set[ClickKey] = set()
         self._proposed: Mapping[int, Collection[str]] = {}
-        self._residuals: FloatArray | None = None
         self.read_again()
 
     @property
@@ -88,17 +85,12 @@ class AnnotationLanes:
         return True
 
     def show_reference(
-        self,
-        reference: Reference | None,
-        residuals: FloatArray | None = None,
-        outliers: Iterable[ClickKey] = (),
+        self, reference: Reference | None, outliers: Iterable[ClickKey] = ()
     ) -> None:
         """Show how certain the fitted trajectory is, and which frames it has filled in.
 
         Parameters
         ----------
-        residuals : (F, 6) float64, optional
-            Root mean square over the clicks of each limb, pixels, NaN where there is none.
         outliers : iterable of ClickKey
             Clicks that look like outliers; they are flagged until they are edited.
         """
@@ -114,11 +106,7 @@ class AnnotationLanes:
             if reference.limb_sigma_deg is not None:
                 sigma = np.full((self._frames, len(LIMBS)), np.nan)
                 sigma[frame] = reference.limb_sigma_deg[inside]
-        self._residuals = residuals
-        self._limbs = {
-            "uncertainty": _heat(sigma, "{} ±", "±", FULL_SIGMA_DEG, "°"),
-            "residual": _residual_lanes(residuals),
-        }
+        self._limbs = () if sigma is None else _uncertainty_lanes(sigma)
         self._dress(0, self._frames)
 
     def show_proposed(self, proposed: Mapping[int, Collection[str]]) -> bool:
@@ -131,30 +119,13 @@ class AnnotationLanes:
             self._dress(first, min(end, self._frames))
         return True
 
-    def change_residuals(self, frames: Sequence[int], values: FloatArray) -> None:
-        """Show other residuals (K, 6) in pixels at K frames; elsewhere they stay."""
-        if self._residuals is not None:
-            self._residuals = self._residuals.copy()
-            self._residuals[list(frames)] = values
-            self._limbs["residual"] = _residual_lanes(self._residuals)
-
-    def lanes(self, chosen: LaneFilter) -> tuple[Lane, ...]:
-        """The lanes that a filter lets through; unchanged ones are the same objects as before."""
-        shown = [
-            self._lane(place)
-            for place in range(len(self._set.names))
-            if "landmarks" in chosen.kinds
-            and not (chosen.only_flagged and not self._flagged_at(place).any())
-        ]
-        if not chosen.only_flagged:
-            for kind in KINDS[1:]:
-                if kind in chosen.kinds:
-                    shown += self._limbs[kind]
-        return tuple(shown)
+    def lanes(self) -> tuple[Lane, ...]:
+        """The lanes; unchanged ones are the same objects as before."""
+        return (*(self._lane(place) for place in range(len(self._set.names))), *self._limbs)
 
     def flagged_frames(self) -> IntArray:
         """Frames (K,) in which a landmark is flagged, ascending."""
-        flagged = [self._flagged_at(place) for place in range(len(self._marks))]
+        flagged = [marks == Mark.FLAGGED for marks in self._marks]
         return np.flatnonzero(np.any(flagged, axis=0))
 
     def next_flagged(self, frame: int, *, backwards: bool = False) -> int | None:
@@ -162,10 +133,6 @@ class AnnotationLanes:
         found = self.flagged_frames()
         found = found[found < frame][-1:] if backwards else found[found > frame][:1]
         return int(found[0]) if len(found) else None
-
-    def _flagged_at(self, place: int) -> BoolArray:
-        flagged: BoolArray = self._marks[place] == Mark.FLAGGED
-        return flagged
 
     def _lane(self, place: int) -> Lane:
         lane = self._lanes[place]
@@ -270,24 +237,12 @@ def _stretches(frames: Collection[int]) -> list[tuple[int, int]]:
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def _residual_lanes(residuals: FloatArray | None) -> tuple[Lane, ...]:
-    return _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px")
-
-
-def _heat(
-    values: FloatArray | None, words: str, sign: str, full: float, unit: str
-) -> tuple[Lane, ...]:
-    if values is None:
-        return ()
+def _uncertainty_lanes(sigma: FloatArray) -> tuple[Lane, ...]:
+    """A lane for each limb of its uncertainty (F, 6) in degrees."""
     return tuple(
         Lane(
-            words.format(limb_words(limb)),
-            LIMB_COLOURS[limb],
-            "heat",
-            values[:, column],
-            full,
-            unit,
-            key=f"{limb} {sign}",
+            f"{limb_words(limb)} ±", LIMB_COLOURS[limb], "heat", sigma[:, column],
+            FULL_SIGMA_DEG, "°", key=f"{limb} ±",
         )
         for column, limb in enumerate(LIMBS)
-    )
+    )  # fmt: skip

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QWidget
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.blind_repeats import BlindRepeats
@@ -24,14 +23,12 @@ from ...session.edits import EditStack
 from ...widgets.forms.message import StateBar
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.bars import AnnotationBar
-from ...widgets.timeline.lanes import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
 from .filling.reference_work import ReferenceWork
 from .lanes import AnnotationLanes
 from .next_clicks import NextPresenter, Ranking
 
 _GROUP = "annotation"
-_FILTER = "lanes"
 _DELAY_MS = 40
 _COUNTING_MS = 250
 _MANY_FRAMES = 300
@@ -93,7 +90,6 @@ class AnnotationPanels(QObject):
         self.timeline.selection_changed.connect(self._on_selection)
         self.timeline.lanes_selected.connect(self._on_selection)
         self.timeline.lane_clicked.connect(self._on_lane)
-        self.bar.filter_changed.connect(self._on_filter)
         self.bar.flagged_requested.connect(self.go_to_flagged)
         self.next_panel.visit_requested.connect(self.click_requested)
         self.next_panel.wanted_changed.connect(self.next.set_wanted)
@@ -103,7 +99,6 @@ class AnnotationPanels(QObject):
         self.next_panel.nothing_left.connect(lambda: self.said.emit("No click is suggested here."))
         self.next.ranked.connect(self._on_ranked)
         self.reference.shown.connect(self._on_reference)
-        self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.ended.connect(self.finish_repeat)
         for source in (self.next, self.reference):
@@ -124,7 +119,6 @@ class AnnotationPanels(QObject):
         self._back_to = None
         if self.project is not None:
             self._forget = self.project.on_change(self._edited.emit)
-            self.bar.set_filter(_stored_filter(self.project))
         self.repeats = BlindRepeats(self.project) if self.project is not None else None
         self.next.set_project(self.project, click_cameras(recording))
         self.next_panel.show_wanted(self.next.wanted_deg)
@@ -266,16 +260,6 @@ class AnnotationPanels(QObject):
         if self.lanes is not None and name in self.lanes.landmark_set.names:
             self.landmark_chosen.emit(name)
 
-    @Slot(object)
-    def _on_filter(self, chosen: LaneFilter) -> None:
-        if self.project is not None and not self.project.read_only:
-            stored = {
-                "kinds": sorted(chosen.kinds),
-                "only_flagged": chosen.only_flagged,
-            }
-            self.project.view_settings.set(_FILTER, stored)
-        self._show_lanes()
-
     @Slot()
     def read_kept(self) -> None:
         """Other predictions are kept in the project than before."""
@@ -291,7 +275,7 @@ class AnnotationPanels(QObject):
 
     def _show_lanes(self) -> None:
         lanes = self.lanes if self._shown else None
-        self.timeline.set_lanes(lanes.lanes(self.bar.filter) if lanes is not None else (), _GROUP)
+        self.timeline.set_lanes(lanes.lanes() if lanes is not None else (), _GROUP)
 
     @Slot(QPoint)
     def _on_menu(self, place: QPoint) -> None:
@@ -335,19 +319,10 @@ class AnnotationPanels(QObject):
         self.reference_changed.emit()
         self.changed.emit()
 
-    @Slot(list, object)
-    def _on_residuals(self, frames: list[int], values: FloatArray) -> None:
-        if self.lanes is not None:
-            self.lanes.change_residuals(frames, values)
-            self._show_lanes()
-
     def _dress_lanes(self, now: ShownReference | None) -> None:
         if self.lanes is not None:
-            fits = now is not None and (
-                now.residuals is None or len(now.residuals) == self.frame_count
-            )
-            if now is not None and fits:
-                self.lanes.show_reference(now.reference, now.residuals, now.outliers)
+            if now is not None:
+                self.lanes.show_reference(now.reference, now.outliers)
             else:
                 self.lanes.show_reference(None)
 
@@ -401,12 +376,3 @@ def click_cameras(recording: Recording | None) -> dict[str, Camera]:
         return {}
     names = [view.image.camera for view in recording.views]
     return {name: recording.cameras[name] for name in names}
-
-
-def _stored_filter(project: Project) -> LaneFilter:
-    stored = project.view_settings.get(_FILTER)
-    if not isinstance(stored, dict):
-        return LaneFilter()
-    kinds = stored.get("kinds")
-    known = frozenset(kind for kind in KINDS if isinstance(kinds, list) and kind in kinds)
-    return LaneFilter(known, bool(stored.get("only_flagged", False)))

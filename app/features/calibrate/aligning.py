@@ -15,7 +15,7 @@ from ...context import Context
 from ...session.edits import WindowEdit
 from .axes import AxesWay, PointClicks
 from .controller import CalibrationController
-from .reading import PictureReading, ReadPicture
+from .saving import PictureReading, ReadPicture
 
 
 class AligningController(QObject):

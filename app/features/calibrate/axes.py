@@ -9,16 +9,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.calibrate.align import (
-    ORIGIN,
-    POINTS,
-    Alignment,
-    from_board,
-    from_clicks,
-)
+from stereotrack_core.calibrate.align import ORIGIN, POINTS, Alignment, from_board, from_clicks
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.seen_board import seen_board
-from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.pictures import Sightings
+from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform

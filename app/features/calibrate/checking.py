@@ -11,9 +11,8 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.reach import is_changed
-from stereotrack_core.doctor.before_tracking import changed_reach
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
-from stereotrack_core.doctor.diagnose import diagnose_elsewhere
+from stereotrack_core.doctor.diagnose import changed_reach, diagnose_elsewhere
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.task_process import ProcessTask, TaskProcess

@@ -20,7 +20,7 @@ from ...context import Context
 from ...services.tasks.task import Task
 from . import saving
 from .axes import Axes
-from .reading import PictureReading
+from .saving import PictureReading
 from .state import DOING, STEPS, Calibration, KeptLenses, Made, Recorded, Shot, StepName
 
 
@@ -313,25 +313,14 @@ class CalibrationController(QObject):
         frame = before.board_frame if before.board_frame in frames else max(frames)
         axes = replace(before, board_frame=frame, floor=None)
         self.change(world=made, axes=axes, saved="", saved_into=None)
-        self._compare()
-
-    def _compare(self) -> None:
-        """Compare with the cameras of the open recording, which takes a moment."""
-        state = self.state
-        if state.world is None or state.recording is None:
-            return
-        if not {one.name for one in state.world.result.cameras} & state.recording.cameras.keys():
-            return
-        todo = work.Compare(state.world.result, dict(state.recording.cameras))
-        self.begin("save", todo, lambda found: self.change(changes=found))
 
     def save(self, path: Path) -> None:
-        """Write the calibration and its report."""
+        """Write the calibration."""
         notifier = self._context.notifier
 
         def write() -> None:
-            report = saving.write_to(self.state, path)
-            self.change(saved=f"Saved: {path.name}, with the report {report.name} beside it.")
+            saving.write_to(self.state, path)
+            self.change(saved=f"Saved: {path.name}.")
 
         notifier.attempt(write)
 
@@ -366,9 +355,7 @@ class CalibrationController(QObject):
             self.change(recording=known, axes=axes)  # what it was before can still be seen
             return
         axes = before if before.way == "board" and self.state.world is not None else Axes()
-        self.change(recording=known, changes=(), axes=axes, saved_into=None)
-        if self.state.busy is None:
-            self._compare()
+        self.change(recording=known, axes=axes, saved_into=None)
 
     @Slot()
     def _on_closing(self) -> None:

@@ -1,53 +1,32 @@
-"""Writes a calibration with its report: to a file, or into the open recording."""
+"""Reads single pictures of the board, and writes a calibration: to a file or into the recording."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from stereotrack_core.calibrate.changes import change_table, place_table
-from stereotrack_core.calibrate.report import left_out_table, lens_table, world_tables
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.calibrate.pictures import Pictures
+from stereotrack_core.calibrate.work import Source
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.folder import named_file
+from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.writing import keep_beside
-from stereotrack_core.report.pages import write_calibration_page
-from stereotrack_core.tables import Table
 
-from .state import Calibration, Recorded, StepName
+from ...services.tasks.newest import LatestOnly
+from .state import Calibration, Recorded
 
 
-def write_to(state: Calibration, path: Path) -> Path:
-    """Write the cameras to a file and the report beside it; where the report is.
+def write_to(state: Calibration, path: Path) -> None:
+    """Write the cameras to a file.
 
-    Raises InputError where one of them cannot be written.
+    Raises InputError where it cannot be written.
     """
-    path = path if path.suffix else path.with_suffix(".toml")
     _check(state)
-    write_calibration(path, state.cameras)
-    report = path.with_name(f"{path.stem}-report.html")
-    step: StepName = "save" if state.of_recording else "lenses"
-    verdict = state.verdict("world" if state.world is not None else step)
-    assert verdict is not None  # noqa: S101 - there are cameras
-    write_calibration_page(report, path.stem, verdict, report_tables(state))
-    return report
-
-
-def report_tables(state: Calibration) -> Sequence[Table]:
-    """Everything that is known about the result."""
-    turned = place_table(state.base, state.cameras) if state.alignment is not None else None
-    if state.of_recording:
-        tables: list[Table | None] = [turned]
-    elif state.world is None:
-        fits = list(state.fits.values())
-        left_out = left_out_table([out for one in fits for out in one.sightings.left_out])
-        tables = [lens_table(fits), left_out]
-    else:
-        world = state.world.result
-        changed = change_table(state.changes) if state.changes else None
-        left_out = left_out_table([out for one in world.sightings for out in one.left_out])
-        tables = [*world_tables(world), turned, changed, left_out]
-    return [one for one in tables if one is not None]
+    write_calibration(path if path.suffix else path.with_suffix(".toml"), state.cameras)
 
 
 def why_not_into(state: Calibration) -> str:
@@ -95,3 +74,64 @@ def _check(state: Calibration) -> None:
             where="calibration",
             remedy="Calculate the lenses, and place all cameras.",
         )
+
+
+@dataclass(frozen=True, eq=False)
+class ReadPicture:
+    """A picture that was read, or why it was not."""
+
+    source: Source
+    frame: int
+    name: str
+    image: ImageArray | None
+    problem: str = ""
+
+
+class _Reader:
+    """Keeps the source open that was read last; used by one thread."""
+
+    def __init__(self) -> None:
+        self._source: Source | None = None
+        self._pictures: Pictures | None = None
+
+    def __call__(self, wanted: tuple[Source, int]) -> ReadPicture:
+        source, frame = wanted
+        try:
+            pictures = self._opened(source)
+            image = pictures.read(frame)
+        except (InputError, DamagedFrame) as problem:
+            return ReadPicture(source, frame, f"picture {frame}", None, str(problem))
+        return ReadPicture(source, frame, pictures.name(frame), image)
+
+    def _opened(self, source: Source) -> Pictures:
+        if self._pictures is None or source != self._source:
+            if self._pictures is not None:
+                self._pictures.close()
+            self._source, self._pictures = source, source.open()
+        return self._pictures
+
+
+class PictureReading(QObject):
+    """Reads the picture that was asked for last."""
+
+    read = Signal(object)
+    """A :class:`ReadPicture`."""
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._worker = LatestOnly(_Reader(), "reading a picture of the board")
+        self._worker.answered.connect(self._on_answered)
+        self.settled = self._worker.settled
+
+    def ask(self, source: Source, frame: int) -> None:
+        """Read a picture."""
+        self._worker.ask((source, frame))
+
+    @Slot()
+    def close(self) -> None:
+        """End the thread."""
+        self._worker.close()
+
+    @Slot(object, object)
+    def _on_answered(self, _wanted: object, answer: ReadPicture) -> None:
+        self.read.emit(answer)

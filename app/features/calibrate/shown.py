@@ -8,17 +8,16 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.bundle import rms_of
+from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.calibrate.report import lens_table
-from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.tables import Table, number
 
-from ...widgets.camera.board_picture import BoardShot
+from ...widgets.camera.board_picture import BoardShot, CoverageShown
 from ...widgets.forms.step_list import StepShown
-from ...widgets.plots.coverage_map import CoverageShown
 from ...widgets.scene.content import SceneContent
-from ...widgets.tables.picture_tree import CameraRows, PictureRow
-from .reading import ReadPicture
+from ...widgets.tables.trees import CameraRows, PictureRow
+from .saving import ReadPicture
 from .state import DOING, STEPS, Calibration, StepName
 
 _MOST_EMPTY = 200

@@ -12,10 +12,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate import verdict
 from stereotrack_core.calibrate.align import Alignment, aligned, from_cameras
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.changes import CameraChange
 from stereotrack_core.calibrate.intrinsics import Intrinsics
-from stereotrack_core.calibrate.pictures import Looked
-from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.pictures import Looked, Sightings
 from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.calibrate.work import Found, LensResult, Source
 from stereotrack_core.calibrate.world import World
@@ -47,7 +45,6 @@ DOING: dict[StepName, str] = {
     "lenses": "Calculating the lenses",
     "world": "Placing all cameras",
     "axes": "Looking for the floor",
-    "save": "Comparing with the recording",
 }
 """Messages shown while a step is calculated."""
 
@@ -111,8 +108,6 @@ class Calibration:
     world: Made[World] | None = None
     axes: Axes = field(default_factory=Axes)
     """What the world is turned by."""
-    changes: tuple[CameraChange, ...] = ()
-    """Against the open recording, as it was before the calibration was saved into it."""
     saved_into: Path | None = None
     """Folder of the recording that has this calibration."""
     saved: str = ""

@@ -21,9 +21,8 @@ from stereotrack_core.tracking.trace import (
 )
 
 from ...widgets.plots.inside_panel import StepContent, Table
-from ...widgets.style.limb_colours import limb_words
-from .numbers import cross_map, deviations_table, part_words, states_of
-from .steps import Step, name_of
+from ...widgets.style.colours import limb_words
+from .steps import Step, cross_map, deviations_table, name_of, part_words, states_of
 
 _KINDS = {
     "elbow": "Elbow joint limits",

@@ -1,34 +1,189 @@
-"""What the tracker does in the frame that is shown, step by step: asked for, shown, exported."""
+"""What the tracker does in the frame that is shown, step by step: asked for and shown."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
+import numpy as np
 from PySide6.QtCore import QObject, QTimer, Slot
-from PySide6.QtWidgets import QFileDialog
 
+from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.trace_file import TRACE_SUFFIXES, write_trace
+from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.inspection import RecordedStep
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.repeating import stored_spec
+from stereotrack_core.tracking.trace import StepTrace, movement
+from stereotrack_core.tracking.tracker import Tracker, cameras_of, tracker_for
+from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 
 from ...context import Context
-from ...services.actions import ActionRegistry
+from ...services.actions import ActionRegistry, Command
 from ...services.tasks.newest import LatestOnly
 from ...session.pictures import StepDrawing
 from ...session.runs import RunEntry
-from ...session.tracking import LiveRun
+from ...session.session import Session
 from ...widgets.forms.message import StateBar
 from ...widgets.plots.inside_panel import InsidePanel, StepName
 from .contents import content_of
 from .drawing import drawing_of
-from .sources import Answer, Question, answer, live_question, run_question, settings_of
-from .steps import Step, same_step
+from .steps import Step, same_step, steps_of
 
 _SHARE = 0.68
 """Share of its column that the panel gets while a frame is inspected."""
 
 _SOON_MS = 60
 _WAITING = "Measuring the points of this frame and recording the tracker's step …"
-_FILTERS = "Cross-covariance of the iteration (*.csv);;All numbers of the step (*.npz)"
+_MENU = "&Track"
+
+
+def register(context: Context) -> InspectController:
+    """Offer the panel and its commands."""
+    inspect = InspectController(context)
+    context.actions.add(_commands(context.session, inspect))
+    inspect.offer(context.actions)
+    return inspect
+
+
+def _commands(session: Session, inspect: InspectController) -> list[Command]:
+    """Commands for the inside of a frame, in the menu Track."""
+    return [
+        Command(
+            "look_inside", _MENU, "Inspect step", "Show step by step how the tracker "
+            "processes this frame: prediction, points, correspondences, sigma points, "
+            "cross-covariance, correction.", inspect.toggle, "F12", "search",
+            lambda: session.not_tried() or session.tracker_works(), section=True,
+            checked=lambda: inspect.inspects,
+        ),
+        Command(
+            "inside_next", _MENU, "Next stage of the step",
+            "Show the next stage of the tracker's step.",
+            lambda: inspect.go(inspect.index + 1), "F7", "step-forward",
+            lambda: inspect.why_no_step(1),
+        ),
+        Command(
+            "inside_previous", _MENU, "Previous stage of the step",
+            "Show the previous stage of the tracker's step.",
+            lambda: inspect.go(inspect.index - 1), "Shift+F7", "step-back",
+            lambda: inspect.why_no_step(-1),
+        ),
+    ]  # fmt: skip
+
+
+_SMOOTHED = " The run was smoothed, so its poses also depend on later frames."
+_LOOKED_AGAIN = " A second look changed the frame; its arms then come from other random numbers."
+_SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a step is recorded from."""
+
+    frame: int
+    work: Callable[[], RecordedStep]
+    """Has the step done; called in the background."""
+    found: Estimate | None
+    """What the run has kept of the frame, to be compared with."""
+    source: RunEntry | None
+    """The run that it is about."""
+    settings: Settings
+
+    def asks(self, frame: int, source: RunEntry | None, settings: Settings) -> bool:
+        """Whether it asks about a frame of this run, with these settings."""
+        return self.frame == frame and self.source is source and self.settings == settings
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What the step did."""
+
+    question: Question
+    done: RecordedStep
+    steps: tuple[Step, ...]
+    compared: str
+    """How the result differs from what the run has kept."""
+
+
+def answer(question: Question) -> Answer:
+    """Have the step done; called in a thread of its own."""
+    done = question.work()
+    return Answer(question, done, steps_of(done.trace), _compared(done.trace, question.found))
+
+
+def question_of(
+    frame: int, session: Session, entry: RunEntry | None, settings: Settings
+) -> Question:
+    """About a frame of a run, or about one that no run knows."""
+    kept, process = session.kept, session.processes.trials
+    assert kept is not None  # noqa: S101 - there are no frames without
+    seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame))
+    before, here = (one.estimate if one is not None else None for one in seen)
+    make = _maker(kept, entry, settings)
+    keypoints = _keypoints(session, entry, settings, frame)
+    meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
+    of_frame = None if entry is None else entry.at(frame)
+    looked = None if of_frame is None else of_frame.keypoints
+    task = RecordStep(kept, frame, settings, make, before, here, keypoints, looked)
+    more = _SMOOTHED if meta.get("smoothed") else ""
+    if entry is not None and any(a <= frame <= b for a, b in entry.looked_again):
+        more += _LOOKED_AGAIN
+
+    def work() -> RecordedStep:
+        done: RecordedStep = process(task)
+        return replace(done, words=done.words + more)
+
+    return Question(frame, work, here, entry, settings)
+
+
+def _keypoints(
+    session: Session, entry: RunEntry | None, settings: Settings, frame: int
+) -> Keypoints | None:
+    """What a run was tracked with; what the next one would be, where there is none."""
+    if entry is not None and (spec := entry.spec()) is not None:
+        return spec.keypoints
+    return session.keypoints.for_trial(settings, range(frame, frame + 1))
+
+
+def _maker(of: KeptRecording, entry: RunEntry | None, settings: Settings) -> Callable[[], Tracker]:
+    """What makes a tracker as a run has it; as the next one would, where there is none."""
+    recording, usable = of.recording, of.views
+    if entry is None:
+        body, views, seed = body_of_subject(recording.subject, settings.body), usable, 0
+    else:
+        spec = entry.spec()
+        kept = tuple(name for name in (spec and spec.views) or () if name in usable)
+        body, views, seed = entry.body, kept or usable, spec.seed if spec else 0
+    cameras, clouds = cameras_of(recording, views), not of.mono
+    return partial(tracker_for, body, settings, cameras, recording.fps, seed, clouds=clouds)
+
+
+def settings_of(entry: RunEntry) -> Settings:
+    """Settings of a run.
+
+    Raises
+    ------
+    InputError
+        Where a stored run does not say how it was made.
+    """
+    if entry.settings is not None:
+        return entry.settings
+    return stored_spec(entry.stored).spec.settings if entry.stored is not None else Settings()
+
+
+def _compared(trace: StepTrace, found: Estimate | None) -> str:
+    if found is None or not (found.tracked and trace.estimate.tracked):
+        return ""
+    off = movement(trace.body, found.pose, trace.after.pose)
+    angle = max(off.turn, float(np.nanmax(off.limbs)))
+    if off.shift < _SAME_METRES and angle < _SAME_RADIANS:
+        return "The result equals the pose of the run."
+    return (
+        f"The result differs from the pose of the run by {1000.0 * off.shift:.1f} mm and up to "
+        f"{np.degrees(angle):.1f}°."
+    )
 
 
 class InspectController(QObject):
@@ -57,7 +212,6 @@ class InspectController(QObject):
         self.inspects = False
         self.known: Answer | None = None
         self.index = 0
-        self._in_progress: RunEntry | None = None
         self._asked: Question | None = None
         self._drawing: StepDrawing | None = None
         self._worker = LatestOnly(answer, "record step trace")
@@ -79,7 +233,7 @@ class InspectController(QObject):
 
     def offer(self, actions: ActionRegistry) -> None:
         """Put the commands into the panel."""
-        names = ("inside_previous", "inside_next", "inside_export", "look_inside")
+        names = ("inside_previous", "inside_next", "look_inside")
         self.panel.set_actions(
             [actions.action(name) for name in names], actions.key_words(names[-1])
         )
@@ -101,16 +255,6 @@ class InspectController(QObject):
             self._drawing = drawing_of(known.done.trace, step, known.done.cloud)
         return self._drawing
 
-    @property
-    def live(self) -> bool:
-        """Whether what is shown comes from the tracker in progress."""
-        return self.known is not None and isinstance(self.known.question.source, LiveRun)
-
-    @property
-    def at_end(self) -> bool:
-        """Whether the last stage is shown."""
-        return self.known is not None and self.index == len(self.known.steps) - 1
-
     def settled(self) -> bool:
         """Whether what is shown belongs to the frame that is shown."""
         if not self.inspects or self._waits():
@@ -118,7 +262,7 @@ class InspectController(QObject):
         known, frame = self.known, self._document.frame
         if known is None or known.question is not self._asked or known.question.frame != frame:
             return False
-        return known.question.source is (self._track.held_before(frame) or self._runs.active)
+        return known.question.source is self._runs.active
 
     def why_no_step(self, by: int) -> str:
         """Why there is no further stage; empty where there is one."""
@@ -152,43 +296,6 @@ class InspectController(QObject):
         if self.known is not None and 0 <= index < len(self.known.steps) and index != self.index:
             self._show(self.known, index)
 
-    def iterate(self) -> None:
-        """Show the next stage of the frame that comes next; after the last one, track it."""
-        frame = self._context.session.tracker.hold_before_next()
-        if frame is None:
-            return
-        if not (self.inspects and self.live and self._document.frame == frame):
-            self._document.visit(frame)
-            self._look()
-        elif self.at_end:
-            self._track.go_on(1)
-        else:
-            self.go(self.index + 1)
-
-    def ask_for_file(self) -> None:
-        """Ask where the numbers of the frame shall go."""
-        if self.known is None:
-            return
-        name = f"frame-{self.known.done.trace.frame}-inside.csv"
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Export step trace", name, _FILTERS
-        )
-        if chosen:
-            self.export(Path(chosen))
-
-    def export(self, path: Path) -> None:
-        """Write the cross-covariance of the iteration that is shown, or all numbers."""
-        known, step = self.known, self.step
-        if known is None or step is None:
-            return
-        path = path if path.suffix.lower() in TRACE_SUFFIXES else path.with_name(f"{path.name}.csv")
-        try:
-            write_trace(path, known.done.trace, max(step.correction, 0))
-        except InputError as error:
-            self._context.notifier.error(error)
-        else:
-            self._context.notifier.say(f"Saved to {path}.", 6000)
-
     @Slot()
     def close(self) -> None:
         """Forget everything and end the thread."""
@@ -198,7 +305,7 @@ class InspectController(QObject):
     # ---- asking
 
     def _look(self) -> None:
-        self.inspects, self._in_progress = True, self._track.entry
+        self.inspects = True
         self._ask()
         self._show(self.known, self.index)
 
@@ -215,9 +322,6 @@ class InspectController(QObject):
     def _ask(self) -> None:
         self._soon.stop()
         if not self.inspects or self._document.recording is None:
-            return
-        if self._in_progress is not None and self._track.entry is not self._in_progress:
-            self.leave()  # the run that was inspected has ended
             return
         if self._waits():
             if self.known is None or self.known.question is not self._asked:
@@ -238,17 +342,11 @@ class InspectController(QObject):
     def _question(self) -> Question | None:
         """What is to be asked about the frame that is shown; None where that was asked."""
         frame = self._document.frame
-        live, entry = self._track.held_before(frame), self._runs.active
-        settings = self._track.settings
-        if live is not None:
-            settings = live.settings
-        elif entry is not None:
-            settings = settings_of(entry)
-        if self._asked is not None and self._asked.asks(frame, live or entry, settings):
+        entry = self._runs.active
+        settings = self._track.settings if entry is None else settings_of(entry)
+        if self._asked is not None and self._asked.asks(frame, entry, settings):
             return None
-        if live is not None:
-            return live_question(frame, live)
-        return run_question(frame, self._context.session, entry, settings)
+        return question_of(frame, self._context.session, entry, settings)
 
     @Slot(object, object)
     def _on_answered(self, question: Question, found: Answer) -> None:

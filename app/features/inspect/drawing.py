@@ -22,8 +22,7 @@ from stereotrack_core.tracking.trace import (
 
 from ...session.pictures import StepDrawing
 from ...widgets.camera.overlays import InsideScene, Marked
-from ...widgets.style.colours import SHADES, shade_colours, shade_of
-from ...widgets.style.limb_colours import LIMB_COLOURS
+from ...widgets.style.colours import LIMB_COLOURS, SHADES, shade_colours, shade_of
 from .steps import Step, name_of
 
 _AROUND = 8

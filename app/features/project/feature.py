@@ -9,10 +9,10 @@ from stereotrack_core.project.history import Entry
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...session.edits import WindowEdit
-from ...session.recents import MOST_RECENT
+from ...session.opening import MOST_RECENT
 from ...session.session import Session
 from .files import FileController
-from .importing.controller import ImportController
+from .importing.wizard import ImportController
 from .projects import ProjectController
 
 
@@ -63,7 +63,7 @@ def _files(
         command("open_run", "Open run …", "Show a saved run (.npz) with its recording.",
                 files.ask_for_run, "Ctrl+Shift+O", "open", section=True),
         command("save_run", "Save run as …", "Save the active run complete, or export it to "
-                "OpenSim, C3D, BVH, netCDF, Rerun or as joint angles.",
+                "OpenSim, C3D, BVH or as joint angles.",
                 files.ask_where_to_save, "Ctrl+S", "save",
                 why_not=session.no_run),
     ]  # fmt: skip

@@ -10,22 +10,15 @@ from PySide6.QtCore import QObject, Slot
 from stereotrack_core.demo import DemoPlaces, copied_demo
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
-from stereotrack_core.interop.run_places import runs_beside
 from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
 from stereotrack_core.project.exporting.runs import Exported, export_run
-from stereotrack_core.project.exporting.scene import SCENE, export_scene
-from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context
-from ...services.stored import stored_texts
 from ...services.tasks.task import Task
 from ...session.runs import RunEntry, entry_of_run
 from ...widgets.forms.form_dialog import ask_for_folder, ask_to_export, ask_to_open
 from ...widgets.forms.message import Message
-
-_DECLINED = "runs_declined"
-_MOST_DECLINED = 50
 
 
 class FileController(QObject):
@@ -40,9 +33,6 @@ class FileController(QObject):
         opening.run_wanted.connect(self.open_run)
         opening.run_without_recording.connect(self._ask_where_recording_is)
         opening.recent_changed.connect(self._list_recents)
-        context.notifier.dismissed.connect(self._on_dismissed)
-        self._offered: dict[str, Message] = {}
-        self._offering: Task | None = None
         self.recents = tuple(opening.recents())
         """What was opened last, the newest first."""
 
@@ -84,8 +74,6 @@ class FileController(QObject):
             self._context.docks.show_named(asked.workspace)
         if asked.tracks:
             self._session.tracker.run()
-        elif asked.run is None and self._session.project.makes:
-            self._look_for_runs()
 
     @Slot()
     def _list_recents(self) -> None:
@@ -98,48 +86,6 @@ class FileController(QObject):
             self._session.opening.open(self.recents[place].path)
 
     # ---- runs
-
-    def _look_for_runs(self) -> None:
-        """Find the run files that lie beside the recording, off the window's thread."""
-        recording = self._session.document.recording
-        if recording is not None:
-            self._offering = self._context.tasks.begin(
-                "looking for runs of the recording",
-                lambda _task: (recording, runs_beside(recording)),
-                self._offer_run,
-            )
-
-    @Slot(object)
-    def _offer_run(self, found: tuple[Recording, tuple[Path, ...]]) -> None:
-        """Offer the newest run beside the recording, unless it is open or was turned down."""
-        recording, runs = found
-        known = {entry.path for entry in self._session.runs.entries}
-        known |= {Path(path) for path in stored_texts(self._context.settings, _DECLINED) or ()}
-        new = [path for path in runs if path not in known]
-        current = self._session.document.recording
-        if not new or current is None or current.folder != recording.folder:
-            return
-        count = "a run" if len(new) == 1 else f"{len(new)} runs"
-        message = Message(
-            "note",
-            f"{count} of this recording {'lies' if len(new) == 1 else 'lie'} beside it"
-            f"{'' if len(new) == 1 else '; the newest is ' + new[0].name}",
-            new[0].name,
-            "Open it to see its curves and its model.",
-            button="Open run",
-            do=partial(self.open_run, new[0]),
-        )
-        self._offered = {str(new[0]): message}
-        self._context.notifier.show(message)
-
-    @Slot(object)
-    def _on_dismissed(self, message: Message) -> None:
-        """Do not offer a run again that was turned down."""
-        for path, offered in self._offered.items():
-            if offered == message:
-                declined = stored_texts(self._context.settings, _DECLINED) or []
-                kept = [*declined, path][-_MOST_DECLINED:]
-                self._context.settings.setValue(_DECLINED, kept)
 
     @Slot(object)
     def _ask_where_recording_is(self, path: Path) -> None:
@@ -206,15 +152,12 @@ class FileController(QObject):
 
     def export(self, entry: RunEntry, path: Path, form: ExportFormat) -> None:
         """Write a run in any format, in the background; says so when it is done."""
-        held, recording = entry.now(), self._session.document.recording
+        held = entry.now()
 
-        def write(task: Task) -> Exported:
+        def write(_task: Task) -> Exported:
             run = held.run()
-            if run is None or recording is None:
+            if run is None:
                 raise InputError("the run has no frames", remedy="Track the recording first.")
-            if form.name == SCENE:
-                stopped = task.token.cancelled
-                return export_scene(path, run, recording, report=task.report, stopped=stopped)
             return export_run(path, run, form)
 
         def done(written: Exported) -> None:

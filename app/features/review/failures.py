@@ -27,13 +27,12 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
-from ...services.tasks.newest import LatestOnly
-from ...services.tasks.shared import Shared
+from ...services.tasks.newest import LatestOnly, Shared
 from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
+from ...widgets.forms.form_dialog import ask_for_folder
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
-from .export_dialog import ExportDialog
 from .failure_list import FailurePresenter, Filter, Found, lanes_of_failures
 
 
@@ -152,41 +151,36 @@ class FailureController(QObject):
         document.set_loop(self._stretch())
         document.play()
 
-    def export(self) -> None:
-        """Ask what to write, and write it in the background."""
+    def ask_for_strips(self) -> None:
+        """Ask for a folder, and write strips of the listed failures there."""
+        recording, parent = self._session.document.recording, self._context.docks.dialog_parent
+        if recording is not None:
+            title = f"Folder for image strips of {counted(len(self.presenter.listed), 'failure')}"
+            name = f"{recording.name}-failures"
+            ask_for_folder(
+                parent, title, Path.home(), lambda folder: self.write_strips(folder / name)
+            )
+
+    def write_strips(self, folder: Path) -> None:
+        """Write a strip of images of each listed failure, in the background."""
         search, recording = self._search(), self._session.document.recording
         listed = self.presenter.listed
         if search is None or recording is None or not listed:
             return
-        views = [view.name for view in recording.views]
-        dialog = ExportDialog(
-            views=views, listed=len(listed), chosen=self.presenter.chosen is not None,
-            proposed=Path.home() / f"{recording.name}-failures",
-            parent=self._context.docks.dialog_parent,
-        )  # fmt: skip
-        dialog.accepted.connect(lambda: self._write(dialog, search, recording))
-        dialog.open()
-
-    def _write(self, wanted: ExportDialog, search: FailureSearch, recording: Recording) -> None:
-        one, listed = self.presenter.chosen, self.presenter.listed
-        failures = (one,) if wanted.which.currentData() and one is not None else listed
-        path, view = wanted.target, wanted.view.currentData() or None
-        frames = wanted.count.value()
 
         def work(task: Task) -> str:
             count = write_strips(
-                path, search, recording, failures, view=view, count=frames,
+                folder, search, recording, listed,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
-            return f"{counted(count, 'strip')} saved to {path}."
+            return f"{counted(count, 'strip')} saved to {folder}."
 
-        task = self._context.tasks.begin(
+        self._context.tasks.begin(
             "exporting strips of failures",
             work,
             lambda words: self._context.notifier.say(words, 10_000),
             promised=True,
         )
-        task.stopped.connect(lambda: self._context.notifier.say("Nothing was written.", 4000))
 
     # ---- following
 

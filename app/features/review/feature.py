@@ -9,7 +9,6 @@ from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...session.session import Session
-from .controller import ReviewController
 from .failures import FailureController
 from .plot import ErrorCurves
 
@@ -23,13 +22,11 @@ class Review:
 
     plot: ErrorCurves
     failures: FailureController
-    panels: ReviewController
-    """Statistics."""
 
 
 def register(context: Context) -> Review:
     """Offer the workspace Review, its panels and its commands."""
-    review = Review(ErrorCurves(context), FailureController(context), ReviewController(context))
+    review = Review(ErrorCurves(context), FailureController(context))
     context.docks.add_workspace(
         Workspace(
             "review",
@@ -38,7 +35,7 @@ def register(context: Context) -> Review:
             "threshold",
             side=(
                 ("scene",),
-                ("failures", "statistics", "numbers", "comparison", "runs"),
+                ("failures", "comparison", "numbers", "runs"),
             ),
             bottom=("plot", "timeline"),
             side_share=0.37,
@@ -48,33 +45,24 @@ def register(context: Context) -> Review:
             why_not=lambda: context.session.no_run() and context.session.not_tracked(),
         )
     )
-    context.actions.add(_commands(context.session, review.panels, review.plot))
+    context.actions.add(_commands(context.session, review.plot))
     context.actions.add(_failure_commands(review.failures))
-    review.panels.add_buttons()
     return review
 
 
-def _commands(session: Session, review: ReviewController, plot: ErrorCurves) -> list[Command]:
+def _commands(session: Session, plot: ErrorCurves) -> list[Command]:
     """Commands of the menus Go and Review."""
     go, command = Menu(_GO, session.no_run).command, Menu("&Review", session.no_run).command
     stretch = "stretch in which the error of a limb exceeds the threshold of the plot."
-    ask = review.ask_where
     return [
         go("next_above", "Next stretch above threshold", f"Go to the next {stretch}",
            partial(plot.go_above, 1), "N", "next-failure", section=True),
         go("previous_above", "Previous stretch above threshold", f"Go to the previous {stretch}",
            partial(plot.go_above, -1), "P", "previous-failure"),
         command("threshold_up", "Raise threshold", "Raise the threshold of the plot by 5°.",
-                partial(review.move_threshold, _STEP_DEG), "Ctrl+Alt+Up", "threshold"),
+                partial(plot.move_threshold, _STEP_DEG), "Ctrl+Alt+Up", "threshold"),
         command("threshold_down", "Lower threshold", "Lower the threshold of the plot by 5°.",
-                partial(review.move_threshold, -_STEP_DEG), "Ctrl+Alt+Down", "threshold"),
-        command("copy_statistics", "Copy statistics", "Copy the statistics of each limb as a CSV "
-                "table, for the selection or the whole recording and for each segment.",
-                review.copy_statistics, "Ctrl+Alt+C", "table", section=True),
-        command("save_statistics", "Save statistics …", "Save the statistics of each limb as a "
-                "CSV table.",
-                partial(ask, "Save statistics", "statistics.csv", review.save_statistics),
-                icon="save"),
+                partial(plot.move_threshold, -_STEP_DEG), "Ctrl+Alt+Down", "threshold"),
     ]  # fmt: skip
 
 
@@ -91,5 +79,5 @@ def _failure_commands(e: FailureController) -> list[Command]:
            checked=e.looping),
         track("export_strips", "Export image strips …", "Save the frames of each failure side by "
               "side, with the model drawn in the lower row, as PNG.",
-              e.export, icon="picture"),
+              e.ask_for_strips, icon="picture"),
     ]  # fmt: skip

@@ -14,13 +14,18 @@ from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
-from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, heading_words
+from ...session.judgement import (
+    LOST_SHARE,
+    MEASURED_LIMBS,
+    Judgement,
+    heading_words,
+    measure_of,
+    with_quality,
+)
 from ...session.runs import RunEntry
-from ...session.truth import measure_of, with_quality
 from ...widgets.plots.limb_plots import ErrorPlot
 from ...widgets.plots.plots import Curve, Emphasis
-from ...widgets.style.colours import LineStyle
-from ...widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
+from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, limb_words
 from ...widgets.timeline.lanes import Lane, Span
 
 _FULL_DEG = 45.0
@@ -103,6 +108,12 @@ class ErrorCurves(QObject):
             return why_not
         keys = self._context.actions.shortcut("run")
         return f"Run the tracker ({keys}) to see a lane for each limb."
+
+    def move_threshold(self, degrees: float) -> None:
+        """Raise or lower the threshold of the plot."""
+        state = self._context.view_state
+        state.set_threshold(min(max(state.threshold + degrees, 0.0), 180.0))
+        self._context.notifier.say(f"Threshold: {state.threshold:.0f}°.", 3000)
 
     def go_above(self, direction: int) -> None:
         """Go to the next or previous stretch above the threshold."""

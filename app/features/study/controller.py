@@ -10,35 +10,61 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, Slot
-from PySide6.QtWidgets import QInputDialog
+from PySide6.QtWidgets import QAbstractItemView, QFileDialog
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.study.create import Listed, with_recordings
 from stereotrack_core.study.description import (
-    OLD_SUFFIX,
     SUFFIX,
+    Listed,
     Study,
     StudySettings,
     read_study,
-    with_factor,
+    with_recordings,
     write_study,
 )
-from stereotrack_core.study.export import write_result_table
 from stereotrack_core.study.run import Outcome, plan_study, run_study
 from stereotrack_core.study.status import RowStatus, study_status
 from stereotrack_core.study.store import stored_results
 from stereotrack_core.study.workers import LocalWorkers
 
 from ...context import Context
+from ...services.actions import Command
 from ...services.tasks.task import Task
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
-from .panel import apply_to_panel, ask_for_folders, panel_settings, study_of_open
+from .settings_form import apply_to_panel, panel_settings, study_of_open
 from .window import StudyWindow
-from .work import Work
 
-_FILTER = f"Study (*{SUFFIX} *{OLD_SUFFIX})"
-_TABLES = "Table (*.csv)"
+_FILTER = f"Study (*{SUFFIX})"
+
+
+def register(context: Context) -> StudyController:
+    """Offer studies."""
+    studies = StudyController(context)
+    context.actions.add(
+        [
+            Command(
+                "new_study", "&File", "New study …",
+                "Make a study file (.study.toml): recordings with their subjects and conditions, "
+                "and the settings that all are tracked with.",
+                studies.ask_for_new, "Ctrl+Alt+Shift+N", "add", section=True,
+            ),
+            Command(
+                "open_study", "&File", "Open a study …",
+                "Show the recordings of a study file (.study.toml) in one table: annotation, runs, "
+                "errors, failures and problems. Track and evaluate them together.",
+                studies.ask_for_study, "Ctrl+Alt+Shift+O", "table",
+            ),
+            Command(
+                "sweep", "&Track", "Sweep …",
+                "Track the open recording with several parameter values and seeds in the "
+                "background, and compare the results: a study of one recording.",
+                studies.sweep, "Ctrl+Alt+S", "grid", section=True,
+                why_not=context.session.no_recording,
+            ),
+        ]
+    )  # fmt: skip
+    return studies
 
 
 class StudyController(QObject):
@@ -47,20 +73,22 @@ class StudyController(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.work = Work(context.tasks, self)
-        self.work.told.connect(self._on_told)
-        self.work.progressed.connect(self._on_progress)
-        self.work.failed.connect(self._on_failed)
-        self.work.ended.connect(self._on_ended)
-        self._before: list[Study] = []
+        self._task: Task | None = None
+        self._done: Callable[[Any], None] = lambda _: None
+        self._reads = False
         self._content = b""
         self.window: StudyWindow | None = None
         context.session.opening.study_wanted.connect(self.open_study)
 
     @property
     def working(self) -> bool:
-        """Whether something is being read, tracked or written."""
-        return self.work.busy or self.work.reading
+        """Whether something is being read or tracked."""
+        return self._task is not None
+
+    @property
+    def _busy(self) -> bool:
+        """Whether something is being done that reading has to wait for."""
+        return self._task is not None and not self._reads
 
     # ---- which study
 
@@ -99,7 +127,7 @@ class StudyController(QObject):
     @Slot(object)
     def open_study(self, path: Path) -> None:
         """Show a study, and read its recordings."""
-        if self.work.busy:
+        if self._busy:
             words = "A study is at work. Wait, or stop it before another one is opened."
             self._context.notifier.say(words, 6000)
         elif self._context.notifier.attempt(partial(self._read, path.resolve())):
@@ -108,7 +136,6 @@ class StudyController(QObject):
     def _read(self, path: Path) -> None:
         study = read_study(path)
         self._content = _content(study.path)
-        self._before.clear()
         if self.window is None:
             self.window = self._made()
         self.window.show_study(study, [RowStatus(row) for row in study.rows])
@@ -131,17 +158,12 @@ class StudyController(QObject):
         window = StudyWindow(self._context.docks.dialog_parent)
         window.open_wanted.connect(self._open_row)
         window.add_wanted.connect(self._ask_for_folders)
-        window.dropped.connect(self.add)
         window.remove_wanted.connect(self.remove)
-        window.column_wanted.connect(self._ask_for_column)
-        window.undo_wanted.connect(self.undo)
-        window.edited.connect(self.set_factor)
         window.track_wanted.connect(self.track)
-        window.export_wanted.connect(self._ask_where_to_export)
         window.refresh_wanted.connect(self.refresh)
-        window.stop_wanted.connect(self.work.stop)
+        window.stop_wanted.connect(self.stop)
         window.form.panel_wanted.connect(self._take_panel)
-        window.results.applied.connect(self._apply)
+        window.results.applied.connect(partial(apply_to_panel, self._context))
         return window
 
     # ---- edits
@@ -151,10 +173,9 @@ class StudyController(QObject):
         window = self.window
         if window is None:
             return False
-        before, study = window.study, window.study
         try:
-            study = change(before)
-            if study == before:
+            study = change(window.study)
+            if study == window.study:
                 return True
             if _content(study.path) != self._content:
                 raise InputError(
@@ -167,7 +188,6 @@ class StudyController(QObject):
             window.say(str(error), error=True)
             return False
         self._content = _content(study.path)
-        self._before.append(before)
         known = {row.row.recording: row for row in window.rows}
         rows = [
             replace(known[row.recording], row=row) if row.recording in known else RowStatus(row)
@@ -175,23 +195,6 @@ class StudyController(QObject):
         ]
         window.show_study(study, rows)
         return True
-
-    @Slot()
-    def undo(self) -> None:
-        """Undo the last edit since the study was opened."""
-        if not self._before or self.window is None:
-            return
-        study = self._before.pop()
-        if self.edit(lambda _: study):
-            self._before.pop()
-            self.window.say("The last edit is undone.")
-            self.refresh()
-
-    @Slot(object, str, str)
-    def set_factor(self, recordings: tuple[str, ...], name: str, value: str) -> None:
-        """Write a value into a column of some recordings."""
-        if self.edit(lambda study: with_factor(study, recordings, name, value)) and self.window:
-            self.window.say(f"{name} set in {counted(len(recordings), 'recording')}.")
 
     @Slot(object)
     def remove(self, recordings: tuple[str, ...]) -> None:
@@ -206,23 +209,24 @@ class StudyController(QObject):
             count = counted(len(recordings), "recording")
             self.window.say(f"{count} removed from the study. No file was deleted.")
 
-    def _ask_for_column(self) -> None:
-        window = self.window
-        if window is None:
-            return
-        name, accepted = QInputDialog.getText(window, "New column", "Name, such as subject:")
-        if accepted:
-            self.set_factor(window.chosen(), name.strip(), "")
-
     def _ask_for_folders(self) -> None:
-        if self.window is not None:
-            ask_for_folders(self.window, self.window.study.folder, self.add)
+        """Let the person choose several folders at once, which no dialog of the system offers."""
+        if self.window is None:
+            return
+        title, start = "Add folders with recordings", str(self.window.study.folder)
+        dialog = QFileDialog(self.window, title, start)
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
+        for view in dialog.findChildren(QAbstractItemView):
+            if view.objectName() in ("listView", "treeView"):
+                view.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        dialog.filesSelected.connect(lambda chosen: self.add(tuple(map(Path, chosen))))
+        dialog.open()
 
-    @Slot(object)
     def add(self, folders: Sequence[Path]) -> None:
         """Look for the recordings in and below folders, and list them."""
         window = self.window
-        if window is None or self.work.busy:
+        if window is None or self._busy:
             return
         study = window.study
 
@@ -232,13 +236,10 @@ class StudyController(QObject):
         def done(listed: Listed) -> None:
             if self.edit(lambda _: listed.study):
                 told = [f"{counted(len(listed.added), 'recording')} added."]
-                told += [f"{one.where}: {one.what}. {one.remedy}" for one in listed.findings]
                 window.say(" ".join(told))
                 window.select(listed.added)
 
         self._begin("looking for recordings", look, done)
-
-    # ---- settings and values
 
     def _take_panel(self) -> None:
         window = self.window
@@ -246,20 +247,20 @@ class StudyController(QObject):
             settings = panel_settings(self._session, window.form.settings())
             self.edit(lambda study: replace(study, settings=settings))
 
-    @Slot(object)
-    def _apply(self, values: dict[str, str]) -> None:
-        apply_to_panel(self._context, values)
-
     # ---- work
 
     @Slot()
     def refresh(self) -> None:
         """Read the recordings of the study and the results of its runs, row by row."""
         window = self.window
-        if window is None or self.work.busy:
+        if window is None or self._busy:
             return
-        if _content(window.study.path) != self._content and not self._reread(window):
-            return
+        if _content(window.study.path) != self._content:
+            try:
+                self._read(window.study.path)
+            except InputError as error:
+                window.say(str(error), error=True)
+                return
         study = window.study
 
         def read(task: Task) -> None:
@@ -272,21 +273,13 @@ class StudyController(QObject):
                 cancelled=task.token.cancelled,
             )
 
-        self.work.begin("reading the study", read, lambda _: None, reads=True)
-
-    def _reread(self, window: StudyWindow) -> bool:
-        try:
-            self._read(window.study.path)
-        except InputError as error:
-            window.say(str(error), error=True)
-            return False
-        return True
+        self._begin("reading the study", read, lambda _: None, reads=True)
 
     @Slot(object)
     def track(self, recordings: tuple[str, ...]) -> None:
         """Track recordings with the settings of the form, in processes of their own."""
         window = self.window
-        if window is None or self.work.busy:
+        if window is None or self._busy:
             return
         try:
             settings = window.form.settings()
@@ -322,61 +315,70 @@ class StudyController(QObject):
             self.window.say(f"{words}.")
         self._context.notifier.say(f"Study: {words}.", 10_000)
 
-    @Slot(object)
-    def _ask_where_to_export(self, recordings: tuple[str, ...]) -> None:
-        window = self.window
-        if window is None:
-            return
-        study = window.study
-        proposed = study.folder / f"{study.stem}-results.csv"
-        export = partial(self.export, recordings)
-        ask_to_save(window, "Export table", proposed, _TABLES, export)
-
-    def export(self, recordings: tuple[str, ...], path: Path) -> None:
-        """Write the results of recordings as one table."""
-        window = self.window
-        if window is None:
-            return
-        study = window.study
-        rows = [row for row in study.rows if row.recording in recordings]
-
-        def work(task: Task) -> int:
-            plan = plan_study(study, rows, on_progress=task.report, cancelled=task.token.cancelled)
-            return write_result_table(path, study, plan.jobs, stored_results(study.table))
-
-        def done(count: int) -> None:
-            window.say(f"{counted(count, 'value')} written to {path}.")
-
-        self._begin("exporting results", work, done)
-
-    def _begin(self, title: str, work: Callable[[Task], Any], done: Callable[[Any], None]) -> None:
-        self.work.begin(title, work, done)
-        if self.window is not None:
+    def _begin(
+        self,
+        title: str,
+        work: Callable[[Task], Any],
+        done: Callable[[Any], None],
+        *,
+        reads: bool = False,
+    ) -> None:
+        """Start the one thing that is done for the study; what was being read is left."""
+        self.stop()
+        task = Task(title, work)
+        self._task, self._done, self._reads = task, done, reads
+        task.told.connect(self._on_told)
+        task.progressed.connect(self._on_progress)
+        task.finished.connect(self._on_finished)
+        task.failed.connect(self._on_failed)
+        task.ended.connect(self._on_ended)
+        self._context.tasks.start(task)
+        if self.window is not None and not reads:
             self.window.show_working(title)
+
+    @Slot()
+    def stop(self) -> None:
+        """Ask the work to stop; what it has finished is kept."""
+        if self._task is not None:
+            self._task.cancel()
+
+    def _is_wanted(self) -> bool:
+        """Whether the task that tells something is the one that was begun last."""
+        return self.sender() is self._task
 
     @Slot(list)
     def _on_told(self, rows: list[RowStatus]) -> None:
-        if self.window is not None:
+        if self.window is not None and self._is_wanted():
             for row in rows:
                 self.window.show_row(row)
 
-    @Slot(str, float)
-    def _on_progress(self, words: str, share: float) -> None:
-        if self.window is not None:
-            self.window.show_progress(words, share)
+    @Slot(float, str)
+    def _on_progress(self, share: float, words: str) -> None:
+        if self.window is not None and self._task is not None and self._busy and self._is_wanted():
+            self.window.show_progress(f"{self._task.title.capitalize()}: {words}", share)
+
+    @Slot(object)
+    def _on_finished(self, found: Any) -> None:
+        if self._is_wanted():
+            self._done(found)
 
     @Slot(object)
     def _on_failed(self, error: Exception) -> None:
+        if not self._is_wanted():
+            return
         if self.window is not None and isinstance(error, InputError):
             self.window.say(str(error), error=True)
         else:
             self._context.notifier.error(error)
 
-    @Slot(bool)
-    def _on_ended(self, read: bool) -> None:
+    @Slot()
+    def _on_ended(self) -> None:
+        if not self._is_wanted():
+            return
+        self._task = None
         if self.window is not None:
             self.window.show_working("")
-            if not read:
+            if not self._reads:
                 self.refresh()
 
     @Slot(object)

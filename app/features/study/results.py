@@ -7,17 +7,16 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Signal, Slot
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.measures import measure_named
-from stereotrack_core.study.table import (
+from stereotrack_core.study.store import (
     AVERAGED,
     RunTable,
     axis_of,
     curves_of,
-    draw_curves,
     read_table,
     words_of,
 )
@@ -56,8 +55,7 @@ class ResultsPanel(QWidget):
         )
         tip = "Select the point with the best mean over recordings and seeds"
         self.best_button = push_button("&Best point", self.choose_best, tip)
-        self.save_button = push_button("&Save plot …", self._ask_picture)
-        chosen = hbox((self.chosen_label, 1), self.best_button, self.take_button, self.save_button)
+        chosen = hbox((self.chosen_label, 1), self.best_button, self.take_button)
         self.setLayout(
             vbox(
                 self.file_label, self._choices(), (self.plot, 1), self.averaged_label, chosen,
@@ -132,12 +130,6 @@ class ResultsPanel(QWidget):
         if self.table is not None:
             self.choose(self.table.best(str(self.measure.currentData())))
 
-    def save_picture(self, path: Path) -> None:
-        """Write the plot as a picture for a paper. Raises InputError if it cannot be written."""
-        table, across, second, up = self._wanted()
-        if table is not None:
-            draw_curves(path, axis_of(table, across), up, curves_of(table, across, up, second))
-
     # ---- inside
 
     def _clear(self) -> None:
@@ -150,8 +142,7 @@ class ResultsPanel(QWidget):
         self.draw()
 
     def _allow(self) -> None:
-        for button in (self.best_button, self.save_button):
-            button.setEnabled(self.table is not None)
+        self.best_button.setEnabled(self.table is not None)
         self.take_button.setEnabled(bool(self._chosen))
 
     def _wanted(self) -> tuple[RunTable | None, str, str, str]:
@@ -192,18 +183,6 @@ class ResultsPanel(QWidget):
         for box, before, otherwise in zip(boxes, old, usual, strict=True):
             place = box.findData(before) if before is not None else -1
             box.setCurrentIndex(place if place >= 0 else max(0, box.findData(otherwise)))
-
-    @Slot()
-    def _ask_picture(self) -> None:
-        name = str(self.path.with_suffix(".svg")) if self.path is not None else "study.svg"
-        kinds = "SVG drawing (*.svg);;PNG image (*.png)"
-        chosen, _ = QFileDialog.getSaveFileName(self, "Save plot", name, kinds)
-        if chosen:
-            path = Path(chosen)
-            try:
-                self.save_picture(path if path.suffix else path.with_suffix(".svg"))
-            except InputError as error:
-                self.chosen_label.setText(str(error))
 
 
 def _figures(table: RunTable, rows: tuple[int, ...], name: str) -> str:

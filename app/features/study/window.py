@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import (
     QItemSelection,
@@ -14,9 +13,7 @@ from PySide6.QtCore import (
     Signal,
     Slot,
 )
-from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QDialog,
     QHBoxLayout,
     QLineEdit,
@@ -33,25 +30,19 @@ from stereotrack_core.study.status import COLUMNS, RowStatus
 
 from ...widgets.forms.form_dialog import line_edit, push_button, say_in
 from ...widgets.style.building import hbox, label, scrolled, thin_progress, vbox
-from ...widgets.tables.table import LEFT, RIGHT, VALUE, Cell, Column, Index, TableModel, new_table
+from ...widgets.tables.table import LEFT, RIGHT, VALUE, Cell, Column, TableModel, new_table
 from .results import ResultsPanel
 from .settings_form import SettingsForm
 
-_FACTOR_TIP = (
-    "Double-click a cell to edit it. With several recordings selected, what you write goes into "
-    "all of them."
-)
+_FACTOR_TIP = "A factor of the recordings, as the study file states it."
 _HINT = "The selected recordings, or all if none is selected"
-_EMPTY = "The study has no recordings yet. Add folders with recordings, or drag them here."
+_EMPTY = "The study has no recordings yet. Add folders with recordings."
 _UNKNOWN = float("-inf")
 """Value by which unknown cells are sorted: before all numbers."""
 
 
 class _Rows(TableModel[RowStatus]):
-    """Rows of a study; what is written into a cell is told, and not kept here."""
-
-    edited = Signal(str, str, str)
-    """Recording, factor and value."""
+    """Rows of a study."""
 
     def __init__(self) -> None:
         super().__init__(cells=self._cells_of_row)
@@ -82,25 +73,6 @@ class _Rows(TableModel[RowStatus]):
             Cell(told, "\n".join(messages), "muted" if unread else ""),
         ]
 
-    def factor_at(self, column: int) -> str:
-        """The factor of a column; empty for any other column."""
-        return self.factors[column - 1] if 1 <= column <= len(self.factors) else ""
-
-    def flags(self, index: Index) -> Qt.ItemFlag:
-        own = self.factor_at(index.column())
-        editable = Qt.ItemFlag.ItemIsEditable if own else Qt.ItemFlag.NoItemFlags
-        return super().flags(index) | editable
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        shown = role == Qt.ItemDataRole.EditRole
-        return super().data(index, Qt.ItemDataRole.DisplayRole if shown else role)
-
-    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
-        if role == Qt.ItemDataRole.EditRole and str(value) != self.data(index, role):
-            recording = self.rows[index.row()].row.recording
-            self.edited.emit(recording, self.factor_at(index.column()), str(value))
-        return True
-
 
 class StudyWindow(QDialog):
     """Shows one study; says by signals what a person wants."""
@@ -110,22 +82,14 @@ class StudyWindow(QDialog):
     add_wanted = Signal()
     remove_wanted = Signal(object)
     """Tuple of the names of recordings."""
-    column_wanted = Signal()
-    undo_wanted = Signal()
-    edited = Signal(object, str, str)
-    """Tuple of the names of recordings, a factor, and its value in all of them."""
-    dropped = Signal(object)
-    """Tuple of folders."""
     track_wanted = Signal(object)
-    export_wanted = Signal(object)
-    """Tuples of the names of recordings."""
+    """Tuple of the names of recordings."""
     refresh_wanted = Signal()
     stop_wanted = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
         self.study, self.rows = Study(Path()), list[RowStatus]()
-        self.setAcceptDrops(True)
         self.form, self.results = SettingsForm(), ResultsPanel()
         self.count, self.words = label("", "muted"), label("")
         self.progress = thin_progress()
@@ -149,16 +113,11 @@ class StudyWindow(QDialog):
         self.proxy.setFilterKeyColumn(-1)
         self.proxy.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.view = new_table(self.proxy, "Recordings of the study")
-        self.view.setEditTriggers(
-            QAbstractItemView.EditTrigger.DoubleClicked
-            | QAbstractItemView.EditTrigger.EditKeyPressed
-        )
         self.view.setSortingEnabled(True)
         self.view.horizontalHeader().setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         self.view.horizontalHeader().setSortIndicatorClearable(True)
         self.view.horizontalHeader().setStretchLastSection(True)
         self.view.selectionModel().selectionChanged.connect(self._show_messages)
-        self.model.edited.connect(self._on_edited)
         self.filter: QLineEdit = line_edit("Filter", "", "Filter: words that a row shows")
         self.filter.setClearButtonEnabled(True)
         self.filter.textChanged.connect(self.proxy.setFilterFixedString)
@@ -169,27 +128,18 @@ class StudyWindow(QDialog):
         told.setMaximumHeight(5 * self.fontMetrics().lineSpacing())
         self.add_button = push_button("&Add …", self.add_wanted.emit)
         self.remove_button = push_button("Re&move", self._remove)
-        column = push_button("New &column …", self.column_wanted.emit, "Add a factor")
-        self.undo_button = push_button("&Undo", self.undo_wanted.emit, "Undo the last edit")
-        undo = QAction(self, shortcut=QKeySequence(QKeySequence.StandardKey.Undo))
-        undo.triggered.connect(self.undo_wanted)
-        self.addAction(undo)
-        tools = hbox(self.add_button, self.remove_button, column, self.undo_button)
         page = QWidget()
-        top = hbox(tools, (self.filter, 1), spacing=9)
+        top = hbox(self.add_button, self.remove_button, (self.filter, 1), spacing=9)
         page.setLayout(vbox(top, (self.view, 1), (self.empty, 1), told, margins=(6, 6, 6, 6)))
         return page
 
     def _buttons(self) -> QHBoxLayout:
         self.open_button = push_button("&Open", self._open)
         self.track_button = push_button("&Track", lambda: self.track_wanted.emit(self.chosen()))
-        self.export_button = push_button(
-            "&Export table …", lambda: self.export_wanted.emit(self.chosen())
-        )
         self.refresh_button = push_button("Re&fresh", self.refresh_wanted.emit)
         self.stop_button = push_button("&Stop", self.stop_wanted.emit)
-        work = (self.open_button, self.track_button, self.export_button)
-        return hbox(*work, None, self.refresh_button, self.stop_button)
+        buttons = (self.refresh_button, self.stop_button)
+        return hbox(self.open_button, self.track_button, None, *buttons)
 
     # ---- what is shown
 
@@ -238,7 +188,6 @@ class StudyWindow(QDialog):
         why_not = busy.capitalize() if what else ""
         _allow(self.stop_button, idle, "Stop; what is finished is kept")
         _allow(self.track_button, why_not, f"{_HINT}: track them with the settings")
-        _allow(self.export_button, why_not, f"{_HINT}: write all results as one table")
         _allow(self.refresh_button, why_not, "Read the study and its recordings again")
         _allow(self.add_button, why_not, "Add the recordings in and below folders")
         self.form.setEnabled(not what)
@@ -316,27 +265,8 @@ class StudyWindow(QDialog):
     def _remove(self) -> None:
         self.remove_wanted.emit(tuple(row.row.recording for row in self.selected()))
 
-    @Slot(str, str, str)
-    def _on_edited(self, recording: str, factor: str, value: str) -> None:
-        selected = tuple(row.row.recording for row in self.selected())
-        self.edited.emit(selected if recording in selected else (recording,), factor, value)
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if _folders(event):
-            event.acceptProposedAction()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        event.acceptProposedAction()
-        self.dropped.emit(_folders(event))
-
 
 def _allow(button: QPushButton, why_not: str, tip: str) -> None:
     """Enable a button, or say on it why it cannot be pressed."""
     button.setEnabled(not why_not)
     button.setToolTip(f"{tip}. Unavailable: {why_not}" if why_not else tip)
-
-
-def _folders(event: QDropEvent) -> tuple[Path, ...]:
-    """Folders that are dragged here."""
-    paths = (Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile())
-    return tuple(path for path in paths if path.is_dir())

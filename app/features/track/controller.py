@@ -1,31 +1,41 @@
-"""The panel of runs, their comparison and their details: what is asked for there is done."""
+"""The panel of runs, their comparison, and the numbers of one frame."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from functools import partial
 from weakref import ref
 
+import numpy as np
 from PySide6.QtCore import QObject, Slot
 
-from stereotrack_core.counting import counted
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.runs import RunFacts, beside
+from stereotrack_core.project.runs import RunFacts
+from stereotrack_core.tracking.frame import TrackedFrame
 
 from ...context import Context
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
-from ...session.judgement import Judgement, score_words
+from ...session.judgement import (
+    TORSO_POSITION,
+    UNCERTAIN_DEG,
+    Against,
+    Judgement,
+    doubts,
+    measure_of,
+    score_words,
+    with_quality,
+)
 from ...session.runs import RunEntry
 from ...session.tracker import FIRST_POSES
-from ...session.truth import Against
-from ...widgets.tables.comparison_panel import ComparisonPanel
+from ...widgets.style.colours import limb_words
 from ...widgets.tables.panels import NumbersPanel
-from ...widgets.tables.runs_panel import RunDetails, RunRow, RunsPanel
+from ...widgets.tables.runs_panel import ComparisonPanel, RunRow, RunsPanel
 from .keeping import RunKeeper
-from .numbers import number_rows
 
 _AGAINST = "errors_against"
 _DETECTOR_HELPS = "A pose detector tells front from back: Track, Install pose detector …"
@@ -44,9 +54,7 @@ class RunsController(QObject):
         docks.add("runs", "Runs", self.panel)
         docks.add("numbers", "Frame metrics", self.numbers)
         docks.add("comparison", "Comparison", self.comparison)
-        self.details = RunDetails(docks.dialog_parent)
         self._project: Project | None = None
-        self._offered: tuple[RunEntry, ...] = ()
         self._compared: tuple[object, ComparedRuns] | None = None
         self._finished: RunEntry | None = None
         self._connect()
@@ -59,8 +67,6 @@ class RunsController(QObject):
         self.panel.shown.connect(lambda i, shown: runs.show(runs.entries[i], visible=shown))
         self.panel.renamed.connect(lambda i, name: self.keeper.rename(runs.entries[i], name))
         self.panel.noted.connect(self._on_noted)
-        self.panel.details_wanted.connect(self.show_details)
-        self.details.asked.connect(self._on_details_asked)
         redraw = self._context.docks.redraw
         for piece in (self._show_runs, self._show_numbers, self.show_comparison):
             session.judging.judged.connect(partial(redraw.soon, piece))
@@ -214,40 +220,6 @@ class RunsController(QObject):
             return "The run is stored automatically when it is complete."
         return ""
 
-    # ---- details
-
-    @Slot()
-    def show_details(self) -> None:
-        """Show all that the active run was made with, beside another one."""
-        self._offered = tuple(
-            one for one in self._session.runs.entries if self.keeper.facts(one) is not None
-        )
-        if not self._offered:
-            return
-        active = self._session.runs.active
-        first = self._offered.index(active) if active in self._offered else 0
-        others = [k for k, one in enumerate(self._offered) if k != first and one.visible]
-        others += [k for k in range(len(self._offered)) if k != first]
-        second = others[0] if others else first
-        self.details.everything.setChecked(second == first)
-        self.details.offer([one.name for one in self._offered], second, first)
-        self.details.show()
-        self.details.raise_()
-
-    @Slot(int, int, bool)
-    def _on_details_asked(self, first: int, second: int, everything: bool) -> None:
-        pair = [self.keeper.facts(self._offered[place]) for place in (first, second)]
-        if pair[0] is None or pair[1] is None:
-            return
-        rows = beside(pair[0], pair[1])
-        different = [row for row in rows if row.differs]
-        words = "No differences in parameters, seed, views, frames or versions."
-        if different:
-            parameters = sum(row.parameter for row in different)
-            words = f"{len(different)} differences, {parameters} of them in parameters."
-        shown = rows if everything else different
-        self.details.show_rows(words, [(r.what, r.first, r.second, r.differs) for r in shown])
-
     # ---- comparison
 
     @Slot()
@@ -297,3 +269,99 @@ def _when(made: str) -> str:
         return ""
     today = datetime.now(UTC).astimezone().date()
     return f"{then:%H:%M}" if then.date() == today else f"{then:%Y-%m-%d}"
+
+
+def number_rows(
+    tracked: TrackedFrame | None, judgement: Judgement | None
+) -> list[tuple[str, str, str, str]]:
+    """Rows of the numbers panel: limb, label, value, hint."""
+    if tracked is None:
+        return []
+    rows = []
+    place = _place(judgement, tracked.frame)
+    quality = _quality(judgement, tracked.frame)
+    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
+    errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
+    for index, limb in enumerate(LIMBS):
+        sigma = tracked.estimate.limb_sigma_deg[index]
+        value = spread_words(sigma)
+        value = f"± {value}" if value != "unknown" else value
+        error = errors.get(limb)
+        if error is not None:
+            stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
+            value = f"{stated}  ({value})"
+        chance = tracked.estimate.limb_lost[index]
+        if chance == chance:
+            value += f", failure probability {100.0 * chance:.0f} %"
+        missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
+        hint = unsure.get(limb, missed)
+        rows.append((limb, limb_words(limb), value, hint))
+    rows += _frame_rows(tracked, judgement, place)
+    return rows
+
+
+def _frame_rows(
+    tracked: TrackedFrame, judgement: Judgement | None, place: int | None
+) -> list[tuple[str, str, str, str]]:
+    rows = []
+    if judgement is not None and judgement.errors is not None and place is not None:
+        errors = judgement.errors
+        at = {int(k): i for i, k in enumerate(errors.frame)}.get(tracked.frame)
+        if at is not None:
+            good = _quality(judgement, tracked.frame).get(TORSO_POSITION)
+            value = with_quality(f"{1000.0 * errors.torso_position[at]:.0f} mm", good, digits=0)
+            rows.append(
+                (
+                    "torso",
+                    "torso position",
+                    value,
+                    "Distance of the hip midpoint from the reference.",
+                )
+            )
+    if not tracked.tracked:
+        return [*rows, ("", "not tracked", tracked.reason, "Why this frame has no pose.")]
+    total = 1000.0 * sum(tracked.seconds.values())
+    time = ("", "time", f"{total:.0f} ms", _stages(tracked))
+    if not np.isfinite(tracked.estimate.unexplained_fraction):
+        none = "Without depth there is no cloud. The pose is measured by keypoints and contours."
+        return [*rows, ("", "points", "none", none), time]
+    return [
+        *rows,
+        (
+            "",
+            "unexplained fraction",
+            f"{100.0 * tracked.estimate.unexplained_fraction:.1f} %",
+            "Fraction of the measured points that the model does not explain; 0 is ideal.",
+        ),
+        (
+            "",
+            "residual",
+            f"{1000.0 * tracked.estimate.residual:.1f} mm",
+            "Weighted root mean square distance between points and model.",
+        ),
+        (
+            "",
+            "normalised innovation",
+            f"{tracked.estimate.innovation:.2f}",
+            "Distance of the points from the prediction, relative to its predicted standard "
+            "deviation; 1 is expected.",
+        ),
+        time,
+    ]
+
+
+def _stages(tracked: TrackedFrame) -> str:
+    stages = [f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items()]
+    return "Stages: " + ", ".join(stages) + ". Processing of consecutive frames overlaps."
+
+
+def _quality(judgement: Judgement | None, frame: int) -> Mapping[str, float]:
+    """How good the reference is in one frame."""
+    return judgement.quality_over(np.array([frame])) if judgement is not None else {}
+
+
+def _place(judgement: Judgement | None, frame: int) -> int | None:
+    if judgement is None:
+        return None
+    found = (judgement.frame == frame).nonzero()[0]
+    return int(found[0]) if len(found) else None

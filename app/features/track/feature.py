@@ -7,9 +7,9 @@ from functools import partial
 from ...context import Context
 from ...services.actions import Command
 from ...services.layout import Workspace
+from ...session.judgement import Against
 from ...session.session import Session
 from ...session.tracker import FIRST_POSES
-from ...session.truth import Against
 from .controller import RunsController
 
 _MENU = "&Track"
@@ -118,11 +118,6 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
             tracker.activate_next_run, "T", "compare",
             lambda: session.no_run()
             or ("" if len(session.runs.entries) > 1 else "There is only one run."),
-        ),
-        Command(
-            "run_details", _MENU, "Run details …", "Show how the active run was made, and "
-            "compare it with another run.", runs.show_details, "Alt+Return", "settings",
-            session.no_run,
         ),
         Command(
             "keep_run", _MENU, "Store run in project",

@@ -84,12 +84,6 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
             unfinished,
         ),
         Command(
-            "trial_compare", _MENU, "Use as baseline trial",
-            "Show the differences of all trials from "
-            "the selected one.", partial(chosen, tuning.compare_with), "Shift+F9", "compare",
-            unfinished,
-        ),
-        Command(
             "trial_adopt", _MENU, "Save trial as preset …",
             "Save the settings of the selected trial as a preset of the project.",
             partial(chosen, tuning.presets.adopt), "Ctrl+Shift+F9", "accept",
@@ -119,7 +113,7 @@ def _presets(session: Session, presets: PresetWork) -> list[Command]:
         name = session.track.preset
         if name in PRESETS:
             return f"{name} is a built-in preset and cannot be deleted."
-        known = name in presets.shelf.own
+        known = name in presets.own
         return session.no_edit() if known else f"The project has no preset {name}."
 
     return [

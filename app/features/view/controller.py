@@ -16,7 +16,7 @@ from stereotrack_core.recording.description import Recording
 
 from ...context import Context
 from ...services.failures import message_of
-from ...services.stored import stored_texts
+from ...services.layout import stored_texts
 from ...session.pictures import Instant, pictures_of
 from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel

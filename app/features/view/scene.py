@@ -24,7 +24,7 @@ from ...session.pictures import Instant
 from ...session.runs import RunEntry
 from ...session.view_state import PointColour
 from ...widgets.scene.content import Ellipsoid, GhostBody, PointLegend, SceneContent
-from ...widgets.style.limb_colours import LANDMARK_LIMBS, limb_rgb, limb_words
+from ...widgets.style.colours import LANDMARK_LIMBS, limb_rgb, limb_words
 
 POINT_COLOURS: dict[PointColour, str] = {
     "view": "Points by view",

@@ -1,73 +1,21 @@
-"""A worker that answers the newest question and forgets those that were overtaken."""
+"""Questions of which only the newest is answered, and what several threads share meanwhile."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from typing import Any, Generic, Protocol, TypeVar
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Signal, SignalInstance, Slot
 
-from .task import Threaded
+from stereotrack_core.errors import Cancelled
 
-
-class _Worker(Threaded):
-    """The thread of :class:`LatestOnly`."""
-
-    over = Signal(bool, object, object)
-    """Whether a question has an answer, the question, and the answer or why there is none."""
-
-    def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
-        super().__init__(self._run, name)
-        self._answer = answer
-        self._condition = threading.Condition()
-        self._waiting: list[Hashable] = []
-        self._busy_with: Hashable | None = None
-        self._closed = False
-        self._begin()
-
-    def ask(self, question: Hashable) -> None:
-        """Ask; overtakes a question that waits."""
-        with self._condition:
-            if self._busy_with == question:
-                self._waiting = []
-                return
-            self._waiting = [question]
-            self._condition.notify()
-
-    def close(self) -> None:
-        """Forget what waits, and end; returns at once."""
-        with self._condition:
-            self._closed = True
-            self._waiting = []
-            self._condition.notify()
-
-    def _run(self) -> None:
-        while self._wait():
-            self._answer_one()
-
-    def _wait(self) -> bool:
-        """Wait for a question; False when there are no more."""
-        with self._condition:
-            self._busy_with = None
-            self._condition.wait_for(lambda: self._waiting or self._closed)
-            if self._closed:
-                return False
-            self._busy_with = self._waiting.pop()
-            return True
-
-    def _answer_one(self) -> None:
-        question = self._busy_with
-        try:
-            result = self._answer(question)
-        except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
-            self.over.emit(False, question, error)
-        else:
-            self.over.emit(True, question, result)
+from .task import Task
 
 
 class LatestOnly(QObject):
-    """Answers questions in a thread of its own, begun when it is needed; only the newest waits.
+    """Answers questions in the background, one at a time; of those that wait only the newest.
 
     A question that is overtaken while it is being answered is answered all the same. Asking twice
     for the same is asking once.
@@ -75,7 +23,7 @@ class LatestOnly(QObject):
     Parameters
     ----------
     answer : callable
-        From a question to its answer; called in the thread.
+        From a question to its answer; called in another thread.
     name : str
         Name of the thread.
     """
@@ -89,7 +37,8 @@ class LatestOnly(QObject):
         super().__init__()
         self._answer, self._name = answer, name
         self._asked: Hashable | None = None
-        self._worker: _Worker | None = None
+        self._busy_with: Hashable | None = None
+        self._task: Task | None = None
 
     def settled(self) -> bool:
         """Whether the newest question is answered."""
@@ -97,28 +46,44 @@ class LatestOnly(QObject):
 
     def ask(self, question: Hashable) -> None:
         """Ask; a question that waits is not answered any more."""
-        if self._worker is None:
-            self._worker = _Worker(self._answer, self._name)
-            self._worker.over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self._asked = question
-        self._worker.ask(question)
+        if self._task is None:
+            self._begin(question)
 
     def close(self) -> None:
-        """Forget what was asked, and end the thread; returns at once. The next question begins
-        another one.
-        """
-        self._asked = None
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
+        """Forget what was asked, and what is being answered; returns at once."""
+        self._asked = self._busy_with = self._task = None
 
-    @Slot(bool, object, object)
-    def _tell(self, well: bool, question: Hashable, what: object) -> None:
-        if self._worker is None or self.sender() is not self._worker:
-            return  # it was closed when the answer was on its way
+    def _begin(self, question: Hashable) -> None:
+        answer = self._answer
+        task = Task(self._name, lambda _task: answer(question))
+        self._task, self._busy_with = task, question
+        task.finished.connect(self._on_answer)
+        task.failed.connect(self._on_failure)
+        task.stopped.connect(self._on_stopped)
+        task.start()
+
+    @Slot(object)
+    def _on_answer(self, answer: object) -> None:
+        self._tell(self.answered, answer)
+
+    @Slot(object)
+    def _on_failure(self, error: Exception) -> None:
+        self._tell(self.failed, error)
+
+    @Slot()
+    def _on_stopped(self) -> None:
+        self._tell(self.failed, Cancelled())
+
+    def _tell(self, signal: SignalInstance, what: object) -> None:
+        if self.sender() is not self._task:
+            return  # it was closed meanwhile
+        question, self._task, self._busy_with = self._busy_with, None, None
         if question == self._asked:
             self._asked = None
-        (self.answered if well else self.failed).emit(question, what)
+        else:
+            self._begin(self._asked)
+        signal.emit(question, what)
 
 
 class Question(Hashable, Protocol):
@@ -213,3 +178,76 @@ class NewestAnswer(QObject, Generic[A]):
             self._asked = self._known = None
             self.changed.emit()
         self.failed.emit(error)
+
+
+R = TypeVar("R")
+
+
+class Shared(Generic[R]):
+    """A resource with an owner, and users in other threads.
+
+    The owner closes it without waiting: where somebody still uses it, the last user closes it when
+    leaving.
+
+    Parameters
+    ----------
+    resource : object
+    close : callable
+        Closes the resource; called once, in whichever thread is the last.
+
+    Attributes
+    ----------
+    resource : object
+        For its owner, who knows whether it is closed.
+    """
+
+    def __init__(self, resource: R, close: Callable[[], object]) -> None:
+        self.resource = resource
+        self._close = close
+        self._lock = threading.Lock()
+        self._users = 0
+        self._unwanted = False
+
+    @property
+    def wanted(self) -> bool:
+        """Whether its owner has not closed it."""
+        return not self._unwanted
+
+    @contextmanager
+    def used(self) -> Iterator[R]:
+        """The resource, which stays open meanwhile.
+
+        Raises
+        ------
+        Cancelled
+            Where its owner does not want it any more.
+        """
+        resource = self.enter()
+        try:
+            yield resource
+        finally:
+            self.leave()
+
+    def enter(self) -> R:
+        """Begin to use the resource; see :meth:`used`."""
+        with self._lock:
+            if self._unwanted:
+                raise Cancelled
+            self._users += 1
+        return self.resource
+
+    def leave(self) -> None:
+        """No longer use it; once for every :meth:`enter`."""
+        with self._lock:
+            self._users -= 1
+            last = self._unwanted and not self._users
+        if last:
+            self._close()
+
+    def close(self) -> None:
+        """Let nobody else begin to use it, and have it closed; a second time does nothing."""
+        with self._lock:
+            last = not self._unwanted and not self._users
+            self._unwanted = True
+        if last:
+            self._close()

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.counting import in_words
@@ -24,53 +25,49 @@ class WorkThread(threading.Thread):
         super().__init__(target=target, name=name, daemon=True)
 
 
-class Threaded(QObject):
-    """Works in a thread of its own, from when a subclass calls :meth:`_begin`.
-
-    The thread refers to the object as long as it runs. Were that the last reference, Qt's part
-    would be destroyed in that thread, while the window's may be about to deliver something to it.
-    So the object holds itself from the beginning, and lets go in the window's thread, when that
-    thread knows that the other one has ended.
-
-    Parameters
-    ----------
-    work : callable
-        What is done in the thread.
-    name : str
-        Name of the thread.
-    """
-
-    _left = Signal()
-
-    def __init__(self, work: Callable[[], object], name: str) -> None:
-        super().__init__()
-        self._left.connect(self._let_go, Qt.ConnectionType.QueuedConnection)
-        self._thread = WorkThread(partial(self._live, work), name)
-        self._itself: Threaded | None = None
-
-    def _begin(self) -> None:
-        self._itself = self
-        load_before_threads()
-        self._thread.start()
-
-    def _live(self, work: Callable[[], object]) -> None:
-        try:
-            work()
-        finally:
-            self._left.emit()
-
-    @Slot()
-    def _let_go(self) -> None:
-        self._thread.join()  # it has said its last word
-        self._itself = None
-
-
 def wait_for_threads(seconds: float) -> None:
     """Let the window's threads end that were told to; called when nobody looks any more."""
     end = time.monotonic() + seconds
     for thread in threading.enumerate():
         if isinstance(thread, WorkThread):
             thread.join(max(end - time.monotonic(), 0.0))
+
+
+_MANY = 50
+"""Modules that bring so many objects that a collection would take long."""
+
+
+class GarbageTimer(QObject):
+    """Switches the automatic collection off and collects from the event loop instead.
+
+    A collection may run the destructor of a Qt object; were it set off by an allocation in a worker
+    thread, the object would be destroyed there while the window's thread still uses it.
+
+    Nothing that modules bring is looked at again, whether they are loaded already or later on:
+    that took a fifth of a second each time.
+    """
+
+    def __init__(self, parent: QObject | None = None, milliseconds: int = 1000) -> None:
+        super().__init__(parent)
+        gc.disable()
+        self._keep_modules()
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._collect)
+        self._timer.start(milliseconds)
+
+    def _keep_modules(self) -> None:
+        self._loaded = len(sys.modules)
+        gc.freeze()
+
+    def _collect(self) -> None:
+        if len(sys.modules) > self._loaded + _MANY:
+            self._keep_modules()
+        counts = gc.get_count()
+        thresholds = gc.get_threshold()
+        for generation in (2, 1, 0):
+            if thresholds[generation] and counts[generation] > thresholds[generation]:
+                gc.collect(generation)
+                return
 
 
 class CancelToken:
@@ -108,11 +105,15 @@ def time_left(seconds: float) -> str:
     return f"{'' if seconds < 1.0 else 'about '}{in_words(seconds)} left"
 
 
-class Task(Threaded):
-    """One piece of work in a thread of its own.
+class Task(QObject):
+    """One piece of work in a thread of its own; all work of the window is done by tasks.
 
     Signals are sent in the thread that made the task, from its event loop: whoever connects to
     them right after the start misses none, however quickly the work is done.
+
+    The thread refers to the task as long as it runs. Were that the last reference, Qt's part would
+    be destroyed in that thread, while the window's may be about to deliver something to it. So a
+    task holds itself from its start until the window's thread hears that the work is over.
 
     Parameters
     ----------
@@ -146,7 +147,9 @@ class Task(Threaded):
     _heard = Signal()
 
     def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
-        super().__init__(self._run, title)
+        super().__init__()
+        self._thread = WorkThread(self._run, title)
+        self._itself: Task | None = None
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self._heard.connect(self._pass_on, Qt.ConnectionType.QueuedConnection)
         self.title = title
@@ -163,7 +166,9 @@ class Task(Threaded):
     def start(self) -> None:
         """Begin."""
         self._begun = time.monotonic()
-        self._begin()
+        self._itself = self
+        load_before_threads()
+        self._thread.start()
 
     def cancel(self) -> None:
         """Ask the work to stop."""
@@ -200,14 +205,15 @@ class Task(Threaded):
         return ", ".join(part for part in (self.title, self.words, far) if part)
 
     def _run(self) -> None:
+        how, what = "stopped", None
         try:
-            result = self._work(self)
+            how, what = "finished", self._work(self)
         except Cancelled:
-            self._over.emit("stopped", None)
+            pass
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows and logs it
-            self._over.emit("failed", error)
-        else:
-            self._over.emit("finished", result)
+            how, what = "failed", error
+        finally:
+            self._over.emit(how, what)
 
     @Slot()
     def _pass_on(self) -> None:
@@ -218,6 +224,8 @@ class Task(Threaded):
 
     @Slot(str, object)
     def _tell(self, how: str, what: Any) -> None:
+        self._thread.join()  # it has said its last word
+        self._itself = None
         if self._given_up:
             return
         if how == "stopped":

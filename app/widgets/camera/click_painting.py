@@ -8,8 +8,7 @@ from math import hypot, isfinite
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
-from ..style.colours import OLD
-from ..style.limb_colours import LIMB_COLOURS
+from ..style.colours import LIMB_COLOURS, OLD
 from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark, TrailMark
 
 DOT = 4.5

@@ -17,8 +17,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
-from ..style.colours import OLD, PEN_STYLES, LineStyle
-from ..style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
+from ..style.colours import LANDMARK_LIMBS, LIMB_COLOURS, OLD, PEN_STYLES, LineStyle
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]
 """From world points (..., 3) to pixels (..., 2) of a picture; NaN behind the camera."""

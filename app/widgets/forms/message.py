@@ -11,8 +11,7 @@ from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 from stereotrack_core.errors import visible
 
 from ..style.building import hbox, label, tool_button, vbox
-from ..style.icons import set_icon
-from ..style.theme import Dressed, current_theme
+from ..style.theme import Dressed, current_theme, set_icon
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ..style.building import hbox, label, vbox
-from ..style.icons import set_icon
+from ..style.theme import set_icon
 
 _ABOUT = (
     "Track and analyse the movement of a person's upper body in recordings of several stereo or "

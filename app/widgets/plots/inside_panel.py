@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from ..style.building import ElidedLabel, action_button, hbox, label, vbox
-from ..style.limb_colours import LIMB_COLOURS
+from ..style.colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
 from .step_plots import HeatMap, HeatMapView
@@ -115,7 +115,7 @@ class InsidePanel(Dressed):
             button.setAutoRaise(True)
             button.setIconSize(QSize(16, 16))
             self._buttons.addWidget(button)
-        self._nothing.setText(_NOTHING.format(keys=f"Press {keys} to inspect the step."))
+        self._nothing.setText(_NOTHING.format(keys=keys))
 
     def show_nothing(self, words: str = "") -> None:
         """Show no frame; `words` say what is being waited for."""

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QWidget
 from stereotrack_core.arrays import FloatArray, IntArray
 
 from ..style.building import hbox, label, vbox
-from ..style.limb_colours import EXTRA_COLOURS, limb_words
+from ..style.colours import EXTRA_COLOURS, limb_words
 from ..style.theme import Dressed, current_theme
 from .plots import Curve, LimbLegend, dress_plot, label_axis, new_plot, pen_of
 

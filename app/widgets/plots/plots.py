@@ -15,8 +15,14 @@ from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QToolButton, QW
 from stereotrack_core.arrays import FloatArray, IntArray
 
 from ..style.building import shortened
-from ..style.colours import PEN_STYLES, LineStyle, line_pixmap
-from ..style.limb_colours import EXTRA_COLOURS, brief_limb_words, limb_words
+from ..style.colours import (
+    EXTRA_COLOURS,
+    PEN_STYLES,
+    LineStyle,
+    brief_limb_words,
+    limb_words,
+    line_pixmap,
+)
 from ..style.theme import current_theme
 
 _GRID = 70

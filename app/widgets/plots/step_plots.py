@@ -14,8 +14,7 @@ from PySide6.QtWidgets import QWidget
 from stereotrack_core.arrays import FloatArray
 
 from ..style.building import vbox
-from ..style.colours import diverging_rgb
-from ..style.limb_colours import LIMB_COLOURS
+from ..style.colours import LIMB_COLOURS, diverging_rgb
 from ..style.theme import Dressed, current_theme
 from .plots import dress_plot, label_axis, new_plot
 

@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QWidget
 
-from stereotrack_core.study.table import Curve, PlotAxis, words_of
+from stereotrack_core.study.store import Curve, PlotAxis, words_of
 
 from ..style.building import shortened, vbox
 from ..style.theme import Dressed, current_theme

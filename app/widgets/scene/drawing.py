@@ -15,8 +15,7 @@ from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
-from ..style.colours import OLD
-from ..style.limb_colours import LIMB_COLOURS
+from ..style.colours import LIMB_COLOURS, OLD
 from ..style.theme import Theme
 from .content import (
     FLOOR_HALF,

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from .icons import set_icon
+from .theme import set_icon
 
 
 def shortened(name: str, most: int) -> str:

@@ -36,7 +36,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 )
 
 from ..style.building import choice, hbox, label, vbox
-from ..style.limb_colours import LIMB_COLOURS, limb_words
+from ..style.colours import LIMB_COLOURS, limb_words
 from .table import RIGHT, VALUE, Cell, Column, TableModel, dress_list
 
 _NONE = (

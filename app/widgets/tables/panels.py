@@ -29,7 +29,7 @@ from ..style.building import (
     thin_progress,
     vbox,
 )
-from ..style.limb_colours import LIMB_COLOURS, limb_words
+from ..style.colours import LIMB_COLOURS, limb_words
 from .table import (
     RIGHT,
     TOP,
@@ -231,15 +231,14 @@ def _verdict(findings: Sequence[Finding]) -> str:
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
 _COLOURS_WORDS = (
-    "Green is lower than ◆, so better; orange is higher. Thick curves: the selected trial."
+    "Green is lower than the run, so better; orange is higher. Thick curves: the selected trial."
 )
 _NOTHING = (
     "Change a parameter to run a trial: the selected frames are tracked again, and the trial is "
     "drawn beside the run until you discard it."
 )
 TRIAL_TIP = (
-    "Mean over the frames of the trial; in brackets the difference from the baseline row, marked "
-    "◆. Lower is better. Double-click a row to make it the baseline."
+    "Mean over the frames of the trial; in brackets the difference from the run. Lower is better."
 )
 
 
@@ -248,8 +247,6 @@ class TrialsPanel(QWidget):
 
     chosen = Signal(int)
     """Row that a person has selected; -1 for none."""
-    base_chosen = Signal(int)
-    """Row that the others shall be compared with."""
     dismissed = Signal(int)
     """Row that shall go, by Del."""
 
@@ -264,7 +261,6 @@ class TrialsPanel(QWidget):
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.verticalHeader().setDefaultSectionSize(38)
         self.table.selectionModel().selectionChanged.connect(lambda: self.chosen.emit(self.row))
-        self.table.doubleClicked.connect(lambda index: self.base_chosen.emit(index.row()))
         self._nothing = empty_label(_NOTHING)
         self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
         self._buttons = hbox(margins=(6, 0, 6, 0))

@@ -2,82 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
 from PySide6.QtGui import QIcon, QPen, QResizeEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QDialog,
-    QHeaderView,
-    QLabel,
-    QLineEdit,
-    QTreeWidget,
-    QTreeWidgetItem,
-    QWidget,
-)
+from PySide6.QtWidgets import QHeaderView, QLineEdit, QTreeWidget, QTreeWidgetItem, QWidget
 
-from ..style.building import choice, empty_label, hbox, label, tool_button, vbox
-from ..style.colours import PEN_STYLES, LineStyle, line_pixmap
-from .table import Cell, Column, TableModel, new_table, select_cells
-
-Row: TypeAlias = tuple[str, str, str, bool]
-"""What, the first run's value, the second's, and whether they differ."""
-
-
-class RunDetails(QDialog):
-    """Two runs to choose, and a row for all that differs between them, or for everything."""
-
-    asked = Signal(int, int, bool)
-    """The two runs that are chosen, and whether what is the same is wanted too."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Run details")
-        self.resize(640, 460)
-        self.first, self.second = choice("First run"), choice("Second run")
-        self.everything = QCheckBox("Show equal values", self)
-        self.words = label("", "muted")
-        self.model = TableModel((), self._cells)
-        self.table = new_table(self.model, "Run details")
-        select_cells(self.table)
-        chosen = hbox((self.first, 1), QLabel("and", self), (self.second, 1), self.everything)
-        self.setLayout(vbox(chosen, self.words, (self.table, 1), margins=(9, 9, 9, 9)))
-        self.first.currentIndexChanged.connect(self._ask)
-        self.second.currentIndexChanged.connect(self._ask)
-        self.everything.toggled.connect(self._ask)
-
-    def offer(self, names: Sequence[str], first: int, second: int) -> None:
-        """Let the person choose among these runs."""
-        for box, place in ((self.first, first), (self.second, second)):
-            with QSignalBlocker(box):
-                box.clear()
-                box.addItems(list(names))
-                box.setCurrentIndex(place)
-        self._ask()
-
-    def show_rows(self, words: str, rows: Sequence[Row]) -> None:
-        """Show what the runs were made with."""
-        self.words.setText(words)
-        headings = ("", self.first.currentText(), self.second.currentText())
-        self.model.show(rows, map(Column, headings))
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
-
-    def _cells(self, row: Row) -> Sequence[Cell]:
-        *texts, differs = row
-        bold = differs and self.everything.isChecked()
-        return [Cell(text, text, bold=bold and k > 0) for k, text in enumerate(texts)]
-
-    @Slot()
-    def _ask(self) -> None:
-        if self.first.count():
-            chosen = self.first.currentIndex(), self.second.currentIndex()
-            self.asked.emit(*chosen, self.everything.isChecked())
-
+from ..style.building import empty_label, label, vbox
+from ..style.colours import LIMB_COLOURS, PEN_STYLES, LineStyle, line_pixmap
+from .table import RIGHT, Cell, Column, TableModel, new_table, select_cells
 
 _HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Date")
 _NARROWEST_NAME = 170
@@ -117,7 +52,6 @@ class RunsPanel(QWidget):
     shown = Signal(int, bool)
     renamed = Signal(int, str)
     noted = Signal(int, str)
-    details_wanted = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -153,11 +87,7 @@ class RunsPanel(QWidget):
         self.note.setAccessibleName("Note on the active run")
         self.note.setToolTip("Note on the active run")
         self.note.editingFinished.connect(self._on_noted)
-        self.details = tool_button("Compare the settings of two runs", text="Details …")
-        self.details.setAutoRaise(False)
-        self.details.clicked.connect(self.details_wanted)
-        lower = hbox((self.note, 1), self.details)
-        self.foot.setLayout(vbox(self.made, lower, margins=(8, 2, 8, 6), spacing=4))
+        self.foot.setLayout(vbox(self.made, self.note, margins=(8, 2, 8, 6), spacing=4))
         return self.foot
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
@@ -244,3 +174,145 @@ class RunsPanel(QWidget):
     def _on_clicked(self, item: QTreeWidgetItem, _column: int) -> None:
         if item.checkState(0) == Qt.CheckState.Checked:
             self.activated.emit(self.tree.indexOfTopLevelItem(item))
+
+
+@dataclass(frozen=True)
+class ComparedCell:
+    """A value of one run, of which less is better."""
+
+    value: float
+    """NaN where not known."""
+    difference: float = math.nan
+    """From the first run; NaN for that itself."""
+    low: float = math.nan
+    high: float = math.nan
+    """`low` and `high`: 95 % interval of the difference; NaN where the frames are too few."""
+    differs: bool = False
+    """Whether the interval leaves 0 out."""
+    verdict: str = ""
+    """What that comes to, in words."""
+
+
+@dataclass(frozen=True)
+class ComparedRow:
+    """A measure: its limb (empty for none), its label with the unit, and a cell for each run."""
+
+    limb: str
+    label: str
+    cells: tuple[ComparedCell, ...]
+
+
+_NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
+_COLOURS = (
+    "Green is lower than the first run, so better; orange is higher. Without a colour, these "
+    "frames do not show a difference: its 95 % interval contains 0, or there are too few frames "
+    "for an interval."
+)
+_WIDEST_NAME, _ROOMY = 96, 560
+"""Widest heading with a run's name; from that width of the panel on it may be half wider."""
+_NARROWEST_VERDICT = 150
+"""With less room the verdict is only in the tips."""
+
+
+class ComparisonPanel(QWidget):
+    """A row per measure and a column per run; the first run is what others are compared with."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.words = label(_NOTHING, "muted", margins=(8, 6, 8, 2))
+        self._two = False
+        self.model = TableModel((), self._cells)
+        self.table = new_table(self.model, "Run comparison", room=4)
+        select_cells(self.table)
+        header = self.table.horizontalHeader()
+        header.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        header.setStretchLastSection(True)
+        self._colours = label(_COLOURS, "muted", margins=(8, 2, 8, 4))
+        self.setLayout(vbox(self.words, (self.table, 1), self._colours, spacing=2))
+        self._colours.hide()
+        self.table.hide()
+
+    def show_numbers(
+        self, words: str, runs: Sequence[str], rows: Sequence[ComparedRow], how: str = ""
+    ) -> None:
+        """Show the values of `runs`, or that there are none.
+
+        `words` say what is compared, `how` says how the intervals are made, for the tooltip.
+        """
+        self.words.setText(words if runs else _NOTHING)
+        self.words.setToolTip(how)
+        self.table.setVisible(bool(runs and rows))
+        self._colours.setVisible(bool(rows) and len(runs) > 1)
+        # two runs leave room for words; of more the intervals and verdicts are in the tips
+        self._two = len(runs) == 2
+        columns = [Column("measure", "measure"), *(Column(run, run, align=RIGHT) for run in runs)]
+        if self._two:
+            between = "difference (95 %)"
+            columns += [Column(between, between, align=RIGHT), Column("conclusion", "conclusion")]
+        self.model.show(rows if runs else (), columns)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Give numbers the room they need, long names what is left of it."""
+        table, header = self.table, self.table.horizontalHeader()
+        count = len(self.model.columns)
+        verdict, names = (4, 2) if self._two else (-1, count - 1)
+        used, widest_name = 0, _WIDEST_NAME * (1.5 if self.width() >= _ROOMY else 1.0)
+        for column in range(count):
+            if column != verdict:
+                widest = round(widest_name) if 0 < column <= names else self.width()
+                heading = min(header.sectionSizeHint(column), widest)
+                width = max(table.sizeHintForColumn(column), heading)
+                table.setColumnWidth(column, width)
+                used += width
+        if verdict > 0:
+            table.setColumnHidden(verdict, self.width() - used < _NARROWEST_VERDICT)
+
+    def _cells(self, row: ComparedRow) -> Sequence[Cell]:
+        name = Cell(row.label, swatch=LIMB_COLOURS.get(row.limb, ""))
+        values = [_value(cell, alone=self._two) for cell in row.cells]
+        if not self._two:
+            return (name, *values)
+        cell = row.cells[1]
+        difference = ""
+        if _has_difference(cell):
+            difference = f"{cell.difference:+z.1f}"
+            known = not math.isnan(cell.low)
+            between = f"{cell.low:+z.1f} to {cell.high:+z.1f}" if known else "too few frames"
+            difference += f" ({between})"
+        colour = _colour(cell)
+        return (
+            name,
+            *values,
+            Cell(difference, _sentence(cell.verdict), colour),
+            Cell(cell.verdict, cell.verdict, colour),
+        )
+
+
+def _value(cell: ComparedCell, *, alone: bool) -> Cell:
+    """A value, `alone` or with its difference in brackets."""
+    if math.isnan(cell.value):
+        words = "" if math.isnan(cell.difference) and not cell.verdict else "unknown"
+    else:
+        words = f"{cell.value:.1f}"
+    if not alone and _has_difference(cell):
+        words += f" ({cell.difference:+z.1f})"
+    return Cell(words, _sentence(cell.verdict), _colour(cell))
+
+
+def _has_difference(cell: ComparedCell) -> bool:
+    known = not math.isnan(cell.value) and not math.isnan(cell.difference)
+    return known and not cell.low == cell.high == 0.0
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}." if words else ""
+
+
+def _colour(cell: ComparedCell) -> str:
+    """Only what the frames can show is coloured."""
+    return "" if not cell.differs else "good" if cell.difference < 0 else "warning"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPalette
@@ -12,7 +11,6 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
 from ..forms.numbers import WholeNumberField
 from ..style.building import hbox, label, thin_progress, tool_button
 from ..style.theme import current_theme
-from .lanes import KIND_WORDS, KINDS, LaneFilter
 
 
 class Transport(QWidget):
@@ -69,15 +67,11 @@ class Transport(QWidget):
 class AnnotationBar(QWidget):
     """One row over the timeline."""
 
-    filter_changed = Signal(object)
-    """The :class:`~app.widgets.timeline.lanes.LaneFilter` that a person wants."""
     flagged_requested = Signal(bool)
     """Go to the next flagged frame; True: the one before."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.filter = LaneFilter()
-        """Which lanes are shown."""
         self.strip = thin_progress()
         self.strip.setRange(0, 1000)
         self.strip.setFixedSize(72, 6)
@@ -86,9 +80,6 @@ class AnnotationBar(QWidget):
         self.next_button = _button("next-failure", "Next frame with a flag")
         self.previous_button.clicked.connect(lambda: self.flagged_requested.emit(True))
         self.next_button.clicked.connect(lambda: self.flagged_requested.emit(False))
-        self.lanes_button = _button("filter", "Choose which lanes are shown", "Lanes")
-        self.lanes_menu = self.lanes_button.menu()
-        self.lanes_menu.aboutToShow.connect(self._fill_lanes_menu)
         self.selection_words = label("", "muted", wraps=False)
         self.selection_words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.selection_words.setAlignment(
@@ -98,7 +89,7 @@ class AnnotationBar(QWidget):
         self.selection_menu = self.selection_button.menu()
         self.selection_menu.setToolTipsVisible(True)
         left = (self.strip, self.progress, self.previous_button, self.next_button)
-        right = (self.lanes_button, (self.selection_words, 1), self.selection_button)
+        right = ((self.selection_words, 1), self.selection_button)
         self.setLayout(hbox(*left, *right, margins=(8, 1, 8, 1), spacing=6))
         self.setAccessibleName("Annotation")
         self.hide()
@@ -136,50 +127,12 @@ class AnnotationBar(QWidget):
         """Offer the commands on the selection at a place of the screen."""
         self.selection_menu.popup(place)
 
-    # ---- which lanes are shown
-
-    def set_filter(self, chosen: LaneFilter) -> None:
-        """Show other lanes, without a signal."""
-        self.filter = chosen
-        words = "Lanes" if chosen == LaneFilter() else "Lanes *"
-        self.lanes_button.setText(_with_arrow("Only flagged" if chosen.only_flagged else words))
-
-    def _fill_lanes_menu(self) -> None:
-        menu = self.lanes_menu
-        menu.clear()
-        only = self._add("Only flagged items", checked=self.filter.only_flagged)
-        only.toggled.connect(lambda on: self._change(replace(self.filter, only_flagged=on)))
-        menu.addSeparator()
-        for kind in KINDS:
-            action = self._add(KIND_WORDS[kind], checked=kind in self.filter.kinds)
-            action.toggled.connect(lambda _on, kind=kind: self._toggle(kind))
-        menu.addSeparator()
-        menu.addAction("Reset", lambda: self._change(LaneFilter()))
-
-    def _add(self, words: str, *, checked: bool) -> QAction:
-        action = self.lanes_menu.addAction(words)
-        action.setCheckable(True)
-        action.setChecked(checked)
-        return action
-
-    def _toggle(self, kind: str) -> None:
-        self._change(replace(self.filter, kinds=self.filter.kinds ^ {kind}))
-
-    def _change(self, chosen: LaneFilter) -> None:
-        if chosen != self.filter:
-            self.set_filter(chosen)
-            self.filter_changed.emit(chosen)
-
 
 def _button(icon: str, tip: str, menu: str = "") -> QToolButton:
     """Make a button; with a name for its menu it opens that."""
-    button = tool_button(tip, icon, _with_arrow(menu) if menu else "", role="plain")
+    button = tool_button(tip, icon, f"{menu} ▾" if menu else "", role="plain")
     button.setAccessibleName(tip)
     if menu:
         button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         button.setMenu(QMenu(button))
     return button
-
-
-def _with_arrow(words: str) -> str:
-    return f"{words} ▾"

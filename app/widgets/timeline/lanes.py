@@ -168,26 +168,6 @@ def covered_columns(spans: Sequence[Span], edges: FloatArray) -> NDArray[np.bool
     return result
 
 
-KINDS = ("landmarks", "uncertainty", "residual")
-"""Kinds of lanes that can be shown or hidden together."""
-
-KIND_WORDS = {
-    "landmarks": "Clicks of each landmark",
-    "uncertainty": "Uncertainty of each limb [°]",
-    "residual": "Residual of each limb [px]",
-}
-
-
-@dataclass(frozen=True)
-class LaneFilter:
-    """Which lanes are shown."""
-
-    kinds: frozenset[str] = frozenset({"landmarks", "uncertainty"})
-    """Of :data:`KINDS`."""
-    only_flagged: bool = False
-    """Leave out the landmarks without a flagged frame, and all limbs."""
-
-
 _FEWEST_FRAMES = 8.0
 
 

@@ -12,10 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.epipolar import watched_point
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.state import Freedom, pose_sigmas
+from stereotrack_core.annotation.fit.state import FitSettings, Freedom, pose_sigmas
 from stereotrack_core.annotation.fit.stretch import (
     FrameData,
     MeasuredDepth,
@@ -23,6 +21,7 @@ from stereotrack_core.annotation.fit.stretch import (
     measured_depth,
 )
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.predict import watched_point
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.parameters import BodyShape

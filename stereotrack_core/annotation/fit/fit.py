@@ -13,7 +13,7 @@ from stereotrack_core.annotation.click import (
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet

@@ -35,8 +35,13 @@ from stereotrack_core.annotation.fit.residuals import (
     scatter,
 )
 from stereotrack_core.annotation.fit.results import FrameFit, frame_fit
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.state import FitState, Freedom, pose_sigmas, shift_sigmas
+from stereotrack_core.annotation.fit.state import (
+    FitSettings,
+    FitState,
+    Freedom,
+    pose_sigmas,
+    shift_sigmas,
+)
 from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, MeasuredDepth, depth_cost
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import PartFrames, Pose

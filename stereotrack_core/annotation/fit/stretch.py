@@ -20,8 +20,14 @@ from stereotrack_core.annotation.fit.residuals import (
     judged,
     mixture_weight,
 )
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, biased, shift_sigmas
+from stereotrack_core.annotation.fit.state import (
+    FitSettings,
+    FitState,
+    Freedom,
+    Movement,
+    biased,
+    shift_sigmas,
+)
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel

@@ -10,8 +10,6 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.circumstances import limb_ends
-from stereotrack_core.evaluation.errors import points_at
 from stereotrack_core.evaluation.failure_segments.looks import Look
 from stereotrack_core.evaluation.failure_segments.segment import (
     UNCLEAR,
@@ -21,6 +19,8 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     Verdict,
 )
 from stereotrack_core.evaluation.failure_segments.stretches import turns
+from stereotrack_core.evaluation.limbs import limb_ends
+from stereotrack_core.evaluation.summary import points_at
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -58,46 +58,6 @@ def verdict_of(evidence: Sequence[Evidence]) -> Verdict:
         return Verdict("unclear", 0.0, ordered)
     total = sum(strongest.values()) + _DOUBT
     return Verdict(cause, strongest[cause] / total, ordered)
-
-
-_STRANGE = 0.25
-"""Unexplained fraction over the usual from which there are points of something else."""
-
-
-def told_evidence(failure: FailureSegment, run: Run) -> list[Evidence]:
-    """Evidence from what a run states about views that gave nothing, and about its clouds."""
-    return [*_blind_views(failure, run), *_unexplained(failure, run)]
-
-
-def _blind_views(failure: FailureSegment, run: Run) -> list[Evidence]:
-    """Stretches in which a view gave nothing; ``track`` states them in the meta as ``blind``."""
-    found = []
-    stated = run.meta.get("blind")
-    for row in stated if isinstance(stated, list) else []:
-        if not isinstance(row, dict) or not {"view", "first", "end"} <= set(row):
-            continue
-        shared = min(int(row["end"]), failure.last + 1) - max(int(row["first"]), failure.first)
-        share = shared / len(failure.frames)
-        if share > 0.0:
-            words = f"view {row['view']} provides no points in {100.0 * share:.0f} % of the frames"
-            found.append(Evidence("hole", min(1.0, 1.2 * share), share, "share", words))
-    return found
-
-
-def _unexplained(failure: FailureSegment, run: Run) -> list[Evidence]:
-    inside = (run.frame >= failure.first) & (run.frame <= failure.last)
-    usual = run.unexplained_fraction[~inside & np.isfinite(run.unexplained_fraction)]
-    own = run.unexplained_fraction[inside & np.isfinite(run.unexplained_fraction)]
-    if not len(own) or not len(usual) or not set(failure.limbs) & set(LIMBS[2:]):
-        return []
-    more = float(np.median(own) - np.median(usual))
-    if more < _STRANGE:
-        return []
-    words = (
-        f"the body leaves {100.0 * float(np.median(own)):.0f} % of the cloud unexplained, "
-        f"{100.0 * more:.0f} % more than usual"
-    )
-    return [Evidence("neighbour", min(1.0, 2.0 * more), more, "share", words)]
 
 
 CROSSED = 0.16

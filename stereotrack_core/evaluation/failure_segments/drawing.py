@@ -18,9 +18,8 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.circumstances import limb_ends, seen_shares
-from stereotrack_core.evaluation.errors import errors_against, points_at
-from stereotrack_core.evaluation.limb_colours import limb_bgr
+from stereotrack_core.evaluation.limbs import limb_bgr, limb_ends, seen_shares
+from stereotrack_core.evaluation.summary import errors_against, points_at
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON, LandmarkTrajectory

@@ -38,14 +38,11 @@ def strip_of(
     search: FailureSearch,
     recording: Recording,
     failure: FailureSegment,
-    *,
-    view: str | None = None,
-    count: int = _STRIP_FRAMES,
     reader: FrameReader | None = None,
 ) -> ImageArray:
     """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
-    frames = evenly(failure.first, failure.last, count)
-    return picture_strip(_shown(search, recording, failure), frames, view, reader=reader)
+    frames = evenly(failure.first, failure.last, _STRIP_FRAMES)
+    return picture_strip(_shown(search, recording, failure), frames, reader=reader)
 
 
 def write_strips(
@@ -53,9 +50,6 @@ def write_strips(
     search: FailureSearch,
     recording: Recording,
     failures: Sequence[FailureSegment],
-    *,
-    view: str | None = None,
-    count: int = _STRIP_FRAMES,
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> int:
@@ -68,7 +62,7 @@ def write_strips(
         for i, failure in enumerate(failures):
             if cancelled():
                 raise Cancelled
-            strip = strip_of(search, recording, failure, view=view, count=count, reader=reader)
+            strip = strip_of(search, recording, failure, reader)
             limbs = limbs_words(failure.limbs).replace(", ", "+").replace(" ", "-")
             name = f"{limbs}-{failure.verdict.cause}-{failure.found}"
             write_png(workplace / f"{failure.first:04d}-{failure.last:04d}-{name}.png", strip)

@@ -8,12 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stereotrack_core.arrays import IntArray
-from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.evaluation.failure_segments.causes import (
     Whereabouts,
     geometry_evidence,
     look_evidence,
-    told_evidence,
     verdict_of,
     whereabouts,
 )
@@ -24,6 +22,7 @@ from stereotrack_core.evaluation.failure_segments.stretches import (
     failures_by_error,
     failures_by_signs,
 )
+from stereotrack_core.evaluation.summary import at_frames, errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import gives_depth
@@ -134,7 +133,7 @@ def explained(
         "signs": whereabouts(search.run, search.fps, None),
     }
     if search.recording is None or not _looks_for_causes(search) or not failures:
-        return tuple(_judged(search, e, places[e.found], (), {}, []) for e in failures)
+        return tuple(_judged(e, places[e.found], (), {}, []) for e in failures)
     usual_frames = _outside(search, failures)
     with Looker(search.recording, search.run) as looker:
         done = 0
@@ -155,7 +154,7 @@ def explained(
         usual["truth"] = usual["signs"]
         return tuple(
             _judged(
-                search, e, places[e.found], looker.view_names, usual,
+                e, places[e.found], looker.view_names, usual,
                 look(_inside(search, e), places[e.found]),
             )
             for e in failures
@@ -168,7 +167,6 @@ def _looks_for_causes(search: FailureSearch) -> bool:
 
 
 def _judged(
-    search: FailureSearch,
     failure: FailureSegment,
     where: Whereabouts,
     views: Sequence[str],
@@ -178,8 +176,6 @@ def _judged(
     evidence = geometry_evidence(failure, where)
     if inside:
         evidence += look_evidence(failure, views, inside, usual[failure.found])
-    else:
-        evidence += told_evidence(failure, search.run)
     return replace(failure, verdict=verdict_of(evidence))
 
 

@@ -17,7 +17,7 @@ from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.evaluation.circumstances import limb_ends
+from stereotrack_core.evaluation.limbs import limb_ends
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader

@@ -15,10 +15,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
-from stereotrack_core.evaluation.circumstances import limb_ends
-from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.evaluation.failure_segments import coefficients
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, Found, Measure
+from stereotrack_core.evaluation.limbs import limb_ends
+from stereotrack_core.evaluation.summary import LimbErrors
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.parameters import ParameterGroup, parameter
 from stereotrack_core.tracking.failure.features import NEIGHBOUR
@@ -192,53 +192,36 @@ def failures_by_error(
     return joined(stretches, "truth", "error")
 
 
-_TURNS = ("turned before", "turns after")
+SIGNS: tuple[str, ...] = (
+    *("turned before", "turns after"),
+    *("lost around", "lost most around", "lost of the neighbour"),
+)
+"""What is known of a limb, in the order of the coefficients."""
 
-SAID_SIGNS: tuple[str, ...] = (
-    *_TURNS, "lost around", "lost most around", "lost of the neighbour",
-)  # fmt: skip
-"""What is known of a limb where the run says how likely it is lost, which sums up all else."""
-
-UNSAID_SIGNS: tuple[str, ...] = (
-    *_TURNS, "sigma", "sigma around", "unexplained", "residual more than usual",
-)  # fmt: skip
-"""What is known of it where the run does not; both in the order of the coefficients."""
-
-_AROUND, _USUAL = 0.35, 4.0
-"""Seconds before and after a frame that count as around it, and as usual."""
+_AROUND = 0.35
+"""Seconds before and after a frame that count as around it."""
 
 _ENDS = 1.0
 """Seconds before and after a frame within which a limb that goes astray turns abruptly."""
 
 
-def failure_signs(run: Run, fps: float, *, said: bool) -> FloatArray:
-    """Signs (F, 6, S) of the limbs in each frame of a run, of those that say it or do not.
+def failure_signs(run: Run, fps: float) -> FloatArray:
+    """Signs (F, 6, S) of the limbs in each frame of a run, in the order of :data:`SIGNS`.
 
     All say the more for a failing limb the larger they are. Logarithms of the largest angle that
     the limb turned from one frame to the next within a second before and after: a limb that goes
     astray, or comes back, turns abruptly. Of the logit of the probability that the limb is lost:
-    mean and largest value around the frame, and the mean of the neighbouring limb. Or else the
-    logarithm of its standard deviation, in the frame and around it; the share of the cloud that
-    the model leaves unexplained; the logarithm of the residual over the usual one. NaN in frames
+    mean and largest value around the frame, and the mean of the neighbouring limb. NaN in frames
     that are not tracked, and for torso and head.
     """
-    around, usual = (2 * max(1, round(s * fps)) + 1 for s in (_AROUND, _USUAL))
-    ends = max(1, round(_ENDS * fps))
+    around, ends = 2 * max(1, round(_AROUND * fps)) + 1, max(1, round(_ENDS * fps))
     turn = np.log1p(np.nan_to_num(turns(run.frame.astype(np.float64), run.landmarks)))
-    columns = [_largest_before(turn, ends), _largest_before(turn[::-1], ends)[::-1]]
-    if said:
-        chance = np.clip(np.nan_to_num(run.limb_lost, nan=0.5), 1e-3, 1.0 - 1e-3)
-        lost = np.log(chance / (1.0 - chance))
-        mean = scipy.ndimage.uniform_filter1d(lost, around, axis=0, mode="nearest")
-        largest = scipy.ndimage.maximum_filter1d(lost, around, axis=0, mode="nearest")
-        columns += [mean, largest, mean[:, list(NEIGHBOUR)]]
-    else:
-        sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
-        cover = np.minimum(np.nan_to_num(run.unexplained_fraction, nan=1.0), 1.0)
-        columns += [sigma, scipy.ndimage.uniform_filter1d(sigma, around, axis=0, mode="nearest")]
-        of_all = (cover, _over_usual(run.residual, usual))
-        columns += [np.repeat(values[:, None], len(LIMBS), axis=1) for values in of_all]
-    signs = np.stack(columns, axis=-1)
+    chance = np.clip(np.nan_to_num(run.limb_lost, nan=0.5), 1e-3, 1.0 - 1e-3)
+    lost = np.log(chance / (1.0 - chance))
+    mean = scipy.ndimage.uniform_filter1d(lost, around, axis=0, mode="nearest")
+    largest = scipy.ndimage.maximum_filter1d(lost, around, axis=0, mode="nearest")
+    before, after = _largest_before(turn, ends), _largest_before(turn[::-1], ends)[::-1]
+    signs = np.stack([before, after, mean, largest, mean[:, list(NEIGHBOUR)]], axis=-1)
     signs[~run.tracked] = np.nan
     signs[:, [i for i in range(len(LIMBS)) if i not in (*UPPER_ARMS, *FOREARMS)]] = np.nan
     return signs
@@ -251,33 +234,20 @@ def _largest_before(values: FloatArray, frames: int) -> FloatArray:
     return result
 
 
-def _over_usual(values: FloatArray, usual: int) -> FloatArray:
-    known = np.isfinite(values) & (values > 0)
-    filled = np.where(known, values, np.median(values[known]) if known.any() else 1.0)
-    result: FloatArray = np.log(filled / scipy.ndimage.median_filter(filled, usual, mode="nearest"))
-    return np.clip(result, -3.0, 3.0)
-
-
 ARM_HALVES: MappingProxyType[str, tuple[int, ...]] = MappingProxyType(
     {"UPPER_ARM": UPPER_ARMS, "FOREARM": FOREARMS}
 )
 """Limbs that are judged alike, by the name of their coefficients."""
 
-UNSAID = "_WITHOUT_LOST"
-"""Ending of that name for runs that do not say how likely limbs are lost."""
-
 Coefficients: TypeAlias = Mapping[str, Sequence[float]]
 """A constant and a slope per sign, by their name."""
 
-_FITTED: Coefficients = MappingProxyType(
-    {name: getattr(coefficients, name) for half in ARM_HALVES for name in (half, f"{half}{UNSAID}")}
-)
+_FITTED: Coefficients = MappingProxyType({half: getattr(coefficients, half) for half in ARM_HALVES})
 
 
 def has_signs(run: Run) -> bool:
-    """Whether a run says anything that failures are told by; one of mono views does not."""
-    said = (run.limb_lost[run.tracked], run.unexplained_fraction[run.tracked])
-    return any(bool(np.isfinite(one).any()) for one in said)
+    """Whether a run says how likely its limbs are lost; one of mono views does not."""
+    return bool(np.isfinite(run.limb_lost[run.tracked]).any())
 
 
 def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatArray:
@@ -287,16 +257,14 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     forearms, fitted on simulated recordings alone by ``tools/fit_failures.py``. It differs from
     ``Run.limb_lost``, which knows single frames only, by looking at what is before and after, and
     by what it is the probability of: not of a limb that is off in this frame, but of one that is
-    in a stretch in which it is. A run that does not say how likely limbs are lost is judged by
-    the other signs alone. In frames that are not tracked all limbs fail; NaN for torso and head
-    elsewhere, which failed too rarely to learn from. Runs of mono views have no clouds to learn
-    anything from: NaN in all frames that are tracked.
+    in a stretch in which it is. In frames that are not tracked all limbs fail; NaN for torso and
+    head elsewhere, which failed too rarely to learn from. Runs that do not say how likely limbs
+    are lost: NaN in all frames that are tracked.
     """
-    said = bool(np.isfinite(run.limb_lost[run.tracked]).any())
-    signs = failure_signs(run, fps, said=said)
+    signs = failure_signs(run, fps)
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
     for half, limbs in ARM_HALVES.items() if has_signs(run) else ():
-        constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
+        constant, *slopes = fitted[half]
         result[:, list(limbs)] = scipy.special.expit(
             constant + signs[:, list(limbs)] @ np.array(slopes)
         )

@@ -49,11 +49,6 @@ class AngleDefinition:
     """Whether turns are counted on over frames in which the angle is not known."""
 
     @property
-    def kind(self) -> str:
-        """The name without the side: what left and right have in common."""
-        return self.name.removeprefix(f"{self.side}_") if self.side else self.name
-
-    @property
     def words(self) -> str:
         """The label with the side."""
         return f"{self.side} {self.label}".strip()
@@ -126,15 +121,6 @@ NAMES: tuple[str, ...] = tuple(angle.name for angle in ANGLES)
 def place_of(name: str) -> int:
     """Place of an angle in arrays. Raises ValueError for a name that no angle has."""
     return NAMES.index(name)
-
-
-def sided() -> tuple[tuple[int, int], ...]:
-    """Places of the left and the right angle of every pair."""
-    return tuple(
-        (i, place_of(f"right_{angle.kind}"))
-        for i, angle in enumerate(ANGLES)
-        if angle.side == "left"
-    )
 
 
 _TURNS = np.array([angle.lowest is not None for angle in ANGLES])

@@ -1,4 +1,4 @@
-"""Angles made smooth, with their velocities, accelerations and ranges; errors against a reference.
+"""Angles made smooth, with their velocities and ranges; errors against a reference.
 
 The low-pass is a Butterworth filter of second order, run forwards and backwards: fourth order and
 no lag. Its cut-off is corrected for the two passes (Winter, Biomechanics and Motor Control of Human
@@ -19,7 +19,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.definitions import (
     ANGLES,
     AngleDefinition,
-    sided,
     wrapped,
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, stretches
@@ -40,7 +39,7 @@ _CORRECTION = (2.0 ** (1.0 / _PASSES) - 1.0) ** 0.25
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Smooth angles and their derivatives; F frames, A angles in the order of :data:`ANGLES`.
+    """Smooth angles and their velocities; F frames, A angles in the order of :data:`ANGLES`.
 
     NaN where the angle is not known, or in a stretch of fewer than :data:`SHORTEST` frames.
     """
@@ -50,13 +49,6 @@ class Motion:
     velocity: FloatArray
     """(F, A), radians per second. By central differences of the smooth angle; at both ends of a
     stretch one-sided."""
-    acceleration: FloatArray
-    """(F, A), radians per square second. Second differences; NaN at both ends of a stretch."""
-    velocity_sigma: FloatArray
-    acceleration_sigma: FloatArray
-    """`velocity_sigma` and `acceleration_sigma`: (F, A). Standard deviations if errors of different
-    frames are independent; those that are alike in successive frames make the derivatives surer
-    than that."""
     cut_off: float
     """Hertz. What was used."""
     fps: float
@@ -76,36 +68,30 @@ class Motion:
         )
 
 
-def motion_of(angles: JointAngles, fps: float, cut_off: float = CUT_OFF_HZ) -> Motion:
+def motion_of(angles: JointAngles, fps: float) -> Motion:
     """Filter and differentiate angles, stretch by stretch of successive frames.
 
-    Raises InputError for a cut-off or a frame rate that is not positive.
-
-    Parameters
-    ----------
-    fps : float
-        Frame sets per second.
-    cut_off : float, hertz
-        Taken down to :data:`HIGHEST_SHARE` of `fps` where it is higher. At 10 frames per second
-        that is 4 Hz, and the central differences let through 64 % of a movement of 2.5 Hz.
+    The cut-off is :data:`HIGHEST_SHARE` of `fps` (frame sets per second) where it would be higher.
+    At 10 frames per second that is 4 Hz, and the central differences let through 64 % of a movement
+    of 2.5 Hz. Raises InputError for a frame rate that is not positive.
     """
-    _check(fps, cut_off)
-    used = min(cut_off, HIGHEST_SHARE * fps)
-    shape = angles.angle.shape
-    smooth, velocity, acceleration, v_sigma, a_sigma = (np.full(shape, np.nan) for _ in range(5))
+    if not (np.isfinite(fps) and fps > 0):
+        raise InputError(
+            f"{fps:g} is not a frame rate",
+            where="--fps",
+            remedy="Give a number of frames per second above 0.",
+        )
+    cut_off = min(CUT_OFF_HZ, HIGHEST_SHARE * fps)
+    smooth, velocity = (np.full(angles.angle.shape, np.nan) for _ in range(2))
     for k in range(len(ANGLES)):
         values = angles.angle[:, k]
         for stretch in stretches(angles.frame, np.isfinite(values)):
-            n = stretch.stop - stretch.start
-            if n < SHORTEST:
+            if stretch.stop - stretch.start < SHORTEST:
                 continue
-            filtered = low_pass(values[stretch], fps, used)
+            filtered = low_pass(values[stretch], fps, cut_off)
             smooth[stretch, k] = filtered
-            velocity[stretch, k] = _velocity(filtered, fps)
-            acceleration[stretch, k] = _acceleration(filtered, fps)
-            variance = np.square(angles.sigma[stretch, k])
-            v_sigma[stretch, k], a_sigma[stretch, k] = _derivative_sigmas(variance, fps, used)
-    return Motion(smooth, velocity, acceleration, v_sigma, a_sigma, used, fps)
+            velocity[stretch, k] = np.gradient(filtered, 1.0 / fps, edge_order=2)
+    return Motion(smooth, velocity, cut_off, fps)
 
 
 def low_pass(values: FloatArray, fps: float, cut_off: float) -> FloatArray:
@@ -125,70 +111,12 @@ def low_pass(values: FloatArray, fps: float, cut_off: float) -> FloatArray:
     return result
 
 
-def _check(fps: float, cut_off: float) -> None:
-    if not (np.isfinite(fps) and fps > 0):
-        raise InputError(
-            f"{fps:g} is not a frame rate",
-            where="--fps",
-            remedy="Give a number of frames per second above 0.",
-        )
-    if not (np.isfinite(cut_off) and cut_off > 0):
-        raise InputError(
-            f"{cut_off:g} Hz is not a cut-off frequency",
-            where="cut_off",
-            remedy="Give a frequency above 0 Hz; 6 is usual.",
-        )
-
-
-def _velocity(values: FloatArray, fps: float) -> FloatArray:
-    result: FloatArray = np.gradient(values, 1.0 / fps, axis=0, edge_order=2)
-    return result
-
-
-def _acceleration(values: FloatArray, fps: float) -> FloatArray:
-    result: FloatArray = np.full_like(values, np.nan)
-    result[1:-1] = np.diff(values, n=2, axis=0) * fps**2
-    return result
-
-
-def _derivative_sigmas(
-    variance: FloatArray, fps: float, cut_off: float
-) -> tuple[FloatArray, FloatArray]:
-    """Standard deviations (n,) of both derivatives by the variances (n,) of independent angles."""
-    longest = 2 * max(32, 8 * int(np.ceil(fps / cut_off)))
-    smooth = low_pass(np.eye(min(len(variance), longest)), fps, cut_off)
-    velocity = _through(np.square(_velocity(smooth, fps)), variance)
-    acceleration = _through(np.square(_acceleration(smooth, fps)), variance)
-    return np.sqrt(velocity), np.sqrt(acceleration)
-
-
-def _through(weights: FloatArray, variance: FloatArray) -> FloatArray:
-    """Variances (n,) after a linear filter, given its squared responses on at most n frames.
-
-    The responses reach less than a quarter of `weights` (m, m) far: where n is larger than m,
-    those of the middle hold for all frames that are not near an end.
-    """
-    n, m = len(variance), len(weights)
-    if n == m:
-        result: FloatArray = weights @ variance
-        return result
-    middle = np.convolve(variance, weights[m // 2][::-1], mode="full")
-    result = middle[m - 1 - m // 2 :][:n].copy()
-    half = m // 2
-    result[:half] = (weights @ variance[:m])[:half]
-    result[-half:] = (weights @ variance[-m:])[-half:]
-    return result
-
-
-_QUANTITIES = (
-    "deg", "sigma_deg", "smooth_deg", "velocity_deg_s", "velocity_sigma_deg_s",
-    "acceleration_deg_s2", "acceleration_sigma_deg_s2",
-)  # fmt: skip
+_QUANTITIES = ("deg", "sigma_deg", "smooth_deg", "velocity_deg_s")
 _DIGITS = 4
 
 
 def frame_columns() -> tuple[str, ...]:
-    """Headings: ``frame``, ``seconds``, then seven for every angle."""
+    """Headings: ``frame``, ``seconds``, then four for every angle."""
     names = [f"{angle.name}_{quantity}" for angle in ANGLES for quantity in _QUANTITIES]
     return ("frame", "seconds", *names)
 
@@ -199,14 +127,8 @@ def frame_rows(angles: JointAngles, motion: Motion) -> list[list[str | float | i
     Seconds are those since frame 0 of the recording.
     """
     stacked = np.degrees(
-        np.stack(
-            [
-                angles.angle, angles.sigma, motion.angle, motion.velocity, motion.velocity_sigma,
-                motion.acceleration, motion.acceleration_sigma,
-            ],
-            axis=-1,
-        )
-    ).reshape(len(angles.frame), len(ANGLES) * len(_QUANTITIES))  # fmt: skip
+        np.stack([angles.angle, angles.sigma, motion.angle, motion.velocity], axis=-1)
+    ).reshape(len(angles.frame), len(ANGLES) * len(_QUANTITIES))
     rows: list[list[str | float | int]] = []
     for frame, values in zip(angles.frame.tolist(), stacked.round(_DIGITS).tolist(), strict=True):
         cells = ["" if np.isnan(value) else value for value in values]
@@ -235,34 +157,11 @@ class AngleRange:
     sigma: float
     """Root mean square of the angle's standard deviation."""
     peak_velocity: float
-    peak_velocity_sigma: float
-    """`peak_velocity` and `peak_velocity_sigma`: radians per second. Largest speed in either
-    direction, and its standard deviation."""
+    """Radians per second. Largest speed in either direction."""
 
     def degrees(self) -> dict[str, float]:
         """Everything but the frames by its name, in degrees and degrees per second."""
-        return _degrees(self, "minimum", "peak_velocity_sigma")
-
-
-@dataclass(frozen=True)
-class SideDifference:
-    """The range of motion of one angle, left minus right, radians.
-
-    Symmetry index (Robinson et al. 1987): the difference as a share of the mean of both ranges; 0
-    for equal ones, 2 where only the left moves, -2 where only the right does.
-    """
-
-    left: AngleRange
-    right: AngleRange
-    difference: float
-    difference_sigma: float
-    symmetry: float
-
-    def degrees(self) -> dict[str, float]:
-        """Both ranges, their difference and its uncertainty by name, in degrees."""
-        values = (self.left.range, self.right.range, self.difference, self.difference_sigma)
-        names = ("left_range", "right_range", "difference", "difference_sigma")
-        return {name: math.degrees(value) for name, value in zip(names, values, strict=True)}
+        return _degrees(self, "minimum", "peak_velocity")
 
 
 @dataclass(frozen=True)
@@ -277,8 +176,6 @@ class StretchMotion:
     there is none."""
     ranges: tuple[AngleRange, ...]
     """In the order of :data:`ANGLES`."""
-    sides: tuple[SideDifference, ...]
-    """Plane, elevation and axial rotation of the shoulder, and elbow flexion."""
 
     def of(self, name: str) -> AngleRange:
         """The range of an angle by its name; KeyError where there is none."""
@@ -295,10 +192,10 @@ def range_of_motion(
     first = int(angles.frame[0]) if len(angles.frame) else 0
     end = int(angles.frame[-1]) + 1 if len(angles.frame) else 0
     whole = Segment(WHOLE, first, end)
-    return tuple(stretch_motion(angles, motion, stretch) for stretch in (whole, *segments))
+    return tuple(_stretch_motion(angles, motion, stretch) for stretch in (whole, *segments))
 
 
-def stretch_motion(angles: JointAngles, motion: Motion, stretch: Segment) -> StretchMotion:
+def _stretch_motion(angles: JointAngles, motion: Motion, stretch: Segment) -> StretchMotion:
     """Ranges of motion in one stretch of frames."""
     inside = (angles.frame >= stretch.first) & (angles.frame < stretch.end)
     ranges = tuple(
@@ -307,15 +204,13 @@ def stretch_motion(angles: JointAngles, motion: Motion, stretch: Segment) -> Str
             motion.angle[inside, k],
             angles.sigma[inside, k],
             motion.velocity[inside, k],
-            motion.velocity_sigma[inside, k],
         )
         for k, definition in enumerate(ANGLES)
     )
-    sides = tuple(_difference(ranges[left], ranges[right]) for left, right in sided())
     first, end = stretch.first, stretch.end
     if inside.any():
         first, end = int(angles.frame[inside][0]), int(angles.frame[inside][-1]) + 1
-    return StretchMotion(stretch.name, first, end, ranges, sides)
+    return StretchMotion(stretch.name, first, end, ranges)
 
 
 def _range(
@@ -323,11 +218,10 @@ def _range(
     angle: FloatArray,
     sigma: FloatArray,
     velocity: FloatArray,
-    velocity_sigma: FloatArray,
 ) -> AngleRange:
     known = np.isfinite(angle)
     if not known.any():
-        return AngleRange(definition, 0, *[math.nan] * 8)
+        return AngleRange(definition, 0, *[math.nan] * 7)
     low, high = int(np.nanargmin(angle)), int(np.nanargmax(angle))
     fastest = int(np.nanargmax(np.abs(velocity)))
     return AngleRange(
@@ -340,18 +234,6 @@ def _range(
         mean=float(np.mean(angle[known])),
         sigma=float(np.sqrt(np.mean(np.square(sigma[known])))),
         peak_velocity=float(abs(velocity[fastest])),
-        peak_velocity_sigma=float(velocity_sigma[fastest]),
-    )
-
-
-def _difference(left: AngleRange, right: AngleRange) -> SideDifference:
-    difference, mean = left.range - right.range, 0.5 * (left.range + right.range)
-    return SideDifference(
-        left,
-        right,
-        difference=difference,
-        difference_sigma=float(np.hypot(left.range_sigma, right.range_sigma)),
-        symmetry=difference / mean if mean > 0 else float("nan"),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias, cast
@@ -21,14 +21,6 @@ from stereotrack_core.interop.calibrations.devices import (
 from stereotrack_core.interop.calibrations.documents import Document, read_document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, with_names
 from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
-from stereotrack_core.interop.calibrations.odometry import (
-    is_camodocal,
-    is_euroc,
-    is_kalibr,
-    read_camodocal,
-    read_euroc,
-    read_kalibr,
-)
 from stereotrack_core.interop.calibrations.opencv_storage import (
     is_storage,
     read_storage,
@@ -40,14 +32,8 @@ from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml
 _Is: TypeAlias = Callable[[Document], bool]
 _Read: TypeAlias = Callable[[Document], ForeignCalibration]
 
-UNITS_OF_EXPORT: Mapping[str, str] = {
-    "aniposelib": "m",
-    "freemocap": "mm",
-    "pose2sim": "m",
-    "caliscope": "m",
-    "opencv": "m",
-}
-"""Formats that are written, and the unit that their tools expect."""
+WRITTEN = ("aniposelib", "pose2sim", "opencv")
+"""Formats that are written."""
 
 
 def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
@@ -68,10 +54,7 @@ _READERS: Sequence[tuple[_Is, _Read]] = (
     (lambda document: document.kind == "toml", read_toml),
     (is_qualisys, read_qualisys),
     (is_zed, read_zed),
-    (is_euroc, read_euroc),
-    (is_camodocal, read_camodocal),
     (is_matlab, read_matlab),
-    (is_kalibr, read_kalibr),
     (is_camera_info, read_camera_info),
 )
 
@@ -108,14 +91,11 @@ def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
     return replace(first, where=where, cameras=cameras, notes=notes)
 
 
-def write_foreign(
-    path: Path, cameras: Sequence[Camera], form: str, unit: str | None = None
-) -> None:
-    """Write cameras in a format of :data:`UNITS_OF_EXPORT`, by default in its unit of length.
+def write_foreign(path: Path, cameras: Sequence[Camera], form: str, unit: str = "m") -> None:
+    """Write cameras in a format of :data:`WRITTEN`.
 
     Raises InputError where the format has no place for a name, or nothing can be written.
     """
-    unit = UNITS_OF_EXPORT[form] if unit is None else unit
     if form == "opencv":
         write_file(path, storage_text(cameras, unit, storage_suffix(path)))
     else:

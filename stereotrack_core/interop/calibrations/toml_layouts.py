@@ -33,7 +33,7 @@ from stereotrack_core.interop.calibrations.foreign import (
     with_names,
 )
 
-Layout = Literal["aniposelib", "freemocap", "pose2sim", "caliscope"]
+Layout = Literal["aniposelib", "pose2sim"]
 
 _OF_FREEMOCAP = ("charuco_square_size", "path_to_recorded_videos", "charuco_board_object")
 _OF_CALISCOPE = ("port", "cam_id", "rotation_count", "grid_count")
@@ -128,21 +128,19 @@ def toml_text(cameras: Iterable[Camera], layout: Layout, unit: str) -> str:
     """
     sections: dict[str, dict[str, Any]] = {}
     for i, camera in enumerate(cameras):
-        key = {"pose2sim": camera.name, "caliscope": str(i)}.get(layout, f"cam_{i}")
+        key = camera.name if layout == "pose2sim" else f"cam_{i}"
         if key == "metadata":
             raise InputError(
                 "Pose2Sim cannot have a camera named 'metadata'",
                 where=f"camera {camera.name}",
                 remedy="Rename the camera in calibration.toml.",
             )
-        sections[key] = _section(camera, i, layout, METRES_PER_UNIT[unit])
-    if layout == "caliscope":
-        return tomli_w.dumps({"cameras": sections, "metadata": {"units": unit}})
+        sections[key] = _section(camera, layout, METRES_PER_UNIT[unit])
     stated = {"adjusted": False, "error": 0.0} if layout == "pose2sim" else {}
     return tomli_w.dumps({**sections, "metadata": {**stated, "units": unit}})
 
 
-def _section(camera: Camera, number: int, layout: Layout, metres: float) -> dict[str, Any]:
+def _section(camera: Camera, layout: Layout, metres: float) -> dict[str, Any]:
     placed = camera.camera_from_world
     size: list[float] = [camera.width, camera.height]
     section: dict[str, Any] = {
@@ -153,8 +151,6 @@ def _section(camera: Camera, number: int, layout: Layout, metres: float) -> dict
         "rotation": vector_from_rotation(placed.rotation).tolist(),
         "translation": (placed.translation / metres).tolist(),
     }
-    if layout == "caliscope":
-        section.update(cam_id=number, rotation_count=0, ignore=False)
-    if camera.fisheye or layout in ("pose2sim", "caliscope"):
+    if camera.fisheye or layout == "pose2sim":
         section["fisheye"] = camera.fisheye
     return section

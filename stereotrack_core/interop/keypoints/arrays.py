@@ -16,8 +16,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.keypoints.people import FileRow, Who
-from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.interop.label_source import checked_frame
 from stereotrack_core.interop.npz import read_number_array
 from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33, layouts_of

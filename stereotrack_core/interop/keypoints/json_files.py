@@ -38,8 +38,7 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.coco import coco_content, places_of_images
 from stereotrack_core.interop.keypoints.arrays import CONFIDENCES, pixels_of_shares
-from stereotrack_core.interop.keypoints.people import FileRow, Who, stated_name
-from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who, stated_name
 from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import SETTINGS_BYTES, read_json

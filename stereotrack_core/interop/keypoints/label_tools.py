@@ -18,8 +18,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.interop.deeplabcut import places_of_rows, table_of
 from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable
-from stereotrack_core.interop.keypoints.people import FileRow, Who
-from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.sleap import places_of_labelled
 from stereotrack_core.interop.sleap_file import read_sleap_file

@@ -11,8 +11,12 @@ from stereotrack_core.interop import deeplabcut_hdf5
 from stereotrack_core.interop.deeplabcut import is_deeplabcut
 from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints import arrays, json_files, label_tools, table
-from stereotrack_core.interop.keypoints.people import FileRow
-from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSource, found_in
+from stereotrack_core.interop.keypoints.source import (
+    FileRow,
+    FoundKeypoints,
+    KeypointSource,
+    found_in,
+)
 from stereotrack_core.reading import TABLE_BYTES, decoding, read_json
 from stereotrack_core.tables import read_cells
 

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.interop.keypoints.people import FileRow, Who
-from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import TIME_COLUMNS, row_times, same_rate, stated_time

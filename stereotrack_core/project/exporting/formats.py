@@ -11,7 +11,6 @@ from typing import Literal, TypeAlias
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.point_tables import POINT_TABLES
 
 Kind: TypeAlias = Literal["run", "trajectory", "reference", "clicks", "keypoints"]
 """What is written: a complete run, landmarks of any origin, a project's reference, its clicks, or
@@ -33,8 +32,6 @@ class ExportFormat:
     module: str = ""
     extra: str = ""
     """`module` and `extra`: library that it needs besides, and what installs that."""
-    pictures: bool = False
-    """Whether labels may come with their pictures."""
     loses: frozenset[str] = frozenset()
     """Properties of clicks, by their names in :data:`_PROPERTIES`, that it has no place for."""
     lost_of_reference: str = ""
@@ -93,30 +90,16 @@ FORMATS: tuple[ExportFormat, ...] = (
         lost_of_reference=f"{_SIGMA_AND_SOURCE}, and gaps: unknown landmarks stay as they were "
         "last known",
     ),
-    ExportFormat(
-        "nc", "netCDF, movement", (".nc",), _MOTION, "h5netcdf", "movement",
-        lost_of_reference=_SIGMA_AND_SOURCE,
-    ),
     ExportFormat("npz", "Complete, with uncertainty", (".npz",), ("run", "reference")),
     ExportFormat("angles", "Joint angles", (".csv",), _MOTION),
     ExportFormat(
-        "mot", "Joint angles, OpenSim", (".mot",), _MOTION, lost_of_reference=_SIGMA_AND_SOURCE
-    ),
-    ExportFormat("rrd", "Images and clouds, Rerun", (".rrd",), ("run",), "rerun", "rerun"),
-    ExportFormat(
-        "coco", "COCO keypoints", (".json",), ("clicks", "keypoints"), pictures=True, loses=_NOTES
+        "coco", "COCO keypoints", (".json",), ("clicks", "keypoints"), loses=_NOTES
     ),
     ExportFormat(
-        "slp", "SLEAP", (".slp",), _LABELS, "sleap_io", "sleap", pictures=True,
-        loses=_NOTES | {"outside"},
+        "slp", "SLEAP", (".slp",), _LABELS, "sleap_io", "sleap",
+        loses=_NOTES | {"outside", "source"},
     ),
-    ExportFormat(
-        "dlc", "DeepLabCut", (".csv", ".h5"), _LABELS, pictures=True, loses=_ALL_BUT_PLACES
-    ),
-    *(
-        ExportFormat(name, one.program, (".csv",), _LABELS, loses=_ALL_BUT_PLACES)
-        for name, one in POINT_TABLES.items()
-    ),
+    ExportFormat("dlc", "DeepLabCut", (".csv",), _LABELS, loses=_ALL_BUT_PLACES),
 )  # fmt: skip
 
 

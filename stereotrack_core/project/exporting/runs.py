@@ -2,39 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.counting import counted
-from stereotrack_core.evaluation.joint_angles.definitions import NAMES
-from stereotrack_core.evaluation.joint_angles.motion import (
-    frame_columns,
-    frame_rows,
-    motion_of,
-)
+from stereotrack_core.evaluation.joint_angles.motion import frame_columns, frame_rows, motion_of
 from stereotrack_core.evaluation.joint_angles.series import (
     JointAngles,
     angles_of_reference,
     angles_of_run,
     angles_of_trajectory,
 )
-from stereotrack_core.interop.motion.mot import write_mot
+from stereotrack_core.interop.coco import write_coco
+from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.keypoints.json_files import write_results
+from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_trajectory
 from stereotrack_core.interop.run_npz import write_npz
-from stereotrack_core.project.exporting.formats import ExportFormat, check_kind
+from stereotrack_core.interop.sleap import write_sleap
+from stereotrack_core.project.exporting.formats import ExportFormat, check_kind, lost_of_clicks
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tables import csv_text
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run, upright_run
 
-ANGLE_FORMATS = ("angles", "mot")
-"""Formats of joint angles."""
+ANGLES = "angles"
+"""Name of the format of joint angles."""
 
 
 @dataclass(frozen=True)
@@ -56,20 +60,19 @@ class Exported:
 def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = None) -> Exported:
     """Write a complete run; frames per second are the run's where they are not given.
 
-    For ``rrd``, which needs images, see :func:`.scene.export_scene`. Raises InputError where the
-    format cannot hold it, or the file cannot be written.
+    Raises InputError where the format cannot hold it, or the file cannot be written.
     """
     check_kind(form, "run")
-    if fps is None and ("fps" in run.meta or form.name in ANGLE_FORMATS):
+    if fps is None and ("fps" in run.meta or form.name == ANGLES):
         fps = fps_of_run(run)
     if form.name == "npz":
         write_npz(path, run)
-    elif form.name in ANGLE_FORMATS and fps is not None:
-        return export_angles(path, angles_of_run(run), form, fps)
+    elif form.name == ANGLES and fps is not None:
+        return export_angles(path, angles_of_run(run), fps)
     else:
         own_world = form.name == "csv"
         trajectory = (run if own_world else upright_run(run)).trajectory()
-        write_trajectory(path, trajectory, fps, run.residual, run.confidence())
+        write_trajectory(path, trajectory, fps, run.residual)
     return Exported({path: counted(len(run.frame), "frame")})
 
 
@@ -78,8 +81,8 @@ def export_trajectory(
 ) -> Exported:
     """Write landmarks of any origin; see :func:`export_run`."""
     check_kind(form, "trajectory")
-    if form.name in ANGLE_FORMATS and fps is not None:
-        return export_angles(path, angles_of_trajectory(trajectory), form, fps)
+    if form.name == ANGLES and fps is not None:
+        return export_angles(path, angles_of_trajectory(trajectory), fps)
     write_trajectory(path, trajectory, fps)
     return Exported({path: counted(len(trajectory.frame), "frame")})
 
@@ -104,8 +107,8 @@ def export_reference(
     elif form.name == "csv":
         write_reference_table(path, known)
         written = Exported({path: counted(len(reference.frame), "frame")})
-    elif form.name in ANGLE_FORMATS and fps is not None:
-        written = export_angles(path, angles_of_reference(known, np.inf), form, fps)
+    elif form.name == ANGLES and fps is not None:
+        written = export_angles(path, angles_of_reference(known, np.inf), fps)
     else:
         sigma = None if reference.covariance is None else reference.of_the_nine(reference.sigma())
         write_trajectory(path, known.trajectory(np.inf), fps, sigma)
@@ -114,19 +117,10 @@ def export_reference(
     return replace(written, notes=(*written.notes, *filter(None, notes)))
 
 
-def export_angles(path: Path, angles: JointAngles, form: ExportFormat, fps: float) -> Exported:
+def export_angles(path: Path, angles: JointAngles, fps: float) -> Exported:
     """Write joint angles of every frame."""
-    notes: tuple[str, ...] = ()
-    if form.name == "mot":
-        held = write_mot(path, angles.frame, NAMES, angles.angle, fps)
-        if held:
-            notes = (
-                f"{counted(held, 'value')} not known stay as they were last known, because OpenSim "
-                f"stops reading at a gap. {path.name}.json lists them.",
-            )
-    else:
-        write_angles(path, angles, fps)
-    return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"}, notes)
+    write_angles(path, angles, fps)
+    return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
 
 
 def write_angles(path: Path, angles: JointAngles, fps: float) -> int:
@@ -134,3 +128,46 @@ def write_angles(path: Path, angles: JointAngles, fps: float) -> int:
     motion = motion_of(angles, fps)
     write_file(path, csv_text(frame_columns(), frame_rows(angles, motion)))
     return len(angles.frame)
+
+
+def export_clicks(
+    path: Path,
+    clicks: Sequence[Click],
+    recording: Recording,
+    landmarks: LandmarkSet,
+    form: ExportFormat,
+) -> Exported:
+    """Write clicks.
+
+    Raises InputError where the format cannot hold them or the files cannot be written.
+    """
+    check_kind(form, "clicks")
+    written = {path: len(clicks)}
+    if form.name == "dlc":
+        written = write_deeplabcut(path, clicks, landmarks.names)
+    elif form.name == "csv":
+        write_clicks(path, clicks, recording)
+    elif form.name == "coco":
+        write_coco(path, clicks, recording, landmarks)
+    else:
+        write_sleap(path, clicks, recording, landmarks)
+    note = lost_of_clicks(form, clicks)
+    if not clicks:
+        note = "The project has no clicks, so the file is empty."
+    return Exported(
+        {file: f"{count} clicks" for file, count in written.items()}, (note,) if note else ()
+    )
+
+
+def export_keypoints(
+    path: Path, keypoints: Keypoints, recording: Recording, form: ExportFormat
+) -> Exported:
+    """Write what detectors have predicted, as a table or as COCO results."""
+    check_kind(form, "keypoints")
+    others = 0
+    if form.name == "csv":
+        write_table(path, keypoints, recording)
+    else:
+        others = write_results(path, keypoints, recording)
+    told = f", {others} that COCO does not have left out" if others else ""
+    return Exported({path: f"{counted(len(keypoints) - others, 'keypoint')}{told}"})

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import (
     MEASURED_PICTURES,
@@ -71,21 +70,14 @@ def _stated(path: Path) -> int | None:
     return None
 
 
-def with_one_white(choices: Choices, bits: int | None = None) -> Choices:
+def with_one_white(choices: Choices) -> Choices:
     """Choices whose pictures of more than 8 bits have one white, by default the largest measured.
 
-    Images of depth cameras, which are infrared, have one of their own. `bits`: of the sensor, if a
-    person knows them. Raises InputError where a source cannot be opened, or bits are not 8 to 16.
+    Images of depth cameras, which are infrared, have one of their own. Raises InputError where a
+    source cannot be opened.
     """
-    if bits is not None and not 8 <= bits <= 16:
-        raise InputError(
-            f"{bits} bits are not possible", where="--bits", remedy="Use 8 to 16, such as 12."
-        )
-    given = 0 if bits is None else 2**bits - 1
     uses = [
-        replace(use, source=measured(replace(use.source, white=given or use.source.white)))
-        if shows_brightness(use)
-        else use
+        replace(use, source=measured(use.source)) if shows_brightness(use) else use
         for use in choices.uses
     ]
     return replace(choices, uses=tuple(_of_its_group(use, uses) for use in uses))

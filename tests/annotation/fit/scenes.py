@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from benchmarks.annotation import CASES, annotated
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.recording.folder import open_recording
 

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from stereotrack_core.annotation.fit.context import FitContext, standing
 from stereotrack_core.annotation.fit.live import Descent, Expected
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.state import pose_sigmas
+from stereotrack_core.annotation.fit.state import FitSettings, pose_sigmas
 from stereotrack_core.annotation.landmark_set import NINE
 from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, moved_click, places
 

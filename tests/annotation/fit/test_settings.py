@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.errors import InputError
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "annotation-fit.md"

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.comparison.compare import (
+from stereotrack_core.evaluation.compare import (
     Candidate,
     compare,
     how_it_is_made,
     verdict,
 )
-from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.evaluation.summary import errors_against, summarise
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 FRAMES = 240

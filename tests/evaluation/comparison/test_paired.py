@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
-from stereotrack_core.evaluation.comparison.paired import (
+from stereotrack_core.evaluation.compare import (
     Paired,
     Series,
     paired,

@@ -1,7 +1,5 @@
 """Failures of runs made of numbers: found with truth and without, and why."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -85,14 +83,6 @@ def test_a_limb_that_turns_too_fast_is_the_cause():
     (failure, *_) = failures(run, LandmarkTrajectory(truth.frame, points))
     assert failure.verdict.cause == "fast"
     assert "per second" in failure.verdict.words
-
-
-def test_a_view_that_gave_nothing_is_the_cause_where_the_run_says_so():
-    run, truth = made(wrong=[("left_forearm", 20, 39, 1.2)])
-    blind = [{"view": "N", "first": 18, "end": 45, "reason": "dark"}]
-    (failure,) = failures(replace(run, meta={"blind": blind}), truth)
-    assert failure.verdict.cause == "hole"
-    assert "view N" in failure.verdict.words
 
 
 def test_agreement_counts_failures_that_share_a_frame_and_a_limb():

@@ -1,4 +1,4 @@
-"""The low-pass lets through what it says, and derivatives are as uncertain as they say."""
+"""The low-pass lets through what it says, and velocities are those of the movement."""
 
 from __future__ import annotations
 
@@ -34,18 +34,14 @@ def test_half_the_power_is_let_through_at_the_cut_off_and_nothing_lags(fps):
         assert np.abs(shifted).max() < 0.03
 
 
-def test_velocity_and_acceleration_are_those_of_the_movement():
+def test_velocity_is_that_of_the_movement():
     fps, hertz = 100.0, 1.0
     w = 2 * np.pi * hertz
     motion = motion_of(angles(sine(hertz, fps), NAME), fps)
     t = np.arange(1000) / fps
     inside = slice(50, -50)
     np.testing.assert_allclose(motion.velocity[inside, K], (w * np.cos(w * t))[inside], atol=0.03)
-    np.testing.assert_allclose(
-        motion.acceleration[inside, K], (-w * w * np.sin(w * t))[inside], atol=0.3
-    )
     assert np.isfinite(motion.velocity[[0, -1], K]).all()
-    assert np.isnan(motion.acceleration[[0, -1], K]).all()
     assert (motion.cut_off, "6 Hz" in motion.words) == (6.0, True)
 
 
@@ -63,29 +59,9 @@ def test_gaps_are_not_filtered_across_and_short_stretches_not_at_all():
     assert np.isfinite(np.delete(motion.angle[:40, K], 7)).all()
 
 
-@pytest.mark.parametrize("count", [24, 400])
-def test_uncertain_angles_give_derivatives_as_uncertain_as_is_said(count):
-    fps, rng = 30.0, np.random.default_rng(0)
-    sigma = 0.02 * (1.0 + np.linspace(0.0, 1.0, count))
-    stated = motion_of(angles(np.zeros(count), NAME, sigma=0.0), fps)
-    assert np.nanmax(stated.velocity_sigma) == 0.0
-    table = angles(np.zeros(count), NAME)
-    table.sigma[:, K] = sigma
-    stated = motion_of(table, fps)
-    noise = sigma[:, None] * rng.normal(size=(count, 3000))
-    smooth = low_pass(noise, fps, 6.0)
-    velocity = np.gradient(smooth, 1 / fps, axis=0, edge_order=2).std(axis=1)
-    np.testing.assert_allclose(stated.velocity_sigma[:, K], velocity, rtol=0.08)
-    acceleration = (np.diff(smooth, n=2, axis=0) * fps**2).std(axis=1)
-    np.testing.assert_allclose(stated.acceleration_sigma[1:-1, K], acceleration, rtol=0.08)
-
-
-def test_ranges_are_taken_per_segment_and_left_against_right():
+def test_ranges_are_taken_per_segment():
     fps = 50.0
-    left, right = 1.0 + 0.4 * sine(0.5, fps, 8), 1.0 + 0.2 * sine(0.5, fps, 8)
-    both = angles(left, NAME, sigma=0.03)
-    other = NAMES.index("right_elbow_flexion")
-    both.angle[:, other], both.sigma[:, other] = right, 0.04
+    both = angles(1.0 + 0.4 * sine(0.5, fps, 8), NAME, sigma=0.03)
     motion = motion_of(both, fps)
     named = [Segment("quarter", 0, 25), Segment("late", 380, 500), Segment("after", 900, 950)]
     whole, still, late, after = range_of_motion(both, motion, named)
@@ -99,12 +75,7 @@ def test_ranges_are_taken_per_segment_and_left_against_right():
     assert elbow.range == pytest.approx(0.8, rel=0.01)
     assert elbow.range_sigma == pytest.approx(np.hypot(0.03, 0.03))
     assert elbow.peak_velocity == pytest.approx(0.4 * np.pi, rel=0.02)
-    assert elbow.peak_velocity_sigma > 0
     assert elbow.mean == pytest.approx(1.0, abs=0.01)
-    side = next(one for one in whole.sides if one.left.angle.name == NAME)
-    assert side.difference == pytest.approx(0.4, rel=0.02)
-    assert side.symmetry == pytest.approx(0.4 / 0.6, rel=0.02)
-    assert side.difference_sigma == pytest.approx(np.sqrt(2 * 0.03**2 + 2 * 0.04**2))
     assert still.of(NAME).range == pytest.approx(0.4, rel=0.05)
     assert (after.of(NAME).frames, np.isnan(after.of(NAME).range)) == (0, True)
     with pytest.raises(KeyError):

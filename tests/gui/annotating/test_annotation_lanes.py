@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.features.annotate.lanes import AnnotationLanes
-from app.widgets.timeline.lanes import LaneFilter, Mark
+from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
@@ -14,7 +14,6 @@ from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClick
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 
 FRAMES = 60
-EVERYTHING = LaneFilter(frozenset({"landmarks", "uncertainty", "residual"}))
 
 
 @pytest.fixture
@@ -25,7 +24,7 @@ def lanes(project):
 
 
 def marks_of(lanes, landmark):
-    return next(lane.values for lane in lanes.lanes(EVERYTHING) if lane.id == landmark)
+    return next(lane.values for lane in lanes.lanes() if lane.id == landmark)
 
 
 def test_a_landmark_is_clicked_partly_flagged_missing_or_a_gap(project, lanes, make):
@@ -79,7 +78,7 @@ def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
     assert head[10] == head[20] == Mark.CLICKED
     assert head[11] == Mark.INTERPOLATED
     assert head[15] == Mark.NONE
-    torso = next(lane for lane in lanes.lanes(EVERYTHING) if lane.id == "torso ±")
+    torso = next(lane for lane in lanes.lanes() if lane.id == "torso ±")
     assert torso.value_text(12) == "2.5 °"
     assert torso.value_text(30) == "unknown"
     lanes.show_reference(None)
@@ -109,12 +108,8 @@ def test_what_looks_like_an_outlier_is_flagged_until_it_is_edited(project, lanes
     assert marks_of(lanes, "head")[10] == Mark.CLICKED
 
 
-def test_filters(project, lanes, make):
-    project.apply(PlaceClicks(make.clicks_at([7])))
+def test_flagged_frames_are_found_both_ways(project, lanes):
     project.apply(SetFlags((FrameFlag(12, "head"), FrameFlag(40, "head"))))
-    only = LaneFilter(EVERYTHING.kinds, only_flagged=True)
-    assert [lane.id for lane in lanes.lanes(only)] == ["head"]
-    assert len(lanes.lanes(LaneFilter(frozenset({"landmarks"})))) == 9
     assert lanes.next_flagged(12) == 40
     assert lanes.next_flagged(40) is None
     assert lanes.next_flagged(40, backwards=True) == 12

@@ -53,10 +53,9 @@ def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch
     box = again.format_box
     assert {box.itemData(k) for k in range(box.count())} == set(names_of("clicks"))
     monkeypatch.setattr(formats, "find_spec", lambda _module: None)
-    for name in ("argus", "slp", "coco"):
+    for name in ("csv", "slp", "coco"):
         box.setCurrentIndex(box.findData(name))
         box.activated.emit(box.currentIndex())
-        assert again.pictures.isEnabled() is (name != "argus")
         assert ("pip install 'stereotrack[sleap]'" in again.words.text()) is (name == "slp")
         assert again.accept_button.isEnabled() is (name != "slp")
     qtbot.mouseClick(again.accept_button, LEFT)

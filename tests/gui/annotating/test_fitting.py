@@ -11,9 +11,9 @@ from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import fit_of_reference
 from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.fitting import FITTED
 from stereotrack_core.project.marks import FrameFlag, SetFlags
-from stereotrack_core.project.setups import load_reference
 
 FRAMES = 30
 
@@ -62,8 +62,6 @@ def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
     assert now.fit.kind[12] == GAP
     assert "30 frames: 6 clicked, 20 interpolated, 4 in gaps" in now.words
     assert "limb uncertainty" in now.words
-    assert np.isfinite(now.residuals[5]).all()
-    assert np.isnan(now.residuals[6]).all()
 
 
 def test_it_can_be_undone(qtbot, annotated, work):

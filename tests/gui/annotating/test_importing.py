@@ -14,7 +14,7 @@ from app.services.tasks.task import TaskList
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.setups import load_reference
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 
 PATIENCE_S = 300.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QKeySequence
 
 from app.features.annotate.exchange.agreement import AgreementDialog
 from app.features.annotate.exchange.click_files import ImportDialog
@@ -13,16 +12,15 @@ from app.features.annotate.exchange.merging import TakeInDialog
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import WholeNumberField
-from app.widgets.timeline.lanes import LaneFilter, Mark
+from app.widgets.timeline.lanes import Mark
 from app.widgets.timeline.painting import RULER_HEIGHT
-from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 from tests.gui.annotating.stage import LEFT, select, settled
 
@@ -31,14 +29,6 @@ FRAMES = 60
 
 def lane(stage, name):
     return next(one.values for one in stage.timeline.lanes if one.id == name)
-
-
-def test_an_edit_is_seen_in_lanes_and_progress(qtbot, project, stage, make):
-    assert lane(stage, "head")[10] == Mark.CLICKED
-    assert stage.panels.bar.progress.text() == "216 clicks, no keyframes set"
-    project.apply(PlaceClicks(make.clicks_at([15])))
-    assert lane(stage, "head")[15] == Mark.CLICKED
-    qtbot.waitUntil(lambda: stage.panels.bar.progress.text().startswith("252 clicks"))
 
 
 def test_the_selection_is_dragged_and_cleared(qtbot, project, stage):
@@ -104,47 +94,6 @@ def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage
     assert stage.panels.next_panel.model.rowCount() == 0
 
 
-def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
-    stage.trigger("fit")
-    settled(qtbot, stage)
-    stage.panels.bar._change(LaneFilter(frozenset({"residual"})))
-    before = lane(stage, "head px")[20]
-    assert before < 10.0
-    project.apply(MoveClicks((ClickKey(20, "N", "head"),), (40.0, 0.0)))
-    after = lane(stage, "head px")
-    assert after[20] > 15.0
-    assert np.isnan(after[21])
-    project.undo()
-    assert lane(stage, "head px")[20] == pytest.approx(before)
-
-
-def test_a_frame_may_be_annotated_again_blindly(qtbot, project, stage, make):
-    frame = 3
-    stage.panels.begin_repeat(frame)
-    assert stage.timeline.frame == frame
-    assert stage.panels.repeat_bar.isVisible()
-    project.apply(PlaceClicks(make.clicks_at([frame])))
-    again = make.clicks_at([frame], sigma=1.0, seed=3)[:5]
-    project.apply(BlindRepeat(1, PlaceClicks(again)))
-    assert "5 clicks done, 31 to go" in stage.panels.repeat_bar.words.text()
-    stage.go_to(frame)
-    qtbot.mouseClick(stage.panels.repeat_bar.button, LEFT)
-    assert not stage.panels.repeat_bar.isVisible()
-    assert stage.timeline.frame == 0  # where one was before
-
-
-def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
-    chosen = LaneFilter(frozenset({"landmarks", "residual"}))
-    stage.panels.bar._change(chosen)
-    assert len(stage.timeline.lanes) == 9
-    recording = stage.panels.recording
-    stage.panels.set_project(None, None, 0)
-    assert not stage.timeline.lanes
-    assert not stage.panels.bar.isVisible()
-    stage.panels.set_project(project, recording, FRAMES)
-    assert stage.panels.bar.filter == chosen
-
-
 def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path):
     path = tmp_path / "clicks.csv"
     write_clicks(path, make.clicks_at([0, 5]), stage.panels.recording)
@@ -206,17 +155,6 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     assert project.clicks.count() == 216
 
 
-def test_commands_have_words_and_say_why_not(stage):
-    stage.panels.set_project(None, None, 0)
-    stage.book.refresh()
-    for command in stage.book.commands:
-        assert command.tip.endswith(".")
-        assert not stage.book.action(command.id).isEnabled(), command.id
-        assert "Unavailable:" in stage.book.action(command.id).toolTip()
-    keys = [c.shortcut for c in stage.book.commands if c.shortcut]
-    assert len({QKeySequence(k).toString() for k in keys}) == len(keys)
-
-
 def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
     recording = stage.panels.recording
     stage.panels.set_project(None, None, 0)
@@ -226,7 +164,6 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         stage.edits.set_project(read)
         stage.panels.set_project(read, recording, FRAMES)
         assert lane(stage, "head")[10] == Mark.CLICKED
-        stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
         stage.book.refresh()
         for name in ("clear", "gap", "done", "fit", "repeat-now", "merge", "landmarks"):
             assert not stage.book.action(f"annotate-{name}").isEnabled(), name

@@ -6,8 +6,6 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.widgets.timeline.bars import AnnotationBar
-from app.widgets.timeline.lanes import LaneFilter
-from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import GAP, SetKeyframes
@@ -27,13 +25,6 @@ LEFT = Qt.MouseButton.LeftButton
 def annotated(project, make):
     project.apply(PlaceClicks(make.clicks_at(range(0, 40, 5))))
     return project
-
-
-def test_words():
-    assert Selection(range(7, 8)).words() == "frame 7"
-    two = Selection(range(120, 181), ("left_elbow", "left_hand"))
-    assert two.words() == "frames 120 – 180, left elbow and left hand"
-    assert Selection(range(2), NINE.names[:3]).words() == "frames 0 – 1, 3 landmarks"
 
 
 def test_clicks_are_cleared_and_come_back(annotated):
@@ -77,30 +68,6 @@ def test_keyframes_every_n(annotated):
 @pytest.fixture
 def bar(shown):
     return shown(AnnotationBar(), 900, 32)
-
-
-def toggle(qtbot, bar, words):
-    """Open the menu of lanes by a click and choose an entry by a click."""
-    bar.lanes_menu.aboutToShow.emit()
-    menu = bar.lanes_menu
-    menu.popup(bar.mapToGlobal(bar.rect().bottomLeft()))
-    action = next(one for one in menu.actions() if one.text() == words)
-    qtbot.mouseClick(menu, LEFT, pos=menu.actionGeometry(action).center())
-    menu.hide()
-
-
-def test_lanes_are_filtered_by_a_menu(qtbot, bar):
-    chosen = []
-    bar.filter_changed.connect(chosen.append)
-    toggle(qtbot, bar, "Residual of each limb [px]")
-    toggle(qtbot, bar, "Only flagged items")
-    assert bar.lanes_button.text() == "Only flagged ▾"
-    assert chosen[-1] == LaneFilter(
-        frozenset({"landmarks", "uncertainty", "residual"}), only_flagged=True
-    )
-    toggle(qtbot, bar, "Reset")
-    assert chosen[-1] == LaneFilter()
-    assert bar.lanes_button.text() == "Lanes ▾"
 
 
 def test_flagged_frames_are_gone_to(qtbot, bar):

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.setups import UseSubject
+from stereotrack_core.project.entries import UseSubject
 from stereotrack_core.recording.description import Subject
 
 LEFT = Qt.MouseButton.LeftButton

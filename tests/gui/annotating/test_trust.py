@@ -13,7 +13,7 @@ from app.features.annotate.exchange.agreement import AgreementDialog, agreement_
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import BlindRepeats
-from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import BlindRepeat, PlaceClicks
 from stereotrack_core.project.project import Project
 
 LEFT = Qt.MouseButton.LeftButton
@@ -24,26 +24,6 @@ def annotated(project, make):
     """Forty frames with clicks."""
     project.apply(PlaceClicks(make.clicks_at(range(40), sigma=2.0, seed=1)))
     return project
-
-
-def test_the_second_reading_is_blind_and_apart(annotated, make):
-    repeats = BlindRepeats(annotated)
-    frame = 3
-    first = annotated.clicks.at(frame)
-    repeats.begin(frame)
-    assert repeats.active == frame
-    assert repeats.clicks() == ()
-    assert len(repeats.missing()) == 36
-    again = make.clicks_at([frame], sigma=2.0, seed=9)
-    annotated.apply(BlindRepeat(1, PlaceClicks(again[:30])))
-    annotated.apply(BlindRepeat(1, DeleteClicks((again[0].key,))))
-    assert len(repeats.clicks()) == 29
-    assert len(repeats.missing()) == 7
-    assert "29 clicks done, 7 to go" in repeats.words()
-    assert annotated.clicks.at(frame) == first
-    repeats.begin(None)
-    assert repeats.active is None
-    assert repeats.words() == ""
 
 
 def test_what_is_under_way_survives_closing(recording, make):

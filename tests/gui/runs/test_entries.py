@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.session.judgement import judged
+from app.session.judgement import judged, recorded_truth
 from app.session.runs import entry_of_run
-from app.session.truth import recorded_truth
+from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking import run_checks
+from stereotrack_core.tracking.presets import preset
 from tests.gui.made_runs import made_run
 
 
@@ -56,3 +58,37 @@ def test_a_run_knows_the_stretches_that_a_second_look_changed(small_recording):
     assert stored.looked_again == [(2, 5), (7, 7)]
     stored.stored = stored.origin = None
     assert stored.looked_again == ()
+
+
+def messages_of_run(window, qtbot, **changes):
+    """Messages of a run over two frames."""
+    said = []
+    window.context.session.track.message.connect(said.append)
+    window.context.session.track.choose("fast", preset("fast").replaced(**changes))
+    window.context.view_state.select(range(2))
+    window.context.session.tracker.run_selection()
+    qtbot.waitUntil(lambda: window.context.session.track.entry is None)
+    qtbot.waitUntil(window.context.tasks.settled)
+    return said
+
+
+@pytest.mark.window
+def test_where_nobody_is_tracked_the_step_is_named(opened, qtbot):
+    [message] = messages_of_run(opened, qtbot, volume_centre_x=40.0)
+    assert message.severity == "warning"
+    assert "no frame of the run has a tracked person" in message.what
+    assert "volume_centre_x" in message.remedy
+
+
+@pytest.mark.window
+def test_a_run_in_which_nothing_fits_is_said_and_kept_with_it(opened, qtbot, monkeypatch):
+    assert messages_of_run(opened, qtbot) == []
+    monkeypatch.setattr(run_checks, "MOST_UNEXPLAINED", 0.0)
+    [message] = messages_of_run(opened, qtbot)
+    assert message.severity == "warning"
+    assert "is not explained by the body" in message.what
+    assert "info --deep" in message.remedy
+    runs = opened.context.session.project.project.runs
+    first, second = (load_run(runs, kept.name).meta["warnings"] for kept in kept_runs(runs))
+    assert first == []
+    assert second == [message.what]

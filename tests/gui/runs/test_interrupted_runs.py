@@ -71,7 +71,7 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
     assert (message.severity, message.where) == ("note", NAME)
     assert window.context.session.project.path == killed
     [kept] = kept_runs(window.context.session.project.project.runs)
-    assert (kept.name, kept.facts.frames, kept.facts.asked) == (NAME, HELD, (0, FRAMES))
+    assert (kept.name, kept.facts.frames) == (NAME, HELD)
     assert [entry.name for entry in window.context.session.runs.entries] == [NAME]
     done = iter(range(1, FRAMES))
     settings = preset("fast").replaced(fit_shape=False)

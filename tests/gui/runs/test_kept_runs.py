@@ -13,8 +13,8 @@ from app.features.track import keeping as keeper
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import sameness
 from tests.gui.made_runs import add_run, made_run
+from tests.same_run import same_run
 
 pytestmark = pytest.mark.window
 
@@ -78,9 +78,7 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     settle(tracking, qtbot)
     assert kept(tracking) == ["run", "run (2)"]
     assert (first.kept, second.kept, names(tracking)) == ("run", "run (2)", kept(tracking))
-    assert sameness(
-        load_run(tracking.context.session.project.project.runs, "run"), first.run()
-    ).equal
+    assert same_run(load_run(tracking.context.session.project.project.runs, "run"), first.run())
     tracking.context.session.runs.show(first, visible=False)
     before = second.run()
     settle(tracking, qtbot)
@@ -88,7 +86,7 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     hidden, shown = tracking.context.session.runs.entries
     assert (hidden.name, hidden.visible, hidden.waiting) == ("run", False, True)
     assert shown is tracking.context.session.runs.active
-    assert sameness(before, shown.run()).equal
+    assert same_run(before, shown.run())
     row = tracking.features.track.row(hidden)
     assert (row.frames, row.seed, row.time) == ("0 – 7", "5", "1:15 min")
     made = tracking.features.track.row(shown).made
@@ -125,7 +123,7 @@ def test_a_run_is_named_noted_removed_and_restored(tracking, qtbot):
     assert not tracking.features.track.keeper.removed
     assert len(tracking.context.session.runs.entries[0].frames) == 8
     assert panel.note.text() == "loses the hand"
-    assert sameness(tracking.context.session.runs.entries[0].run(), entry.run()).equal
+    assert same_run(tracking.context.session.runs.entries[0].run(), entry.run())
 
 
 def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, monkeypatch):
@@ -225,25 +223,3 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     tracking.features.view.toggle_overlay("others")
     styles = {(curve.name, curve.style) for curve in tracking.features.review.plot.plot._curves}
     assert styles == {("c", "solid"), ("a", "dash"), ("b", "dot")}
-
-
-def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
-    finished(tracking, "one")
-    finished(tracking, "two", iterations=2, data_points=400)
-    settle(tracking, qtbot)
-    tracking.features.track.show_details()
-    details = tracking.features.track.details
-    assert (details.first.currentText(), details.second.currentText()) == ("one", "two")
-    rows = {
-        details.model.cell(k, 0).text: (
-            details.model.cell(k, 1).text,
-            details.model.cell(k, 2).text,
-        )
-        for k in range(details.model.rowCount())
-    }
-    assert rows == {"iterations": ("3", "2"), "data_points": ("800", "400")}
-    details.everything.setChecked(True)
-    assert details.model.rowCount() > 50
-    details.second.setCurrentIndex(0)
-    assert details.words.text().startswith("No differences")
-    details.close()

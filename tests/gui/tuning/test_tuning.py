@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QInputDialog
 
-from app.features.tune.presets import NameDialog
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
@@ -78,7 +78,7 @@ def test_an_edit_by_keys_leads_to_a_trial_beside_the_run(tuning, qtbot, quick_ru
     assert styles[run.name] == "solid" != styles[trial.name]
     model = tuning.features.tune.panel.model
     assert model.cell(1, 0).text.splitlines()[1] == "frames 0 – 7"
-    assert [model.cell(k, 0).text.splitlines()[0] for k in range(2)] == ["◆ quick", trial.name]
+    assert [model.cell(k, 0).text.splitlines()[0] for k in range(2)] == ["quick", trial.name]
     assert "(" in model.cell(1, 1).text, "the difference from the run is stated"
     said = "The trial “sigma joint 25 deg” already has these settings."
     assert tuning.features.tune.panel.words.text() == said
@@ -133,20 +133,13 @@ def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {"quick"}
 
 
-def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
-    for text in ("20", "30"):
-        tried(tuning, qtbot, text=text)
-    table, model = tuning.features.tune.panel.table, tuning.features.tune.panel.model
-    from_run = [model.cell(k, 1).text for k in range(3)]
-    table.selectRow(1)
-    trigger(tuning, "trial_compare")
-    from_first = [model.cell(k, 1).text for k in range(3)]
-    assert model.cell(1, 0).text.startswith("◆ sigma joint 20 deg")
-    assert "(" not in from_first[1]
-    value, change = from_first[0].split(" ")
-    assert float(from_run[1].split(" ")[0]) + float(change.strip("()")) == pytest.approx(
-        float(value), abs=0.11
-    )
+def test_differences_are_from_the_run(tuning, qtbot):
+    tried(tuning, qtbot, text="20")
+    model = tuning.features.tune.panel.model
+    run, trial = (model.cell(k, 1).text for k in range(2))
+    assert "(" not in run
+    value, change = trial.split(" ")
+    assert float(value) - float(change.strip("()")) == pytest.approx(float(run), abs=0.11)
 
 
 def drawn(window):
@@ -158,25 +151,6 @@ def drawn(window):
         name: (pen.widthF(), pen.style() == solid, pen.color().alpha())
         for name, pen in pens.items()
     }
-
-
-def test_the_chosen_trial_is_drawn_solid_and_thick_before_the_others(tuning, qtbot):
-    for text in ("20", "30"):
-        tried(tuning, qtbot, text=text)
-    first, second = names(tuning)
-    looks = drawn(tuning)
-    assert looks[second] == (2.5, True, 255), "the newest"
-    assert looks["quick"] == (1.0, True, 120)
-    assert looks[first][0] == 1.0
-    table = tuning.features.tune.panel.table
-    place = table.visualRect(table.model().index(1, 0)).center()
-    QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    qtbot.waitUntil(tuning.context.tasks.settled)
-    looks = drawn(tuning)
-    assert looks[first] == (2.5, True, 255)
-    assert looks[second][0] == looks["quick"][0] == 1.0
-    assert "Green is lower" in tuning.features.tune.panel._colours.text()
-    assert tuning.features.tune.panel._colours.isVisible(), "colours are explained where they are"
 
 
 def test_a_trial_becomes_the_run(tuning, qtbot):
@@ -196,25 +170,22 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     tuning.features.tune.trials.cancel()
     tuning.features.tune.panel.table.selectRow(1)
     trigger(tuning, "trial_adopt")
-    dialog = tuning.findChild(NameDialog)
-    save = dialog.accept_button
-    assert not save.isEnabled(), "a preset needs a name"
-    QTest.keyClicks(dialog.name, "fast")
-    assert "built-in preset" in dialog.words.text()
-    dialog.name.selectAll()
-    QTest.keyClicks(dialog.name, "wide joints")
-    QTest.mouseClick(save, Qt.MouseButton.LeftButton)
-    shelf = tuning.features.tune.presets.shelf
+    shelf = tuning.features.tune.presets
+    shelf.keep("fast", trial.settings)
+    assert "built-in preset" in tuning.messages.text()
+    dialog = tuning.findChild(QInputDialog)
+    dialog.setTextValue("wide joints")
+    dialog.accept()
     assert shelf.own == ("wide joints",)
     assert shelf.settings("wide joints") == trial.settings == tuning.context.session.track.settings
     assert tuning.features.tune.parameters.preset_box.currentText() == "wide joints"
     assert not tuning.context.session.track.differs_from_preset
     path = tmp_path / "wide.toml"
-    tuning.features.tune.presets.write_file(path)
+    shelf.write_file(path)
     assert preset(str(path)) == trial.settings
     trigger(tuning, "preset_delete")
     assert shelf.own == ()
-    tuning.features.tune.presets.take_file(path)
+    shelf.take_file(path)
     assert shelf.own == ("wide joints",)
     assert read_preset(path).settings == tuning.context.session.track.settings
     trigger(tuning, "undo")
@@ -236,10 +207,3 @@ def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     assert len(set(counts.values())) == 3
     assert tuning.features.tune.parameters.line("sigma_joint").is_changed
     tuning.features.tune.toggle_live()
-
-
-def test_closing_while_trying_ends_the_threads(tuning, qtbot):
-    typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.features.tune.trials.running is not None, timeout=10_000)
-    tuning.close()
-    assert tuning.features.tune.settled()

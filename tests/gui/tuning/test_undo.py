@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QInputDialog
 
-from app.features.tune.presets import NameDialog
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
 from tests.gui.tuning.test_tuning import trigger, typed
@@ -120,14 +119,14 @@ def test_saving_a_preset_and_using_it_are_undone(still):
     parameters = still.features.tune.parameters
     typed(still, "sigma_joint", "25")
     trigger(still, "preset_save")
-    dialog = still.findChild(NameDialog)
-    QTest.keyClicks(dialog.name, "wide")
-    QTest.keyClick(dialog.name, Qt.Key.Key_Return)
+    dialog = still.findChild(QInputDialog)
+    dialog.setTextValue("wide")
+    dialog.accept()
     assert parameters.preset_box.currentText() == "wide"
     assert named(still)[0] == "Undo Use preset wide"
     press()
     press()
-    assert still.features.tune.presets.shelf.own == ()
+    assert still.features.tune.presets.own == ()
     assert parameters.preset_box.currentText() == still.context.session.track.preset != "wide"
     assert (named(still)[0], sigma(still)) == ("Undo Set sigma_joint to 25", 25.0)
     press(CTRL | SHIFT)

@@ -7,8 +7,7 @@ from PySide6.QtGui import QWheelEvent
 
 from app.widgets.plots.limb_plots import ErrorPlot, next_crossing, thinned
 from app.widgets.plots.plots import Curve
-from app.widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
-from app.widgets.style.theme import current_theme
+from app.widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS
 from app.widgets.timeline.lanes import Lane
 from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
@@ -43,40 +42,6 @@ def position(plot, frame, value):
     return QPoint(round(point.x()), round(point.y()))
 
 
-def colour_share(plot, image, place, colour):
-    """How much of `colour` is mixed into the background around a place, at most."""
-    background = np.array(rgb(current_theme().plot_background), dtype=float)
-    toward = np.array(rgb(colour), dtype=float) - background
-    best = 0.0
-    for d in (-1, 0, 1):
-        pixel = image.pixelColor(place + QPoint(0, d))
-        mixed = np.array([pixel.red(), pixel.green(), pixel.blue()]) - background
-        share = mixed @ toward / (toward @ toward)
-        if np.abs(mixed - share * toward).max() < 25:
-            best = max(best, share)
-    return best
-
-
-def limb_seen(image, place):
-    """The limb whose colour, mixed into the background, gives the strongest pixel there."""
-    background = np.array(rgb(current_theme().plot_background), dtype=float)
-    pixels = [image.pixelColor(place + QPoint(0, d)) for d in (-1, 0, 1)]
-    mixed = [np.array([p.red(), p.green(), p.blue()]) - background for p in pixels]
-    strongest = max(mixed, key=np.linalg.norm)
-    assert np.linalg.norm(strongest) > 40
-
-    def misfit(limb):
-        toward = np.array(rgb(LIMB_COLOURS[limb]), dtype=float) - background
-        share = strongest @ toward / (toward @ toward)
-        return np.linalg.norm(strongest - share * toward)
-
-    return min(LIMBS, key=misfit)
-
-
-def rgb(colour):
-    return tuple(bytes.fromhex(colour[1:]))
-
-
 @given(
     frames=st.integers(1, 4000),
     columns=st.integers(1, 300),
@@ -105,13 +70,6 @@ def test_gap_stays_a_gap_after_thinning():
     assert np.isfinite(y[(x < 3950) | (x > 6050)]).all()
 
 
-def test_a_value_without_neighbours_is_a_stroke_and_lines_stay_as_they_are():
-    value = np.array([5.0, np.nan, 1.0, 2.0, np.nan, 7.0])
-    x, y = thinned(np.arange(6), value, 0, 6, 500)
-    np.testing.assert_allclose(x, [-0.4, 0.4, 1, 2, 3, 4, 4.6, 5.4])
-    np.testing.assert_array_equal(y, [5, 5, np.nan, 1, 2, np.nan, 7, 7])
-
-
 def test_crossings_go_from_stretch_to_stretch():
     value = np.zeros(100)
     value[10:15] = 60.0
@@ -128,25 +86,6 @@ def test_crossings_go_from_stretch_to_stretch():
 
 
 class TestPlot:
-    @pytest.mark.parametrize("limb", LIMBS)
-    def test_curve_is_seen_in_its_limbs_colour(self, plot, limb):
-        plot.set_curves([curve(limb, np.full(490, 20.0))])
-        image = plot._plot.grab().toImage()
-        assert limb_seen(image, position(plot, 205, 20)) == limb
-
-    def test_dashes_tell_runs_apart(self, plot):
-        shares = []
-        for style in ("solid", "dash"):
-            plot.set_curves([curve("head", np.full(490, 20.0), style)])
-            image = plot._plot.grab().toImage()
-            row = [
-                colour_share(plot, image, position(plot, frame, 20), LIMB_COLOURS["head"]) > 0.35
-                for frame in range(20, 470)
-            ]
-            shares.append(sum(row) / len(row))
-        assert shares[0] == 1.0
-        assert 0.3 < shares[1] < 0.95
-
     def test_click_goes_to_the_frame(self, qtbot, plot):
         with qtbot.waitSignal(plot.frame_requested) as caught:
             qtbot.mouseClick(plot._plot.viewport(), LEFT, pos=position(plot, 213, 10))
@@ -253,8 +192,3 @@ class TestPlot:
         with qtbot.waitSignal(plot.frame_requested) as caught:
             qtbot.keyClick(plot, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
         assert caught.args == [110]
-
-    def test_empty_and_unknown_curves_are_no_trouble(self, plot):
-        plot.set_curves([])
-        plot.set_curves([curve("head", np.full(10, np.nan)), curve("torso", [])])
-        assert not plot.grab().isNull()

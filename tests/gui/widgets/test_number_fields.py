@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import pytest
 from PySide6.QtCore import QLocale, Qt
 from PySide6.QtTest import QTest
@@ -17,7 +14,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-import app
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import NumberField, WholeNumberField
 from app.widgets.style.building import vbox
@@ -143,20 +139,6 @@ def test_a_dialog_is_not_accepted_with_a_number_that_was_refused(qtbot, shown):
     write(field, "26,5")
     QTest.keyClick(field, Qt.Key.Key_Return)
     assert taken == [25.0, 26.5]
-
-
-_PLAIN = re.compile(
-    r"\b(QSpinBox|QDoubleSpinBox|Q(Double|Int)Validator|(Double|Int)Input|get(Int|Double))\b"
-)
-
-
-def test_no_other_fields_for_numbers_are_made():
-    files = [
-        file.name
-        for file in Path(app.__file__).parent.rglob("*.py")
-        if _PLAIN.search(file.read_text("utf-8"))
-    ]
-    assert files == ["numbers.py"], "use NumberField and WholeNumberField"
 
 
 @pytest.mark.window

@@ -2,7 +2,7 @@ import pytest
 from PySide6.QtCore import QItemSelectionModel, Qt
 from PySide6.QtGui import QGuiApplication
 
-from app.widgets.style.limb_colours import LIMB_COLOURS
+from app.widgets.style.colours import LIMB_COLOURS
 from app.widgets.tables.panels import NumbersPanel
 
 ROWS = [

@@ -46,15 +46,6 @@ class TestContent:
             assert part in text
         assert "Side of the window." in text, "without hovering"
 
-    def test_it_opens_at_the_parameter_that_was_touched_last(self, qtbot, shown):
-        widget = ParameterPanel()
-        widget.last_touched = "iterations"
-        widget.set_settings(preset("fast"), preset("fast"))
-        shown(widget, 340, 500)
-        widget.set_seen(True)
-        line, port = widget.line("iterations"), widget._scroll.viewport()
-        qtbot.waitUntil(lambda: 0 <= line.mapTo(port, QPoint(0, 0)).y() < 20)
-
     def test_search_knows_what_a_person_calls_the_matter(self, qtbot, shown):
         widget = ParameterPanel()
         widget.set_settings(preset("fast"), preset("fast"))
@@ -72,11 +63,6 @@ class TestContent:
         moved = line.editor.mapToGlobal(QPoint(0, 0)) - before
         assert moved.manhattanLength() <= 2, "the field stays under the mouse"
 
-    def test_groups_are_headings_once(self, panel):
-        text = words(panel)
-        assert text.count("Stereo") == 1
-        assert text.count("Tracking") == 1
-
     def test_every_parameter_of_the_program_has_a_line(self, shown):
         widget = ParameterPanel()
         widget.set_settings(preset("thesis"), preset("thesis"))
@@ -85,12 +71,6 @@ class TestContent:
             assert (
                 widget.line(row.name).editor.accessibleName().startswith(row.name.replace("_", " "))
             )
-
-    def test_other_settings_replace_the_lines(self, panel):
-        panel.set_settings(preset("fast"), preset("accurate"))
-        assert panel.line("iterations").is_changed
-        with pytest.raises(KeyError):
-            panel.line("window")
 
 
 class TestEditing:

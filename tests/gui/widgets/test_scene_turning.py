@@ -6,11 +6,10 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from app.widgets.scene import lettering
-from app.widgets.scene import scene_view as scene_view_module
 from app.widgets.scene.content import SceneContent
 from app.widgets.scene.orbit import Orbit
 from app.widgets.scene.scene_view import SceneView
-from tests.gui.widgets.test_scene_view import MESHES, pixels, snapshot
+from tests.gui.widgets.test_scene_view import pixels, snapshot
 
 
 @pytest.fixture
@@ -61,22 +60,6 @@ class TestLettering:
         assert np.ptp(blue[:, 0]) > np.ptp(blue[:, 1]), "z goes up"
 
 
-class Clock:
-    """Time that only rendering takes, by the number of pixels."""
-
-    def __init__(self, monkeypatch, scene, seconds_per_pixel):
-        self.now, self.sizes = 0.0, []
-        render = scene._renderer.picture
-
-        def picture(width, height, orbit, *, fine):
-            self.sizes.append((width, height))
-            self.now += seconds_per_pixel * width * height
-            return render(width, height, orbit, fine=fine)
-
-        monkeypatch.setattr(scene._renderer, "picture", picture)
-        monkeypatch.setattr(scene_view_module.time, "perf_counter", lambda: self.now)
-
-
 def drag(scene, pixels_right, steps=12):
     """Turn the scene by the mouse, each move painted."""
     start = QPoint(320, 240)
@@ -85,16 +68,3 @@ def drag(scene, pixels_right, steps=12):
         QTest.mouseMove(scene, start + QPoint(round(k * pixels_right / steps), 0))
         scene.repaint()
     QTest.mouseRelease(scene, Qt.MouseButton.LeftButton)
-
-
-class TestDragging:
-    def test_a_slow_machine_renders_fewer_pixels_while_it_is_turned(
-        self, qtbot, scene, monkeypatch
-    ):
-        scene.show_scene(SceneContent(meshes=MESHES))
-        scene.repaint()
-        clock = Clock(monkeypatch, scene, 0.064 / (640 * 480))
-        drag(scene, 60)
-        assert set(clock.sizes[3:]) == {(320, 240)}, "a quarter of the pixels in a quarter of time"
-        qtbot.waitUntil(scene.at_rest, timeout=3000)
-        assert clock.sizes[-1] == (640, 480)

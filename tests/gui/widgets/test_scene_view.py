@@ -10,7 +10,7 @@ from app.widgets.scene.content import LAYERS, Ellipsoid, SceneContent
 from app.widgets.scene.orbit import Orbit
 from app.widgets.scene.renderer import SceneUnavailable
 from app.widgets.scene.scene_view import SceneView
-from app.widgets.style.limb_colours import LIMB_COLOURS
+from app.widgets.style.colours import LIMB_COLOURS
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import body_mesh
 from stereotrack_core.body.model import body_model, landmarks

@@ -3,10 +3,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-
-from app.widgets.scene.orbit import Orbit
 
 ROOT = Path(__file__).resolve().parents[3]
 RENDER = """
@@ -54,23 +51,3 @@ def test_missing_opengl_is_a_sentence_and_no_crash():
     assert result.returncode == 0, result.stderr
     assert "No OpenGL is available" in result.stdout
     assert result.stderr == ""
-
-
-class TestOrbit:
-    orbit = Orbit(np.array([0.3, -0.2, 1.1]), 0.7, 0.4, 3.0)
-
-    def test_axes_are_orthonormal_from_everywhere(self):
-        for azimuth in np.linspace(-3, 3, 7):
-            for elevation in (-np.pi / 2, -0.3, 0.0, 1.2, np.pi / 2):
-                orbit = Orbit(np.zeros(3), azimuth, elevation, 2.0)
-                axes = np.stack([orbit.right, orbit.up, orbit.toward_eye])
-                np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
-                assert np.linalg.det(axes) == pytest.approx(1.0)
-
-    def test_ray_passes_through_what_is_projected_there(self):
-        rng = np.random.default_rng(1)
-        points = self.orbit.focus + rng.normal(0, 0.5, (20, 3))
-        for point, (x, y) in zip(points, self.orbit.project(points, 640, 480), strict=True):
-            ray = self.orbit.ray(x, y, 640, 480)
-            off = np.cross(ray, point - self.orbit.eye)
-            np.testing.assert_allclose(off, 0.0, atol=1e-9)

@@ -15,9 +15,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.widgets.style.icons import data_folder, icon, resource_path, set_icon
-from app.widgets.style.limb_colours import LIMB_COLOURS
-from app.widgets.style.theme import apply_theme, chosen_theme, current_theme, load_theme
+from app.widgets.style.colours import LIMB_COLOURS
+from app.widgets.style.theme import (
+    apply_theme,
+    chosen_theme,
+    current_theme,
+    data_folder,
+    icon,
+    load_theme,
+    resource_path,
+    set_icon,
+)
 
 
 def luminance(colour):

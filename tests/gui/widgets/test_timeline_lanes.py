@@ -28,27 +28,6 @@ def test_no_value_is_lost_and_none_invented(length, columns, seed):
         assert np.isnan(seen).all()
 
 
-def test_reading_does_not_grow_with_the_recording():
-    class Spy:
-        def __init__(self):
-            self.read = 0
-
-        def reduceat(self, blocks, pairs):
-            widths = np.diff(np.append(pairs, len(blocks)))[::2]
-            self.read += int(widths.sum())
-            return np.fmax.reduceat(blocks, pairs)
-
-    read = []
-    for length in (10_000, 1_000_000):
-        pyramid = Pyramid(np.random.default_rng(0).random(length), np.fmax)
-        spy = Spy()
-        pyramid._reduce = spy
-        pyramid.columns(np.linspace(0, length, 1001))
-        read.append(spy.read)
-    assert max(read) <= 1000 * 40
-    assert read[1] <= 6 * read[0]
-
-
 def test_marks_of_a_column_are_all_kept():
     marks = np.zeros(1000, dtype=int)
     marks[[100, 101]] = Mark.CLICKED, Mark.FLAGGED

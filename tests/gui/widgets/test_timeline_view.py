@@ -3,7 +3,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 
-from app.widgets.style.limb_colours import LIMB_COLOURS
+from app.widgets.style.colours import LIMB_COLOURS
 from app.widgets.timeline.lanes import Lane, Mark, Span
 from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView

@@ -100,40 +100,6 @@ def ros(name, camera, rectification, projection):
     return text
 
 
-KALIBR = """cam0:
-  cam_overlaps: [1]
-  camera_model: pinhole
-  distortion_coeffs: [-0.28, 0.07, 1e-05, 1.76187114e-05]
-  distortion_model: radtan
-  intrinsics: [458.654, 457.296, 367.215, 248.375]
-  resolution: [752, 480]
-  rostopic: /cam0/image_raw
-cam1:
-  T_cn_cnm1:
-  - [1.0, 0.0, 0.0, -0.11]
-  - [0.0, 0.9999500004, -0.0099998333, 0.001]
-  - [0.0, 0.0099998333, 0.9999500004, -0.0002]
-  - [0.0, 0.0, 0.0, 1.0]
-  camera_model: pinhole
-  distortion_coeffs: [0.27, 0.7, -1.7,
-    1.9]
-  distortion_model: equidistant
-  intrinsics: [457.587, 456.134, 379.999, 255.238]
-  resolution: [752, 480]
-cam2:
-  T_cn_cnm1:
-  - [0.0, 0.0, 1.0, -1.5]
-  - [0.0, 1.0, 0.0, 0.0]
-  - [-1.0, 0.0, 0.0, 1.5]
-  - [0.0, 0.0, 0.0, 1.0]
-  camera_model: pinhole
-  distortion_coeffs: [0, 0, 0, 0]
-  distortion_model: radtan
-  intrinsics: [450, 450, 376, 240]
-  resolution: [752, 480]
-"""
-
-
 def qualisys(cameras):
     root = ET.Element("calibration", {"type": "regular"})
     parent = ET.SubElement(root, "cameras")
@@ -240,46 +206,3 @@ RX_VGA=0.002
 RZ_HD=-0.001
 RZ_VGA=-0.001
 """
-
-EUROC = """%YAML:1.0
-sensor_type: camera
-T_BS:
-  cols: 4
-  rows: 4
-  data: [0.0, -1.0, 0.0, -0.02,
-         1.0, 0.0, 0.0, -0.06,
-         0.0, 0.0, 1.0, 0.01,
-         0.0, 0.0, 0.0, 1.0]
-rate_hz: 20
-resolution: [752, 480]
-camera_model: pinhole
-intrinsics: [458.654, 457.296, 367.215, 248.375] #fu, fv, cu, cv
-distortion_model: radial-tangential
-distortion_coefficients: [-0.283, 0.0739, 0.00019, 1.76e-05]
-"""
-
-KANNALA = """projection_parameters:
-   k2: -0.01
-   k3: 0.02
-   k4: -0.03
-   k5: 0.004
-   mu: 461.5
-   mv: 460.2
-   u0: 362.6
-   v0: 248.1"""
-
-CAMODOCAL = f"""%YAML:1.0
----
-model_type: KANNALA_BRANDT
-camera_name: cam0
-image_width: 752
-image_height: 480
-{KANNALA}
-"""
-
-LENSES = (
-    ("ZED", "SN1.conf", ZED),
-    ("EuRoC", "sensor.yaml", EUROC),
-    ("camodocal", "cam0.yaml", CAMODOCAL),
-)
-"""Name of the format, file, and content."""

@@ -9,14 +9,9 @@ from scipy.io import savemat
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import vector_from_rotation
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import completed, decide
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from tests.interop.calibrations.layouts import (
-    CAMODOCAL,
-    EUROC,
-    KALIBR,
-    KANNALA,
     RIG,
     ZED,
     imported,
@@ -98,20 +93,6 @@ def test_easymocap_in_two_files(tmp_path):
     assert_same(imported(*paths, size=(640, 480)), RIG)
 
 
-def test_a_chain_of_kalibr(tmp_path):
-    found = read_foreign([written(tmp_path / "camchain.yaml", KALIBR)])
-    assert (found.format, found.unit) == ("Kalibr", "m")
-    first, second, third = found.cameras
-    assert (first.fisheye, second.fisheye) == (False, True)
-    assert second.distortions.tolist() == [0.27, 0.7, -1.7, 1.9]
-    assert np.array_equal(first.rotation, np.eye(3))
-    one = RigidTransform(second.rotation, second.translation)
-    step = RigidTransform(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.array([-1.5, 0, 1.5]))
-    both = step @ one
-    np.testing.assert_allclose(third.rotation, both.rotation, atol=1e-9)
-    np.testing.assert_allclose(third.translation, both.translation, atol=1e-9)
-
-
 def test_a_stereo_pair_of_ros(tmp_path):
     """Its rectification and projections are OpenCV's own."""
     left, right = RIG[0], RIG[1]
@@ -177,36 +158,3 @@ def test_a_zed_has_a_pair_for_each_resolution(tmp_path):
     assert completed(found, size=(672, 376)).cameras[0].matrix[0, 0] == 350
     with pytest.raises(InputError, match=r"cameras for images of 1280x720, 672x376"):
         completed(found)
-
-
-def test_cameras_of_euroc_are_named_by_their_folders(tmp_path):
-    paths = []
-    for name in ("cam0", "cam1"):
-        (tmp_path / name).mkdir()
-        text = EUROC if name == "cam0" else EUROC.replace("-0.06", "0.05")
-        paths.append(written(tmp_path / name / "sensor.yaml", text))
-    cameras = decide(completed(read_foreign(paths))).cameras
-    assert list(cameras) == ["cam0", "cam1"]
-    np.testing.assert_allclose(cameras["cam0"].position_world, [-0.02, -0.06, 0.01])
-    np.testing.assert_allclose(cameras["cam1"].position_world, [-0.02, 0.05, 0.01])
-    np.testing.assert_allclose(cameras["cam0"].world_from_camera.rotation[:, 0], [0, 1, 0])
-    assert cameras["cam0"].distortions.tolist() == [-0.283, 0.0739, 0.00019, 1.76e-05]
-
-
-PINHOLE = """distortion_parameters: {k1: -0.29, k2: 0.08, p1: 0.0004, p2: -1.7e-05}
-projection_parameters: {fx: 461.5, fy: 460.2, cx: 362.6, cy: 248.1}"""
-
-
-@pytest.mark.parametrize(
-    ("model", "rest", "fisheye", "distortions"),
-    [
-        ("PINHOLE", PINHOLE, False, [-0.29, 0.08, 0.0004, -1.7e-05]),
-        ("KANNALA_BRANDT", KANNALA, True, [-0.01, 0.02, -0.03, 0.004]),
-    ],
-)
-def test_lenses_of_camodocal(tmp_path, model, rest, fisheye, distortions):
-    text = CAMODOCAL.replace("KANNALA_BRANDT", model).replace(KANNALA, rest)
-    (camera,) = read_foreign([written(tmp_path / "cam0.yaml", text)]).cameras
-    assert (camera.name, camera.size, camera.fisheye) == ("cam0", (752, 480), fisheye)
-    assert camera.matrix.tolist() == [[461.5, 0, 362.6], [0, 460.2, 248.1], [0, 0, 1]]
-    assert camera.distortions.tolist() == distortions

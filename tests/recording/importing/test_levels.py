@@ -36,9 +36,9 @@ def sequence(folder, values, suffix=".png", channels=1):
         cv2.imwrite(str(folder / f"{k:04d}{suffix}"), picture(value, channels))
 
 
-def made(folder, out, bits=None):
+def made(folder, out):
     choices = replace(propose(look_at([folder])), fps=10.0)
-    choices = with_one_white(choices, bits)
+    choices = with_one_white(choices)
     recording = make_recording(choices, out)
     with FrameReader(recording, colour=False, read_ahead=0) as reader:
         frames = [reader.frame_set(k).views for k in range(reader.frame_count)]
@@ -81,15 +81,6 @@ def test_what_a_file_states_counts_more_than_dim_pictures(tmp_path, suffix):
     choices, frames = made(tmp_path / "in", tmp_path / "out")
     assert choices.uses[0].source.white == 4095
     assert frames[0]["stereo"].image.max() == as_shown(900)
-
-
-def test_a_person_may_state_the_bits(tmp_path):
-    sequence(tmp_path / "in" / "left", (DARK, GREY))
-    sequence(tmp_path / "in" / "right", (DARK, GREY))
-    _, frames = made(tmp_path / "in", tmp_path / "out", bits=14)
-    assert frames[1]["stereo"].image.max() == as_shown(GREY, bits=14)
-    with pytest.raises(InputError, match="17 bits are not possible"):
-        made(tmp_path / "in", tmp_path / "no", bits=17)
 
 
 @pytest.mark.parametrize("encoding", ["mono16", "bgr16"])

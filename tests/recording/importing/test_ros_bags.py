@@ -15,7 +15,7 @@ from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.ros import read_topics
 from stereotrack_core.recording.importing.sources import is_unmade, look_at
-from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.importing.synchronise import at_one_rate
 from stereotrack_core.recording.reader import FrameReader
 from tests.recording.importing.bags import BEGIN, KINDS, Bag, depth_bag, stereo_bag
 from tests.recording.importing.clips import HEIGHT, WIDTH, numbered

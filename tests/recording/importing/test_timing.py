@@ -14,7 +14,7 @@ from stereotrack_core.recording.importing.choices import doubts_about
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.importing.synchronise import at_one_rate
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
 from tests.recording.importing.clips import HEIGHT, WIDTH, clip, images

@@ -16,7 +16,7 @@ from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import first_picture, open_source, times_of
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.importing.synchronise import at_one_rate
 from stereotrack_core.recording.reader import FrameReader
 from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, numbered
 

@@ -11,9 +11,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import sameness
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.same_run import same_run
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
 
@@ -68,7 +68,7 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(mono, tmp_path):
     journal = RunJournal(path, lambda: 1.0, wish)
     again = track(mono, spec, keeper=journal, begun=begun)
     journal.close()
-    assert sameness(whole, again).equal
+    assert same_run(whole, again)
 
 
 def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):

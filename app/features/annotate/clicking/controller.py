@@ -13,7 +13,7 @@ from stereotrack_core.project.blind_repeats import BlindRepeats
 from stereotrack_core.project.prefilling import accepted_sigma, set_accepted_sigma
 
 from ....context import Context
-from ....services.stored import stored_text
+from ....services.layout import stored_text
 from ....session.edits import Moved
 from ....session.pictures import FittedBody
 from ....widgets.camera.click_marks import ClickAct

@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, guessed_if_hidden
 from stereotrack_core.annotation.click import Prediction
-from stereotrack_core.annotation.epipolar import volume_in_sight
 from stereotrack_core.annotation.frame_clicks import (
     ClickHints,
     FitQuestion,
@@ -20,6 +19,7 @@ from stereotrack_core.annotation.frame_clicks import (
     fit_elsewhere,
     hints_of,
 )
+from stereotrack_core.annotation.predict import volume_in_sight
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
@@ -31,8 +31,8 @@ from stereotrack_core.task_process import TaskProcess
 
 from ....services.tasks.newest import NewestAnswer
 from ....session.camera_doubts import CameraDoubts
-from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
+from ....session.instant import CloudPresenter
 from ....session.project import ProjectPresenter
 from .annotating import Annotating
 from .marks import FEWEST, FrameMarks

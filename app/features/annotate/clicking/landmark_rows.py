@@ -14,7 +14,7 @@ from stereotrack_core.annotation.frame_clicks import ShownFit
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG
 
-from ....widgets.style.limb_colours import LIMB_COLOURS, limb_words
+from ....widgets.style.colours import LIMB_COLOURS, limb_words
 from ....widgets.tables.landmarks_panel import CellState, LandmarkRow
 from ....widgets.tables.table import Cell, CellRow
 from .marks import FEWEST, FrameMarks, predictions_in

@@ -26,8 +26,7 @@ from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 
-from ....services.tasks.newest import LatestOnly, NewestAnswer
-from ....services.tasks.shared import Shared
+from ....services.tasks.newest import LatestOnly, NewestAnswer, Shared
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
 from ....session.runs import RunEntry

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QWidget
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -23,8 +23,7 @@ from stereotrack_core.project.exporting.formats import (
     formats_of,
     lost_of_clicks,
 )
-from stereotrack_core.project.exporting.labels import export_clicks
-from stereotrack_core.project.exporting.runs import export_reference
+from stereotrack_core.project.exporting.runs import export_clicks, export_reference
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 
@@ -249,12 +248,10 @@ class ExportDialog(ExportFileDialog):
         if selection is not None:
             self.choice.addItem(f"Only {selection.words()}")
             self.choice.setCurrentIndex(1)
-        self.pictures = QCheckBox("Write the clicked pictures as well")
-        self.pictures.setToolTip("As PNG, where the other program looks for them.")
         self.lost = label("", "muted")
         form = QFormLayout()
         form.addRow("Clicks", self.choice)
-        form.addRow("Format", hbox((self.format_box, 1), self.pictures))
+        form.addRow("Format", self.format_box)
         form.addRow("File", self.path_row)
         self.lay_out(form, self.preview, self.lost, None, size=(600, 280))
         self.choice.currentIndexChanged.connect(self._look)
@@ -279,21 +276,16 @@ class ExportDialog(ExportFileDialog):
             words, warning = _counted(clicks), ""
             if path.exists():
                 warning = "The existing file will be replaced."
-        self.pictures.setEnabled(form.pictures)
         self.preview.setText(words if clicks else "There are no clicks to export.")
         self.lost.setText(lost_of_clicks(form, clicks) or f"{form.label} stores all of them.")
         self._say_what_is_wrong(warning, something=bool(clicks))
 
     def _write(self) -> None:
         clicks, path, recording, form = self.clicks(), self.target(), self._recording, self.form
-        pictures = self.pictures.isChecked() and form.pictures
         landmarks = self._landmarks
 
-        def write(task: Task) -> str:
-            written = export_clicks(
-                path, clicks, recording, landmarks, form, pictures=pictures,
-                report=task.report, stopped=task.token.cancelled,
-            )  # fmt: skip
+        def write(_task: Task) -> str:
+            written = export_clicks(path, clicks, recording, landmarks, form)
             if form.name == "csv":
                 _check_back(clicks, path, recording)
             return written.words()

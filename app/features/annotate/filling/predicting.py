@@ -18,7 +18,7 @@ from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.detectors import DetectorFill, plan_fill
-from stereotrack_core.project.keypoints import DetectorState
+from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.prefilling import (
     FIT,
     Filling,

@@ -7,13 +7,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.fit.results import TrajectoryFit
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.fitting import (
     ShownReference,
@@ -22,7 +20,6 @@ from stereotrack_core.project.fitting import (
     frames_around,
     keep_fitted,
     read_reference,
-    residuals_of,
 )
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
@@ -39,8 +36,6 @@ class ReferenceWork(QObject):
     """Fits, saves the result as an edit, and shows the reference that the project uses."""
 
     shown = Signal(object)
-    residuals_changed = Signal(list, object)
-    """K frames in which clicks were edited, and their limbs' residuals now (K, 6), pixels."""
     aged = Signal()
     """Other frames of the reference are old: their clicks have changed since the fit."""
     busy_changed = Signal()
@@ -76,9 +71,7 @@ class ReferenceWork(QObject):
 
     def set_frame_count(self, frames: int) -> None:
         """The number of frames is known better."""
-        if frames != self._frames:
-            self._frames = frames
-            self._show_stored()
+        self._frames = frames
 
     def why_not(self) -> str:
         """Why nothing can be fitted now, as a sentence; empty where it can."""
@@ -130,7 +123,6 @@ class ReferenceWork(QObject):
         if changed.tables & {"reference", "choice", "landmark_set"}:
             self._show_stored()
         elif "click" in changed.tables:
-            self._measure_again(sorted(changed.frames()))
             self._look_what_is_old(sorted(changed.frames()))
 
     def is_old(self, frame: int) -> bool:
@@ -145,20 +137,6 @@ class ReferenceWork(QObject):
         self.now = replace(self.now, clicks=self.now.clicks.after_edit(frames, clicks))
         self.aged.emit()
 
-    def _measure_again(self, frames: list[int]) -> None:
-        """Tell how far the clicks of some frames lie from the fit now."""
-        project, recording, now = self._project, self._recording, self.now
-        if project is None or recording is None or now is None or now.fit is None:
-            return
-        known = [frame for frame in frames if frame < self._frames]
-        if known and len(known) <= _MANY_FRAMES:
-            clicks = tuple(click for frame in known for click in project.clicks.at(frame))
-            rows = residuals_of(now.fit, clicks, recording.cameras, project.landmark_set())
-            values = np.full((len(known), len(LIMBS)), np.nan)
-            _, own, theirs = np.intersect1d(known, now.fit.frame, return_indices=True)
-            values[own] = rows[theirs]
-            self.residuals_changed.emit(known, values)
-
     @Slot()
     def _on_ended(self) -> None:
         self._fitting = None
@@ -166,7 +144,7 @@ class ReferenceWork(QObject):
 
     def _show_stored(self) -> None:
         """Read the reference that the project uses; beside the window's thread."""
-        project, recording, frames = self._project, self._recording, self._frames
+        project, recording = self._project, self._recording
         name = None if project is None else project.chosen(project.references)
         self._reading = None
         if project is None or recording is None or name is None:
@@ -175,7 +153,7 @@ class ReferenceWork(QObject):
         chosen = name
         self._reading = self._tasks.begin(
             "reading the reference",
-            lambda _task: read_reference(project, recording, chosen, frames),
+            lambda _task: read_reference(project, recording, chosen),
             self._on_read,
         )
 

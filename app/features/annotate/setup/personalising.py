@@ -8,7 +8,7 @@ from dataclasses import replace
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QWidget
 
-from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.personal_subject import (
     FEWEST,
     Personalise,
@@ -19,8 +19,8 @@ from stereotrack_core.annotation.personal_subject import (
     offset_table,
 )
 from stereotrack_core.counting import counted
+from stereotrack_core.project.entries import UseSubject
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.setups import UseSubject
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import Run
 
@@ -29,7 +29,7 @@ from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
 from ....widgets.forms.form_dialog import FormDialog
 from ....widgets.style.building import label
-from ....widgets.tables.plain import PlainTable
+from ....widgets.tables.table import PlainTable
 from ..clicking.clicked_frames import ClickedFrames
 
 ORIGIN = "personalised"

@@ -19,10 +19,9 @@ from stereotrack_core.annotation.click_points import (
 from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.entries import Choose, UseSubject
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import SUBJECT
-from stereotrack_core.project.setups import UseSubject
 from stereotrack_core.recording.description import LENGTHS, Subject, read_subject, write_subject
 
 from ....services.tasks.task import TaskList

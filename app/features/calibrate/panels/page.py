@@ -2,30 +2,78 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Protocol
 
 from PySide6.QtCore import Qt, Slot
 from PySide6.QtWidgets import QSplitter, QStackedWidget, QWidget
 
 from stereotrack_core.calibrate.align import Alignment
+from stereotrack_core.calibrate.report import place_table
 
-from ....widgets.camera.board_picture import BoardPicture
-from ....widgets.forms.form_dialog import push_button
-from ....widgets.forms.step_list import StepList
-from ....widgets.forms.verdict_box import VerdictBox
-from ....widgets.plots.coverage_map import CoverageMap
+from ....widgets.camera.board_picture import BoardPicture, CoverageMap
+from ....widgets.forms.form_dialog import ask_to_save, push_button
+from ....widgets.forms.step_list import StepList, VerdictBox
 from ....widgets.scene.scene_view import SceneView
 from ....widgets.style.building import ElidedLabel, hbox, label, scrolled, thin_progress, vbox
+from ....widgets.tables.table import PlainTable
 from ..aligning import AligningController
 from ..controller import CalibrationController
-from ..reading import ReadPicture
+from ..saving import ReadPicture, why_not_into
 from ..shown import coverage_shown, scene_shown, shot_shown, steps_shown, verdict_shown
 from ..state import STEPS, Calibration, StepName
-from .axes import AxesPage
+from .axes import AxesPage, PointsPanel
 from .board import BoardPage
-from .ending import SavePage
-from .points import PointsPanel
 from .results import LensesPage, PicturesPage, WorldPage
+
+
+class SavePage(QWidget):
+    """Where the calibration goes."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self._calibration = calibration
+        self.places = PlainTable("The world")
+        self.file_button = push_button("&Save calibration …", self.ask, "Write a calibration.toml")
+        self.into_button = push_button(
+            "Save into the &recording", calibration.save_into_recording,
+            "Replace the calibration of the open recording; the one before is kept beside it",
+        )  # fmt: skip
+        self.why_not = label("", "muted")
+        words = "The calibration holds the lens and the place of every camera."
+        self.another_world = label("", "muted")
+        buttons = hbox(self.file_button, self.into_button, None)
+        self.setLayout(
+            vbox(self.places, self.another_world, label(words, "muted"),
+                 buttons, self.why_not, None, spacing=10)
+        )  # fmt: skip
+
+    def show_state(self, state: Calibration) -> None:
+        """Show how the world is turned."""
+        turned = state.alignment is not None and bool(state.cameras)
+        self.places.show_table(place_table(state.base, state.cameras) if turned else None)
+        self.another_world.setVisible(turned and state.axes.way != "recording")
+        self.another_world.setText(
+            "Runs, references and landmarks in space stay in the world before. After saving into "
+            "the recording, track again; clicks in the images stay right."
+        )
+        why_not = why_not_into(state)
+        self.into_button.setVisible(state.recording is not None)
+        self.into_button.setEnabled(not why_not)
+        self.why_not.setVisible(state.recording is not None and bool(why_not))
+        self.why_not.setText(f"It cannot be saved into the recording. {why_not}")
+
+    def ask(self) -> None:
+        """Ask for a file, and write it."""
+        state = self._calibration.state
+        start = Path(state.sources[0].place).parent if state.sources else Path.home()
+        if state.recording is not None and not state.sources:
+            start = state.recording.folder.parent
+        ask_to_save(
+            self, "Save the calibration", start / "calibration.toml", "Calibration (*.toml)",
+            self._calibration.save,
+        )  # fmt: skip
+
 
 _DO: dict[StepName, tuple[str, str]] = {
     "board": ("Recognise the board", "Recognise again"),

@@ -12,8 +12,8 @@ from stereotrack_core.calibrate.report import world_tables
 
 from ....widgets.forms.form_dialog import ask_to_open
 from ....widgets.style.building import choice, hbox, label, label_of, scrolled, vbox
-from ....widgets.tables.picture_tree import PictureTree
-from ....widgets.tables.plain import PlainTable
+from ....widgets.tables.table import PlainTable
+from ....widgets.tables.trees import PictureTree
 from ..controller import CalibrationController
 from ..shown import camera_rows, short_lens_table
 from ..state import Calibration

@@ -10,17 +10,16 @@ from PySide6.QtCore import QSignalBlocker, Slot
 from PySide6.QtWidgets import QComboBox, QFormLayout, QRadioButton, QWidget, QWizardPage
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.calibrations.deciding import Decided, Undecided
+from stereotrack_core.interop.calibrations.deciding import CONVENTIONS, MEANINGS, Decided, Undecided
 from stereotrack_core.interop.calibrations.for_recording import with_calibration
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
-from stereotrack_core.interop.calibrations.readings import CONVENTIONS, MEANINGS
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.importing.choices import GUESS, Choices
 from stereotrack_core.recording.importing.making import cameras_for
 
 from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, scrolled, vbox
-from .looking import Looked
+from .preview import Looked
 
 _FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
 
@@ -64,7 +63,7 @@ class CalibrationPage(QWizardPage):
         self.from_file = QRadioButton("Calibration &file")
         self.from_file.setToolTip(
             "A calibration.toml, or a file of aniposelib, FreeMoCap, Pose2Sim, caliscope, OpenCV, "
-            "Kalibr, ROS, Qualisys, MATLAB, ZED, EuRoC or camodocal"
+            "ROS, Qualisys, MATLAB or ZED"
         )
         self.guess = QRadioButton("&Guess the cameras from the image size (no calibration yet)")
         self.guess.setToolTip("For viewing and clicking; calibrate later")

@@ -10,16 +10,19 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QWizardPage
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
 from stereotrack_core.recording.importing.source import Source
-from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
-from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.importing.synchronise import (
+    METHODS,
+    Lead,
+    at_one_rate,
+    synchronised,
+)
 
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import push_button, say_in
 from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import choice, hbox, label, label_of, vbox
-from .looking import Looked
-from .preview import SyncPreview
+from .preview import Looked, SyncPreview
 
 _WORDS = (
     "Frame k of every source must show the same instant. Where the cameras were started one after "

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Signal, Slot
+from PySide6.QtCore import QObject, Qt, Signal, Slot
 from PySide6.QtWidgets import QWidget, QWizard
 
 from stereotrack_core.recording.importing.choices import Choices
 from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import make_recording
-from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.importing.synchronise import at_one_rate
 
+from ....context import Context
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
-from ....widgets.forms.form_dialog import say_in
+from ....widgets.forms.form_dialog import ask_for_folder, say_in
 from ....widgets.forms.numbers import refusal_in
 from .calibration_page import CalibrationPage
-from .looking import Looked
-from .place_page import PlacePage
-from .sources_page import SourcesPage
+from .preview import Looked, look
+from .sources_page import PlacePage, SourcesPage
 from .timing_page import TimingPage
 
 
@@ -127,3 +127,49 @@ class ImportWizard(QWizard):
         self._work = None
         self._show_working(working=False)
         say_in(self.place.words, "Stopped. No recording was created.")
+
+
+class ImportController(QObject):
+    """From dropped videos, or a folder without a recording.toml, to an open recording."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context = context
+        self._looking: Task | None = None
+        self.wizard: ImportWizard | None = None
+        """The one that is shown."""
+        context.session.opening.import_wanted.connect(self.offer)
+
+    def ask_for_videos(self) -> None:
+        """Let the person choose the folder of the videos."""
+        parent = self._context.docks.dialog_parent
+        recent = self._context.session.opening.recent()
+        start = recent[0].parent if recent else Path.home()
+        ask_for_folder(
+            parent, "Folder of the videos or images", start, lambda path: self.offer((path,))
+        )
+
+    @Slot(object)
+    def offer(self, paths: tuple[Path, ...]) -> None:
+        """Look at videos and images, and show the wizard."""
+        if self.wizard is not None:  # what is being filled in is not thrown away
+            self.wizard.raise_()
+            return
+        self._looking = self._context.tasks.begin(
+            "looking at the videos", lambda _task: look(paths), self._show
+        )
+
+    @Slot(object)
+    def _show(self, looked: Looked) -> None:
+        if self.sender() is not self._looking or self.wizard is not None:
+            return
+        wizard = ImportWizard(looked, self._context.tasks, self._context.docks.dialog_parent)
+        wizard.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        wizard.made.connect(self._context.session.opening.open)
+        wizard.finished.connect(self._on_finished)
+        self.wizard = wizard
+        wizard.open()
+
+    @Slot()
+    def _on_finished(self) -> None:
+        self.wizard = None

@@ -1,0 +1,121 @@
+"""Installing the pretrained pose detector, in the background."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtWidgets import QMessageBox
+
+from stereotrack_core.pose_model.installation import (
+    DOWNLOAD_BYTES,
+    LICENCE,
+    MODEL_FILES,
+    SOURCE,
+    Installation,
+    install,
+    installation,
+)
+
+from ..context import Context
+from ..services.actions import Menu
+from ..services.tasks.task import Task
+from ..widgets.forms.form_dialog import ask_to_open
+from ..widgets.forms.message import Message
+
+_ABOUT = (
+    "The pose detector sees a person's shoulders, elbows, wrists, hips and head in single images, "
+    "and tells front from back and left from right. It runs on this computer; no image leaves it."
+)
+_FILES = "Wheel of MediaPipe, or one of the files (*.whl *.tflite)"
+
+
+class DetectorController(QObject):
+    """Installs the detector."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context = context
+        self._task: Task | None = None
+
+    @property
+    def working(self) -> bool:
+        """Whether the detector is being installed."""
+        return self._task is not None
+
+    def show(self) -> None:
+        """Say what the detector is and whether it is installed, and let the person install it."""
+        kept = sum(one.size for one in MODEL_FILES)
+        facts = (
+            f"Source: {SOURCE}",
+            f"Licence: {LICENCE}",
+            f"Size: {kept / 1e6:.0f} MB kept, {DOWNLOAD_BYTES / 1e6:.0f} MB downloaded",
+        )
+        state = installation()
+        box = QMessageBox(self._context.docks.dialog_parent)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setWindowTitle("Pose detector")
+        box.setText(_ABOUT)
+        box.setInformativeText("\n".join((*facts, "", _how_it_is(state))))
+        action = QMessageBox.ButtonRole.ActionRole
+        again = box.addButton("Install again" if state.complete else "Install", action)
+        again.clicked.connect(lambda: self.install())
+        box.addButton("From file …", action).clicked.connect(self._ask)
+        box.addButton(QMessageBox.StandardButton.Close)
+        box.open()
+
+    def _ask(self) -> None:
+        def take(path: Path) -> None:
+            self.install(path.parent if path.suffix == ".tflite" else path)
+
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Install pose detector", Path.home(), _FILES, take)
+
+    def install(self, source: Path | None = None) -> None:
+        """Install it in the background, from a wheel or folder, or from the network."""
+        if self._task is not None:
+            return
+
+        def work(task: Task) -> Installation:
+            return install(
+                source, say=lambda text: task.report(0.0, text), cancelled=task.token.cancelled
+            )
+
+        self._task = self._context.tasks.begin(
+            "Installing the pose detector", work, self._on_installed
+        )
+        self._task.ended.connect(self._on_ended)
+
+    def _on_installed(self, state: Installation) -> None:
+        wrong = bool(state.problem()[0])
+        self._context.notifier.show(Message("warning" if wrong else "note", _how_it_is(state)))
+
+    def _on_ended(self) -> None:
+        self._task = None
+        self._context.actions.refresh()
+
+
+def _how_it_is(state: Installation) -> str:
+    """Whether the detector is installed, in sentences."""
+    what, remedy = state.problem()
+    if "missing" in state.files.values():
+        return "The pose detector is not installed."
+    if what:
+        return f"{what[0].upper()}{what[1:]}. {remedy}"
+    return f"The pose detector is installed in {state.folder}."
+
+
+def register(context: Context) -> DetectorController:
+    """Offer the installation."""
+    detector = DetectorController(context)
+    command = Menu("&Track").command(
+        "install_detector",
+        "Install pose detector …",
+        "Say what the pretrained pose detector is and whether it is installed, and install it.",
+        detector.show,
+        icon="prediction",
+        section=True,
+        why_not=lambda: "The pose detector is being installed." if detector.working else "",
+    )
+    context.actions.add([command])
+    return detector

@@ -1,1 +1,0 @@
-"""The pretrained pose detector: what it is, and installing it."""

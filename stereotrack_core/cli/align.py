@@ -1,0 +1,210 @@
+"""``stereotrack calibrate align``: z up, y north and the origin on the floor."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.calibrate.align import (
+    POINTS,
+    Alignment,
+    aligned,
+    from_board,
+    from_clicks,
+    from_person,
+)
+from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
+from stereotrack_core.calibrate.world_checks import seen_board
+from stereotrack_core.cli.arguments import (
+    FRAMES,
+    JSON,
+    STATED,
+    check_output,
+    check_suffix,
+    option,
+)
+from stereotrack_core.cli.calibrate import BOARD, board_of, found_board
+from stereotrack_core.cli.output import OK, put_result, say
+from stereotrack_core.cli.sources import recording_in, say_notes, stated_for
+from stereotrack_core.depth.floor import alignment_to_floor
+from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.interop.run_file import read_trajectory
+from stereotrack_core.recording.calibration import read_calibration, write_calibration
+from stereotrack_core.recording.selection import frames_within
+from stereotrack_core.tables import Table, finite_number, number, read_rows
+from stereotrack_core.tracking.presets import preset
+
+DESCRIPTION = (
+    "Turn a calibration so that z is up, y is north and the origin is on the floor. Choose one of "
+    "--floor, --board-on-floor, --points and --person."
+)
+
+_SOURCES = ("floor", "board_on_floor", "points", "person")
+_WRONG_SCALE = 0.02
+
+OPTIONS = (
+    option("calibration CALIBRATION", "calibration to turn", type=Path),
+    option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
+    option(
+        "--floor RECORDING",
+        "recording whose stereo or depth views see the floor; the largest plane below the cameras "
+        "is taken",
+        type=Path,
+    ),
+    option("--frame N", "frame for --floor (default: 0)", type=int, default=0),
+    option(
+        "--board-on-floor FOLDER",
+        "one folder of images or video per camera, named as the camera, in which the board lies "
+        "on the floor; its upper side points north, its middle is the origin",
+        type=Path,
+    ),
+    *(replace(one, keywords={**one.keywords, "required": False})
+      if "required" in one.keywords else one for one in BOARD),
+    option(
+        "--points CSV",
+        f"clicks point,camera,x,y of three points of the floor: {', '.join(POINTS)} (any third), "
+        "each in two cameras or more",
+        type=Path,
+    ),
+    option(
+        "--person FILE",
+        "landmarks or run in the calibration's world, of a person who stands facing north",
+        type=Path,
+    ),
+    *STATED,
+    FRAMES,
+    option(
+        "--north CAMERA",
+        "camera that stands in the north, for --floor (default: the first)",
+    ),
+    JSON,
+)  # fmt: skip
+
+
+def run(args: Namespace) -> int:
+    """Find the floor and the directions, turn the cameras, write."""
+    check_suffix(args.output, ".toml")
+    check_output(args.output)
+    chosen = [name for name in _SOURCES if getattr(args, name) is not None]
+    if len(chosen) != 1:
+        raise InputError(
+            "choose one way to align" if chosen else "nothing says where up is",
+            where="stereotrack calibrate align",
+            remedy="Use one of --floor, --board-on-floor, --points and --person.",
+        )
+    cameras = read_calibration(args.calibration)
+    facts: dict[str, Any] = {}
+    if chosen[0] == "floor":
+        found = _of_floor(args, cameras)
+    elif chosen[0] == "board_on_floor":
+        found, facts = _of_board(args, cameras)
+    elif chosen[0] == "points":
+        found = _of_points(args.points, cameras)
+    else:
+        found = _of_person(args)
+    turned = aligned(cameras, found.new_from_old)
+    write_calibration(args.output, turned)
+    _put(args, found, facts, turned)
+    return OK
+
+
+def _of_floor(args: Namespace, cameras: Mapping[str, Camera]) -> Alignment:
+    north = _camera(args.north, cameras).name if args.north else ""
+    parameters = preset("accurate", []).depth
+    where = str(args.calibration)
+    return alignment_to_floor(args.floor, cameras, parameters, args.frame, north, where)
+
+
+def _camera(name: str, cameras: Mapping[str, Camera]) -> Camera:
+    if name not in cameras:
+        raise InputError(
+            f"there is no camera {name!r}",
+            where="--north",
+            remedy=f"{did_you_mean(name, cameras)}The cameras are {', '.join(cameras)}.",
+        )
+    return cameras[name]
+
+
+def _of_board(args: Namespace, cameras: Mapping[str, Camera]) -> tuple[Alignment, dict[str, Any]]:
+    if args.square is None:
+        raise InputError(
+            "the side of a square is not given",
+            where="--square",
+            remedy="Give it in metres, and the board with --board or --charuco.",
+        )
+    board_of(args)
+    sources = [one for one in pictures_of_folder(args.board_on_floor) if one.camera in cameras]
+    args.every = 1
+    found = found_board(args, sources, check_same_length(sources))
+    found.check_not_mirrored()
+    seen = seen_board(cameras, found.sightings, found.board)
+    if np.isfinite(seen.scale.ratio) and abs(seen.scale.ratio - 1) > _WRONG_SCALE:
+        say(
+            f"Squares measured with this calibration are {100 * (seen.scale.ratio - 1):+z.1f} % "
+            "longer than given: its lengths or --square are wrong."
+        )
+    facts = {"rms_px": seen.rms_px, "scale": seen.scale, "seen_by": seen.cameras}
+    return from_board(seen.world_from_board, found.board.corners), facts
+
+
+def _of_points(path: Path, cameras: Mapping[str, Camera]) -> Alignment:
+    clicks: dict[str, dict[str, FloatArray]] = {}
+    for line, cells in read_rows(path, ("point", "camera", "x", "y")):
+        where = f"{path}, line {line}"
+        for column, known in (("point", POINTS), ("camera", tuple(cameras))):
+            if cells[column] not in known:
+                raise InputError(
+                    f"unknown {column} {cells[column]!r}",
+                    where=where,
+                    remedy=f"Use one of {', '.join(known)}.",
+                )
+        pixel = [finite_number(cells[axis], path, line, axis) for axis in "xy"]
+        clicks.setdefault(cells["point"], {})[cells["camera"]] = np.array(pixel)
+    return from_clicks(cameras, clicks)
+
+
+def _of_person(args: Namespace) -> Alignment:
+    stated = stated_for(args, args.person).get(args.person, Stated())
+    trajectory = read_trajectory(args.person, replace(stated, tilted=True))
+    if (recording := recording_in(args.calibration.parent)) is not None:
+        trajectory = trajectory.at_rate(recording.fps, str(args.person))
+    say_notes(trajectory.notes)
+    frames = frames_within(args.frames, int(trajectory.frame.max(initial=-1)) + 1)
+    chosen = np.isin(trajectory.frame, np.arange(frames.start, frames.stop))
+    return from_person(trajectory.points[chosen])
+
+
+def _put(
+    args: Namespace, found: Alignment, facts: dict[str, Any], cameras: Mapping[str, Camera]
+) -> None:
+    places = {name: camera.position_world for name, camera in cameras.items()}
+    rows = [
+        ("up from", found.source),
+        ("points or frames used", str(found.points)),
+        ("their spread along z", f"{number(1000 * found.spread_m)} mm"),
+        ("z turned by", f"{found.tilt_deg:.1f}°"),
+    ]
+    rows += [
+        (f"place of {name}", " ".join(f"{value:.3f}" for value in place) + " m")
+        for name, place in places.items()
+    ]
+    table = Table(f"Calibration written to {args.output}", ("what", ">value"), rows)
+    content = {
+        "calibration": args.output,
+        "source": found.source,
+        "points": found.points,
+        "spread_m": found.spread_m,
+        "tilt_deg": found.tilt_deg,
+        "new_from_old": found.new_from_old.matrix(),
+        "positions_m": places,
+        **facts,
+    }
+    put_result(content, table, as_json=args.json)

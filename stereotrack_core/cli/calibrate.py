@@ -1,0 +1,302 @@
+"""``stereotrack calibrate`` with a board: one lens, a pair of cameras, all of one world."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.calibrate.board import Board, charuco, chessboard
+from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics, check_model
+from stereotrack_core.calibrate.lens import LENS_MODELS
+from stereotrack_core.calibrate.pictures import (
+    LeftOut,
+    Looked,
+    Pictures,
+    check_same_length,
+    pictures_of_folder,
+    pictures_of_glob,
+)
+from stereotrack_core.calibrate.report import (
+    candidate_table,
+    finding_table,
+    left_out_table,
+    lens_facts,
+    lens_table,
+    world_facts,
+    world_tables,
+)
+from stereotrack_core.calibrate.work import Search, search
+from stereotrack_core.calibrate.world import World, calibrate_world, pair_of
+from stereotrack_core.cli.arguments import (
+    JSON,
+    Part,
+    check_least,
+    check_output,
+    check_suffix,
+    option,
+)
+from stereotrack_core.cli.output import OK, progress, put_json, put_table, stoppable
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.locks import writing
+from stereotrack_core.recording.calibration import read_calibration, write_calibration
+from stereotrack_core.tables import Table, number
+
+BOARD = (
+    option("--board COLSxROWS", "chessboard: number of inner corners, for example 9x6"),
+    option(
+        "--charuco COLSxROWS:DICTIONARY:MARKER",
+        "ChArUco board: number of squares, dictionary, side of a marker in metres, for example "
+        "5x7:4X4_50:0.018",
+    ),
+    option("--square METRES", "side of a square of the board", type=float, required=True),
+)
+EVERY = option("--every N", "use only every Nth picture (default: 1)", type=int, default=1)
+MODEL = option(
+    f"--model auto|{'|'.join(LENS_MODELS)}",
+    "lens model (default: auto, the simplest that no other clearly improves on)",
+    default="auto",
+)
+LENSES = option(
+    "--lenses FILE.toml",
+    "calibration whose lenses are kept, by the names of the cameras; others are calibrated",
+    type=Path,
+)
+_NOT_ALIGNED = Finding(
+    "note",
+    "world",
+    "the world is that of the first camera, taken as level and looking south",
+    "Turn it with `stereotrack calibrate align`.",
+)
+NOTHING = "No calibration was written."
+
+
+def board_of(args: Namespace) -> Board:
+    """The board that was named; InputError where none or two were."""
+    if (args.board is None) == (args.charuco is None):
+        raise InputError(
+            "name one board",
+            where="--board",
+            remedy="Use either --board 9x6 (inner corners) or --charuco 5x7:4X4_50:0.018.",
+        )
+    if args.board is not None:
+        return chessboard(args.board, args.square)
+    return charuco(args.charuco, args.square)
+
+
+@contextmanager
+def calibrating(args: Namespace) -> Iterator[None]:
+    """Check what was asked for, and hold the output file meanwhile."""
+    check_suffix(args.output, ".toml")
+    check_output(args.output)
+    check_model(args.model)
+    board_of(args)
+    with writing(args.output):
+        yield
+
+
+def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Search:
+    """The board looked for in the first `count` pictures of all cameras, with a progress bar."""
+    check_least(1, every=args.every)
+    named = board_of(args)
+    frames = range(0, count, args.every)
+    done = 0
+    try:
+        with progress("Searching", len(frames) * len(sources)) as show, stoppable(NOTHING) as stop:
+
+            def advance(_looked: Looked) -> None:
+                nonlocal done
+                done += 1
+                show(done)
+
+            return search(sources, named, frames, on_picture=advance, cancelled=stop)
+    finally:
+        for source in sources:
+            source.close()
+
+
+def put_calibration(
+    facts: dict[str, Any],
+    tables: Sequence[Table | None],
+    left_out: Sequence[LeftOut],
+    findings: Sequence[Finding],
+    *,
+    as_json: bool,
+) -> None:
+    """Write the result of a calibration to standard output."""
+    if as_json:
+        put_json({**facts, "remarks": [vars(one) for one in findings]})
+        return
+    for table in (*tables, left_out_table(left_out), finding_table(findings)):
+        if table is not None:
+            put_table(table)
+
+
+def put_world(
+    args: Namespace,
+    sources: Sequence[Pictures],
+    check: Callable[[Search], None] = lambda _: None,
+    told: Callable[[World], tuple[dict[str, Any], list[Table]]] = lambda _: ({}, []),
+) -> None:
+    """Search for the board, calibrate the cameras together, write and print the result.
+
+    `check` refuses what was found, and `told` adds to the result as JSON and as tables.
+    """
+    given = {} if args.lenses is None else read_calibration(args.lenses)
+    found = found_board(args, sources, check_same_length(sources))
+    found.check_not_mirrored()
+    check(found)
+    with stoppable(NOTHING) as stop:
+        world = calibrate_world(
+            found.sightings, found.board, model=args.model, given=given, stop=stop
+        )
+    facts, tables = told(world)
+    write_calibration(args.output, {camera.name: camera for camera in world.cameras})
+    put_calibration(
+        {"calibration": args.output, **facts, **world_facts(world)},
+        [*world_tables(world), *tables],
+        [out for one in world.sightings for out in one.left_out],
+        [*found.findings, *world.findings, _NOT_ALIGNED],
+        as_json=args.json,
+    )
+
+
+def _intrinsics(args: Namespace) -> int:
+    """Search for the board, calibrate, write."""
+    with calibrating(args):
+        _calibrate(args)
+    return OK
+
+
+INTRINSICS = Part(
+    (
+        "Calibrate the lens of one camera from pictures of a board in 15 to 30 positions. The "
+        "camera is placed at the origin; `stereotrack calibrate world` places several cameras in "
+        "one world."
+    ),
+    (
+        option(
+            "--images GLOB",
+            "pictures of the board: a pattern in quotes, a folder, or one video",
+            required=True,
+        ),
+        *BOARD,
+        option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
+        option("--camera NAME", "name of the camera (default: camera)", default="camera"),
+        MODEL,
+        EVERY,
+        JSON,
+    ),
+    _intrinsics,
+)
+
+
+def _calibrate(args: Namespace) -> None:
+    source = pictures_of_glob(args.images, args.camera, "--images")
+    found = found_board(args, [source], source.count())
+    with stoppable(NOTHING) as stop:
+        lens = calibrate_intrinsics(found.sightings[0], found.board, model=args.model, stop=stop)
+    write_calibration(args.output, {lens.camera.name: lens.camera})
+    facts = {"calibration": args.output, "board": found.board, **lens_facts(lens)}
+    put_calibration(
+        facts,
+        [lens_table([lens]), candidate_table(lens)],
+        lens.sightings.left_out,
+        [*found.findings, *lens.findings],
+        as_json=args.json,
+    )
+
+
+def _stereo(args: Namespace) -> int:
+    """Search for the board, calibrate, write."""
+    with calibrating(args):
+        sources = [
+            pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
+            for side, pattern in (("left", args.left), ("right", args.right))
+        ]
+        put_world(args, sources, _check_pairs, _pair_told)
+    return OK
+
+
+STEREO = Part(
+    (
+        "Calibrate a stereo camera from pairs of pictures of a board. The world is that of the "
+        "left camera, taken as level and looking south; `stereotrack calibrate align` turns it."
+    ),
+    (
+        option(
+            "--left GLOB",
+            "pictures of the left camera: a pattern in quotes, a folder, or one video",
+            required=True,
+        ),
+        option("--right GLOB", "those of the right camera, in the same order", required=True),
+        *BOARD,
+        option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
+        option(
+            "--view NAME",
+            "name of the view; its cameras are NAME_left and NAME_right (default: N)",
+            default="N",
+        ),
+        LENSES,
+        MODEL,
+        EVERY,
+        JSON,
+    ),
+    _stereo,
+)
+
+
+def _check_pairs(found: Search) -> None:
+    if not set(found.sightings[0].frames) & set(found.sightings[1].frames):
+        raise InputError(
+            "no pair of pictures shows the board in both images",
+            where="--left and --right",
+            remedy="Film again with the board where both cameras see it whole, and check that the "
+            "pictures of both are in the same order.",
+        )
+
+
+def _pair_told(world: World) -> tuple[dict[str, Any], list[Table]]:
+    """Facts of a stereo pair besides its cameras."""
+    (left, right), (of_left, of_right) = world.cameras, world.sightings
+    pair = pair_of(left, right, of_left, of_right)
+    rows = [
+        ("base line", f"{1000 * pair.baseline_m:.2f} mm"),
+        ("angle between the axes", f"{pair.convergence_deg:.2f}°"),
+        ("difference of rows, rectified", f"{number(pair.row_error_px, 3)} px"),
+    ]
+    return {"pair": pair}, [Table("Stereo camera", ("what", ">value"), rows)]
+
+
+def _world(args: Namespace) -> int:
+    """Search for the board, calibrate, write."""
+    with calibrating(args):
+        put_world(args, pictures_of_folder(args.folder))
+    return OK
+
+
+WORLD = Part(
+    (
+        "Calibrate all cameras of a folder and place them in one world. The board is carried "
+        "through the space so that every camera sees it together with another one. The world is "
+        "that of the first camera, taken as level and looking south; `stereotrack calibrate align` "
+        "turns it."
+    ),
+    (
+        option(
+            "folder FOLDER",
+            "a recording, or a folder with one video or folder of images per camera, named as the "
+            "camera; frame k of all is the same instant",
+            type=Path,
+        ),
+        *BOARD,
+        option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
+        LENSES,
+        MODEL,
+        EVERY,
+        JSON,
+    ),
+    _world,
+)

@@ -1,0 +1,307 @@
+"""Commands that write projects: ``project create``, ``import labels``, ``import predictions``."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.annotation.landmark_set import read_landmark_set
+from stereotrack_core.cli.arguments import (
+    AXES,
+    JSON,
+    LAYOUT,
+    NAMES,
+    PERSON,
+    RECORDING,
+    Part,
+    check_output,
+    check_suffix,
+    flag,
+    option,
+)
+from stereotrack_core.cli.output import OK, put_facts, say
+from stereotrack_core.cli.sources import (
+    named_reference,
+    open_project,
+    recording_of,
+    say_notes,
+    stated_in,
+    up_of_recording,
+)
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.label_source import Labels, LabelSource, stated_names
+from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.project.detectors import plan_import
+from stereotrack_core.project.entries import Choose, save_landmark_set, save_reference
+from stereotrack_core.project.merging import Decision, clicks_of_project, incoming
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import LANDMARK_SET
+from stereotrack_core.project.whereabouts import SUFFIX, project_path_for
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.keypoint_names import layout_named
+from stereotrack_core.recording.reader import FrameReader
+
+
+def _create(args: Namespace) -> int:
+    """Make the project; one that is there is left alone."""
+    recording = open_recording(args.recording)
+    path = args.output or project_path_for(recording.folder)
+    check_suffix(path, SUFFIX)
+    check_output(path, recording)
+    if path.exists():
+        raise InputError(
+            "there is such a file already",
+            where=str(path),
+            remedy="Open it with `stereotrack open`, or choose another name with -o.",
+        )
+    landmarks = None if args.landmarks is None else read_landmark_set(args.landmarks)
+    with Project.create(path, recording.folder, who=args.annotator or "") as project:
+        if landmarks is not None:
+            project.apply(save_landmark_set(landmarks))
+            project.apply(Choose(LANDMARK_SET.name, landmarks.name))
+        names = project.landmark_set().names
+    facts = {"recording": recording.folder, "landmarks": list(names)}
+    put_facts(facts, f"{path} was made", as_json=args.json, project=path)
+    return OK
+
+
+CREATE = Part(
+    (
+        "Make a project of a recording: the file that keeps clicks, references and runs. Labels "
+        "come in with `stereotrack import labels`, and `stereotrack open` shows it."
+    ),
+    (
+        RECORDING,
+        option(
+            "-o --output PROJECT",
+            f"file to write ({SUFFIX}); by default beside the recording folder, with its name and, "
+            "where there is one already, a number",
+            type=Path,
+        ),
+        option("--annotator NAME", "whose clicks and edits they are"),
+        option(
+            "--landmarks FILE",
+            "set of landmarks (.toml) that is clicked; by default the nine",
+            type=Path,
+        ),
+        JSON,
+    ),
+    _create,
+)
+
+
+_SHOWN = 20
+
+
+def _labels_into(args: Namespace) -> int:
+    """Read, compare and take in."""
+    stated = stated_in(args)
+    if not args.file.is_file():
+        raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
+    trajectory = is_trajectory(args.file)
+    with open_project(args.into, read_only=False) as project:
+        facts = (_reference if trajectory else _clicks)(args, project, stated)
+    put_facts(facts, f"{args.file} into {args.into}", as_json=args.json)
+    return OK
+
+
+LABELS = Part(
+    (
+        "Import labels made with another tool. Landmarks are matched by name; those without a "
+        "match are reported and skipped. Conflicts with the project, including clicks deleted "
+        "there, are never resolved without a decision. One undo reverts the whole import."
+    ),
+    (
+        option(
+            "file FILE",
+            "clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels (.slp), "
+            "another project of the recording (.stereotrack); or a trajectory (.csv with x, y and "
+            "z, .trc, .c3d, .npz), which becomes a reference of the project",
+            type=Path,
+        ),
+        option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
+        option("--camera NAME", "camera or view of the labels (DeepLabCut, COCO)"),
+        NAMES,
+        AXES,
+        option(
+            "--conflicts",
+            "which clicks to keep where the file contradicts the project: mine (the project's) or "
+            "theirs (the file's); without this option, nothing is imported if there are conflicts",
+            choices=("mine", "theirs"),
+        ),
+        flag("--skip-problems", "skip lines that cannot be read and import the rest"),
+        JSON,
+    ),
+    _labels_into,
+)
+
+
+def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
+    """Take in clicks by one edit."""
+    mine = project.clicks.all(with_deleted=True)
+    problems, left_out = 0, "none"
+    _refuse(args, "clicks are pixels, which have no axes in the world", "axes")
+    if args.file.suffix.lower() == SUFFIX:
+        _refuse(args, "a project states cameras and landmarks itself", "camera", "names")
+        theirs, notes = clicks_of_project(args.file, project)
+        say_notes(notes)
+        found = incoming(mine, theirs, args.file.name)
+    else:
+        labels = _labels(args, project, stated.names)
+        problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
+        found = incoming(mine, labels.clicks, args.file.name, unstated=labels.unstated)
+    decided: Decision | None = args.conflicts
+    if found.conflicts and decided is None:
+        count = len(found.conflicts)
+        raise InputError(
+            f"{count} of its clicks contradict{'s' if count == 1 else ''} the project; nothing "
+            "was imported",
+            where=str(args.file),
+            remedy="Choose which to keep with --conflicts mine or --conflicts theirs, or use "
+            "their means in the workbench.",
+        )
+    edit = found.edit(decided)
+    if edit.clicks:
+        project.apply(edit)
+    return {
+        "taken": len(edit.clicks),
+        "new": len(found.new),
+        "the_same": len(found.same),
+        "different": len(found.conflicts),
+        "problems": problems,
+        "landmarks_left_out": left_out,
+    }
+
+
+def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labels:
+    """What a file of another tool holds; InputError where it has problems that are not allowed."""
+    recording = recording_of(project)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = reader.frame_count
+    landmarks = project.landmark_set().names
+    source = LabelSource(args.file, recording, landmarks, args.camera, names)
+    labels = read_labels(source, frames)
+    _say_problems(labels, skip=args.skip_problems)
+    return labels
+
+
+def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
+    """Keep a trajectory as a reference of the project."""
+    _refuse(args, "a trajectory belongs to no camera", "camera")
+    recording = recording_of(project)
+    stated = replace(stated, up=up_of_recording(recording))
+    reference = named_reference(args.file, recording, stated=stated)
+    if args.file.suffix.lower() in (".csv", ".npz") and stated.world_from_file is None:
+        say(f"note: {args.file}: axes of the recording's world.")
+    name = args.file.stem
+    replacing = args.conflicts == "theirs"
+    if name in project.references.names() and not replacing:
+        raise InputError(
+            f"the project already has a reference {name!r}",
+            where=str(args.file),
+            remedy="Rename the file, or replace the reference with --conflicts theirs.",
+        )
+    project.apply(save_reference(name, reference, replacing=replacing))
+    return {"reference": name, "frames": len(reference.frame)}
+
+
+def _refuse(args: Namespace, why: str, *options: str) -> None:
+    """Refuse what is said about a file where it is of another kind."""
+    for name in options:
+        if getattr(args, name):
+            where = f"--{name.removesuffix('s') if name == 'names' else name}"
+            raise InputError(why, where=where, remedy="Omit this option.")
+
+
+def _say_problems(labels: Labels, *, skip: bool) -> None:
+    """Tell what is wrong; refuse the file unless that was allowed for."""
+    for problem in labels.problems[:_SHOWN]:
+        say(str(problem))
+    more = len(labels.problems) - _SHOWN
+    if more > 0:
+        say(f"and {more} more")
+    if labels.problems and not skip:
+        first = labels.problems[0]
+        raise InputError(
+            f"{len(labels.problems)} of its lines cannot be read; nothing was imported",
+            where=first.where,
+            remedy="Correct them, or import the rest with --skip-problems.",
+        )
+
+
+def _predictions_into(args: Namespace) -> int:
+    """Read, choose the person, and keep."""
+    names = stated_names(args.names, "--name")
+    layout = None if args.layout is None else layout_named(args.layout)
+    if args.all_people and args.person is not None:
+        raise InputError(
+            "all people are kept, or one", where="--person", remedy="Omit it or --all-people."
+        )
+    with open_project(args.into, read_only=False) as project:
+        recording = recording_of(project)
+        with FrameReader(recording, read_ahead=0) as reader:
+            frames = reader.frame_count
+        source = KeypointSource(
+            args.file, recording, args.camera, layout, names, args.detector or ""
+        )
+        found = plan_import(
+            project, (source,), frames,
+            all_people=args.all_people, person=args.person, propose=args.propose,
+        )  # fmt: skip
+        project.keypoints.put(found.after)
+    for note in found.notes:
+        say(f"{args.file}: {note}.")
+    facts = {"proposed": found.proposed} if args.propose else {}
+    more = found.facts()
+    facts |= {key: more[key] for key in more if key not in ("left_out", "notes")}
+    told = facts if args.json else {**facts, "left_out": found.left_out_words()}
+    put_facts(told, f"{args.file} into {args.into}", as_json=args.json, **more)
+    return OK
+
+
+PREDICTIONS = Part(
+    (
+        "Import keypoints that a 2-D detector has predicted. They are kept in a table of their own "
+        "and never become clicks; importing a detector again replaces its keypoints of the same "
+        "cameras. What is left out is counted and reported."
+    ),
+    (
+        option(
+            "file FILE",
+            "a folder of OpenPose (of JSON files, or of one folder for each camera), COCO results "
+            "or annotations (.json), MMPose or RTMPose (.json), FreeMoCap and MediaPipe (.npy, "
+            ".csv, .json), DeepLabCut (.csv, .h5), SLEAP predictions (.slp, analysis .h5), or a "
+            "table (.csv) of frame, view, keypoint, x, y, confidence",
+            type=Path,
+        ),
+        option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
+        option("--camera NAME", "camera or view of the keypoints, if the file does not state it"),
+        LAYOUT,
+        PERSON,
+        option(
+            "--name THEIRS=OURS",
+            "keypoint here for a keypoint name in the file; may be given several times",
+            action="append",
+            default=[],
+            dest="names",
+        ),
+        option(
+            "--detector NAME",
+            "name of the detector (default: name of the file); files of single cameras need the "
+            "same",
+        ),
+        flag(
+            "--propose",
+            "also propose them as clicks: in the workspace Annotate they are shown as predictions, "
+            "which can be accepted",
+        ),
+        flag("--all-people", "keep all people instead of one"),
+        JSON,
+    ),
+    _predictions_into,
+)

@@ -1,1 +1,0 @@
-"""The commands of ``stereotrack study``, one module each."""

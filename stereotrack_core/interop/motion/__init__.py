@@ -1,1 +1,0 @@
-"""Movement for other programs: OpenSim, movement and Rerun."""
