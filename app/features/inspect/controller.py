@@ -80,13 +80,13 @@ _SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a step is recorded from."""
+    """Frame, run and settings of a step that is to be recorded."""
 
     frame: int
     work: Callable[[], RecordedStep]
     """Has the step done; called in the background."""
     found: Estimate | None
-    """What the run has kept of the frame, to be compared with."""
+    """Estimate of the run in this frame, to be compared with."""
     source: RunEntry | None
     """The run that it is about."""
     settings: Settings
@@ -98,7 +98,7 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the step did."""
+    """The recorded step, its stages, and its difference from the run."""
 
     question: Question
     done: RecordedStep

@@ -234,7 +234,7 @@ def _about(state: Calibration) -> str:
 
 
 COLOURS: Mapping[str, str] = {"origin": "#f0e442", "north": "#56b4e9", "floor": "#e69f00"}
-"""Of the three points; bright on any picture."""
+"""Colours of the three points; bright on any picture."""
 
 
 class _Tabs(QTabBar):
