@@ -20,7 +20,6 @@ from stereotrack_core.body.pose import Pose, orthonormal, t_pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.sigma_points import sigma_deviations
-from stereotrack_core.tracking.arm_search.score import SEARCH_GAIN
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import innovation_of
 from stereotrack_core.tracking.correspondences import DataToModel
@@ -291,7 +290,7 @@ class IteratedEstimator(Estimator):
             _, found = self.follow(measured, prior, found)
         carried = np.ones(len(prior.P), dtype=np.bool_)
         searched = self.setup.parameters.search_arms and not measured.cloud.clicks
-        if searched and len(measured.data):
+        if searched and (len(measured.data) or measured.cloud.depths):
             followed, found = found, self._with_best_arms(measured, prior, found)
             carried[self._arms] = found is followed
         return Posterior(found.pose, found.P, found.surface, innovation, prior.P, carried)
@@ -342,7 +341,7 @@ class IteratedEstimator(Estimator):
         search, trace, rng = self.search, measured.trace, measured.random(1)
         expected, here, best = prior.pose, followed.pose, followed
         evidence = search.evidence(measured.cloud, here, rng)
-        least = search.cost(evidence, expected, here) - SEARCH_GAIN
+        least = search.cost(evidence, expected, here) - evidence.gain
         if trace is not None:
             trace.searching(search, evidence, expected)
         for proposed in search.best_pairs(evidence, expected, here, rng, trace):

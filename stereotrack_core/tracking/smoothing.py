@@ -269,12 +269,13 @@ def _measured(estimates: list[Estimate], i: int, state: ErrorState) -> Informati
     """What a frame's measurements alone said about its pose, seen from that.
 
     A frame in which the pose was found anew says nothing: it may be far off, and what has corrected
-    it is in the frames after it.
+    it is in the frames after it. Arms that were looked for anew were not predicted.
     """
     estimate, n = estimates[i], len(estimates[i].P)
     if not estimate.tracked or estimate.prior is None or not i:
         return Information(np.zeros((n, n)), np.zeros(n))
-    expected: FloatArray = scipy.linalg.inv(estimate.prior.P)
+    expected, predicted = np.zeros((n, n)), np.ix_(estimate.prior.carried, estimate.prior.carried)
+    expected[predicted] = scipy.linalg.inv(estimate.prior.P[predicted])
     values, vectors = np.linalg.eigh(scipy.linalg.inv(estimate.P) - expected)
     A: FloatArray = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return Information(A, expected @ state.difference(estimate, estimates[i - 1]))

@@ -17,7 +17,6 @@ from stereotrack_core.body.sampling import SurfacePoints
 from stereotrack_core.body.skeleton import FOREARMS
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.arms import Arms
-from stereotrack_core.tracking.arm_search.score import SEARCH_GAIN
 from stereotrack_core.tracking.correction import Line, Residual
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
 from stereotrack_core.tracking.residuals.detections import DetectionResidual
@@ -219,7 +218,7 @@ class StepRecorder:
             followed=pair(followed, followed),
             pairs=tuple(pair(*tried) for tried in self._tried),
             proposals=tuple(self._proposals),
-            gain=SEARCH_GAIN,
+            gain=evidence.gain,
             seconds=self._seconds["arm search"],
         )
         self._searching, self._mark = None, perf_counter()

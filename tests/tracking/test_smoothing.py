@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import landmarks
+from stereotrack_core.tracking.estimate import Prior
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.smoothing import smoothed
 from tests.tracking.scenes import POSES, angle_errors, cloud_of, pose_with_arms, surface_points
@@ -143,3 +144,20 @@ def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
     ]
     back = _back(tracker, frames).frames
     assert angle_errors(tracker.setup.body, back[0].pose, first.pose)[[3, 5]].max() < 1.0
+
+
+def test_arms_that_were_looked_for_anew_pull_no_other_frame_away(make_tracker, rng):
+    tracker = make_tracker("manifold")
+    frames = _followed(tracker, rng)
+    usual = smoothed(frames, tracker.setup, fit_movement=True).frames
+    estimate, arms = frames[7].estimate, np.arange(len(frames[7].P)) >= 6
+    narrow = np.where(arms, 0.1, 1.0)  # what was predicted is far off the arms that were found
+    prior = Prior(estimate.prior.P * np.outer(narrow, narrow), ~arms)
+    P = estimate.P + np.diag(np.where(arms, 0.3**2, 0.0))
+    frames[7] = dataclasses.replace(
+        frames[7], estimate=dataclasses.replace(estimate, P=P, prior=prior)
+    )
+    searched = smoothed(frames, tracker.setup, fit_movement=True).frames
+    for a, b in zip(usual, searched, strict=True):
+        assert np.linalg.norm(a.pose.position - b.pose.position) < 0.01
+        assert angle_errors(tracker.setup.body, a.pose, b.pose).max() < 10.0

@@ -27,9 +27,6 @@ _SHARES = (
 _UPPER, _FORE = (0, 1), (1, 3)
 """First and last node of an upper arm, and of a forearm with its hand."""
 
-SEARCH_GAIN = 3.0
-"""A pair replaces the tracked arms only if its cost is lower by more than this."""
-
 _DEEP = -0.03
 """Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
 give way where arms lie on them."""
