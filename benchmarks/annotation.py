@@ -25,12 +25,12 @@ from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.annotation.fit.trajectory import Clouds
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import BoolArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.sampling import segment_blocked
-from stereotrack_core.evaluation.limbs import in_image
 from stereotrack_core.evaluation.summary import (
     Summary,
     errors_against,
@@ -119,7 +119,7 @@ def seen_landmarks(recording: Recording, cameras: Sequence[Camera]) -> BoolArray
             sight = place - points
             sight = sight / np.linalg.norm(sight, axis=1, keepdims=True)
             covered = segment_blocked(points + COVERED * sight, place, placed)
-            seen[k, c] = in_image(camera, points) & ~covered
+            seen[k, c] = in_image(camera, camera.project(points)) & ~covered
     return seen
 
 

@@ -12,11 +12,12 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from typing import Any, Protocol
+from multiprocessing.connection import Connection
+from typing import Any, TypeAlias
+from weakref import WeakKeyDictionary
 
 import cv2
 
@@ -25,7 +26,8 @@ from stereotrack_core.errors import Cancelled, portable
 
 _TELL_SECONDS = 0.2
 _LAST_WORD_SECONDS = 5.0
-_LOOK_SECONDS = 0.2
+_LOOK_SECONDS = 0.1
+_NICE = 15
 _CONTEXT = multiprocessing.get_context("spawn")
 _STARTING = threading.Lock()
 """Held while a process is started, which inherits variables that are set for it."""
@@ -54,13 +56,13 @@ class Asker:
         self._told = 0.0
 
     def on_frames(self, count: int) -> None:
-        """So many frames more are done; told some times a second."""
+        """So many frames more are done; the number is told some times a second."""
         self._untold += count
         if time.monotonic() - self._told > _TELL_SECONDS:
             self._tell_frames()
 
     def tell(self, word: Any) -> None:
-        """Tell something that is neither a number nor None; numbers that wait go first."""
+        """Tell something that is no number; numbers that wait go first."""
         self._tell_frames()
         self._pipe.send(word)
 
@@ -106,6 +108,11 @@ class Asker:
             self._untold, self._told = 0, time.monotonic()
 
 
+ProcessTask: TypeAlias = Callable[[Asker], Any]
+"""Picklable; called in the process, it returns its result, tells what it has to and hears orders
+from the :class:`Asker`."""
+
+
 class Lost(Exception):
     """A process has ended by itself, with an exit code, in the middle of a task."""
 
@@ -113,82 +120,193 @@ class Lost(Exception):
         super().__init__(f"the process at work ended unexpectedly (exit code {code})")
 
 
-class WorkerProcess:
-    """A process that waits for tasks, one of `count` that share the machine's cores.
+@dataclass(frozen=True)
+class _Done:
+    """The last word of a task that has not failed."""
 
-    `do` is what it does with a task: a function of a module, called with the task and an
-    :class:`Asker`. What it raises is told as a word.
-    """
+    result: Any
 
-    def __init__(self, do: Callable[[Any, Asker], None], count: int, *, nice: int = 0) -> None:
+
+class _Worker:
+    """A process that waits for tasks, with its share of the machine's cores."""
+
+    def __init__(self, count: int, nice: int) -> None:
         self.pipe, theirs = _CONTEXT.Pipe()
         threads = max(1, usable_cores() // count)
-        arguments = (theirs, do, threads, nice)
-        self._process = _CONTEXT.Process(target=_serve, args=arguments, daemon=True)
+        self.process = _CONTEXT.Process(target=_serve, args=(theirs, threads, nice), daemon=True)
         libraries = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
         limits = {**dict.fromkeys(libraries, "1"), "NUMBA_NUM_THREADS": str(threads)}
         with _STARTING, _environment(limits), _out_of_reach_of_interrupts():
-            self._process.start()
+            self.process.start()
         theirs.close()
-        self.busy = False
+
+    def send(self, word: Any, *, is_order: bool = True) -> None:
+        """Give it a task, or say something about the one in work; see :meth:`Asker.orders`."""
+        with suppress(BrokenPipeError, ConnectionResetError):  # found out by listening to it
+            self.pipe.send((is_order, word))
+
+    def word(self) -> Any:
+        """What it tells next. Raises :class:`Lost` where it has ended."""
+        try:
+            return self.pipe.recv()
+        except (EOFError, OSError):  # the latter in the middle of a word
+            self.process.join(_LAST_WORD_SECONDS)
+            raise Lost(self.process.exitcode) from None
+
+    def end(self) -> None:
+        """End it at once; what it is at is lost."""
+        self.process.terminate()
+        self.process.join(_LAST_WORD_SECONDS)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        self.pipe.close()
+
+
+class TaskProcess:
+    """Started with its first task, it does one after the other; threads wait for theirs.
+
+    Parameters
+    ----------
+    count : int
+        So many processes share the machine's cores.
+    nice : int
+        How far it stands back. By default who paints goes first; where nothing is to be painted,
+        nothing is lost.
+    """
+
+    def __init__(self, count: int = 1, *, nice: int = _NICE) -> None:
+        self._count, self._nice = count, nice
+        self._lock, self._turn = threading.Lock(), threading.Lock()
+        self._worker: _Worker | None = None
+        self._in_work: ProcessTask | None = None
+        self._orders: WeakKeyDictionary[ProcessTask, list[Any]] = WeakKeyDictionary()
+        self._heard = self._closed = False
+
+    def __call__(
+        self,
+        task: ProcessTask,
+        hear: Callable[[Any], None] = lambda _: None,
+        cancelled: Callable[[], bool] = lambda: False,
+        *,
+        listens: bool = True,
+    ) -> Any:
+        """Have a task done, when those before are; what it returns.
+
+        A process that has ended before it has told anything is started anew, once.
+
+        Parameters
+        ----------
+        task : ProcessTask
+        hear : callable
+            Called with each word that the task tells.
+        cancelled : callable
+            Whether the task is no longer wanted; asked some times a second.
+        listens : bool
+            Whether the task looks at its orders. Otherwise the process is ended to cancel it.
+
+        Raises
+        ------
+        Exception
+            What the task raised.
+        Cancelled
+            Where the task is no longer wanted, or the process is closed.
+        Lost
+            Where the process has ended by itself.
+        """
+
+        def unwanted() -> bool:
+            return self._closed or cancelled()
+
+        with self._turn:
+            self._heard = again = False
+            while not unwanted():
+                worker = self._given(task)
+                try:
+                    return self._result(worker, hear, unwanted, listens=listens)
+                except Lost:
+                    if not unwanted() and (again or self._heard):
+                        raise
+                    again = True
+            if self._closed:  # it may have been started just now
+                self._drop()
+        raise Cancelled
 
     @property
     def pid(self) -> int | None:
-        """Number of the process."""
-        return self._process.pid
+        """Number of the process; None where none is running."""
+        return None if self._worker is None else self._worker.process.pid
 
-    def give(self, task: Any) -> None:
-        """Let it do a task; one that has died is found out by listening to it."""
-        self.busy = True
-        self._send(False, task)
+    def order(self, task: ProcessTask, word: Any) -> None:
+        """Say something about a task that is in work, or waits for its turn."""
+        with self._lock:
+            self._orders.setdefault(task, []).append(word)
+            if task is self._in_work and self._worker is not None:
+                self._worker.send(word)
 
-    def order(self, word: Any) -> None:
-        """Say something about the task in work; see :meth:`Asker.orders`."""
-        self._send(True, word)
+    def end(self) -> None:
+        """End the process at once, with the task in work; the next task starts another one."""
+        with self._lock:
+            if self._worker is not None:
+                self._worker.process.terminate()
+        if self._turn.acquire(blocking=False):  # no thread is there that would find it out
+            self._drop()
+            self._turn.release()
 
-    def terminate(self) -> None:
-        """Have it ended, without waiting for that; see :func:`end`."""
-        self._process.terminate()
+    def close(self) -> None:
+        """End the process for good; whoever waits for it gets :class:`Cancelled`."""
+        self._closed = True
+        self.end()
 
-    def _send(self, is_order: bool, word: Any) -> None:
-        with suppress(BrokenPipeError, ConnectionResetError):
-            self.pipe.send((is_order, word))
+    def _given(self, task: ProcessTask) -> _Worker:
+        worker = self._worker or _Worker(self._count, self._nice)
+        with self._lock:
+            self._worker, self._in_work = worker, task
+            worker.send(task, is_order=False)
+            for word in self._orders.get(task, ()):
+                worker.send(word)
+        return worker
 
-    def words(self) -> Iterator[Any]:
-        """What it has told since it was last listened to.
-
-        Numbers are frames done, exceptions what a task failed of, all else is what the task tells.
-        After the task's last word it is no longer busy. Raises :class:`Lost` where it has ended; it
-        must be ended nevertheless.
-        """
+    def _result(
+        self,
+        worker: _Worker,
+        hear: Callable[[Any], None],
+        unwanted: Callable[[], bool],
+        *,
+        listens: bool,
+    ) -> Any:
+        word, stops = None, False
         try:
-            while self.pipe.poll():
-                word = self.pipe.recv()
-                if word is None:
-                    self.busy = False
-                else:
-                    yield word
-        except (EOFError, OSError):  # the latter in the middle of a word
-            self._process.join(_LAST_WORD_SECONDS)
-            raise Lost(self._process.exitcode) from None
+            while not isinstance(word, _Done | Exception):
+                if worker.pipe.poll(_LOOK_SECONDS):
+                    word = worker.word()
+                    self._heard = True
+                    if not isinstance(word, _Done | Exception):
+                        hear(word)
+                if not stops and unwanted():
+                    stops = True
+                    with self._lock:
+                        if listens and not self._closed:
+                            worker.send(Stop())
+                        else:
+                            worker.process.terminate()
+        except BaseException:
+            self._drop()  # what it may still tell is not for the next task
+            raise
+        finally:
+            self._in_work = None
+        if isinstance(word, Exception):
+            raise word
+        if stops:
+            raise Cancelled
+        return word.result
 
-
-def with_words(workers: Sequence[WorkerProcess], seconds: float | None) -> list[WorkerProcess]:
-    """Those that have something to tell, or have died; waits for the first so long at most."""
-    ready = wait([worker.pipe for worker in workers], seconds)
-    return [worker for worker in workers if worker.pipe in ready]
-
-
-def end(workers: Sequence[WorkerProcess]) -> None:
-    """End processes at once; what they are at is lost."""
-    for worker in workers:
-        worker.terminate()
-    for worker in workers:
-        worker._process.join(_LAST_WORD_SECONDS)
-        if worker._process.is_alive():
-            worker._process.kill()
-            worker._process.join()
-        worker.pipe.close()
+    def _drop(self) -> None:
+        """End the process, in one's turn."""
+        with self._lock:
+            worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.end()
 
 
 def usable_cores() -> int:
@@ -232,7 +350,7 @@ def _out_of_reach_of_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int, nice: int) -> None:
+def _serve(pipe: Connection, threads: int, nice: int) -> None:
     """Do tasks until nobody asks any more, or whoever asked is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -240,16 +358,17 @@ def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int, nic
         os.nice(nice)
     cv2.setNumThreads(threads)
     asker = Asker(pipe)
-    with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError, Cancelled):
+    with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            task = asker.next_task()
+            task, result = asker.next_task(), None
             try:
-                do(task, asker)
-            except (BrokenPipeError, ConnectionResetError, Cancelled):
+                with suppress(Cancelled):
+                    result = task(asker)
+                asker.tell(_Done(result))
+            except (BrokenPipeError, ConnectionResetError):
                 raise
-            except Exception as error:  # noqa: BLE001 - told to whoever asked
+            except Exception as error:  # noqa: BLE001 - raised where the task was asked for
                 asker.tell(portable(error))
-            pipe.send(None)
 
 
 def _end_with_parent() -> None:
@@ -261,83 +380,3 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-class Desk(Protocol):
-    """Whoever has tasks for a pool, and hears what becomes of them."""
-
-    def next(self) -> Any:
-        """The next task; None where nothing waits at this moment."""
-
-    def heard(self, task: Any, word: Any) -> None:
-        """A task tells something: frames done, what it failed of, or anything else."""
-
-    def lost(self, task: Any, why: Lost) -> None:
-        """The process that was at a task has ended by itself."""
-
-    def ended(self, task: Any) -> None:
-        """A task has come to its end."""
-
-    def stopped(self) -> bool:
-        """Whether to stop."""
-
-
-class Pool:
-    """`count` processes that are started when there is work, and live until they are ended.
-
-    For `do` see :class:`WorkerProcess`.
-    """
-
-    def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
-        self._do = do
-        self._at: dict[WorkerProcess, Any] = {}
-        self.count = count
-        self.workers: list[WorkerProcess] = []
-
-    def work(self, desk: Desk) -> None:
-        """Do tasks until there are none.
-
-        Raises :class:`Cancelled` where the desk wants to stop; all processes are ended then.
-        """
-        while True:
-            self._hand_out(desk)
-            if not self._at:
-                return
-            for worker in with_words(list(self._at), _LOOK_SECONDS):
-                self._listen(worker, desk)
-            if desk.stopped():
-                self.close()
-                raise Cancelled
-
-    def close(self) -> None:
-        """End all processes at once; what they are at is lost."""
-        end(self.workers)
-        self.workers.clear()
-        self._at.clear()
-
-    def _hand_out(self, desk: Desk) -> None:
-        while len(self._at) < self.count:
-            task = desk.next()
-            if task is None:
-                return
-            worker = next((one for one in self.workers if one not in self._at), None)
-            if worker is None:
-                worker = WorkerProcess(self._do, self.count)
-                self.workers.append(worker)
-            self._at[worker] = task
-            worker.give(task)
-
-    def _listen(self, worker: WorkerProcess, desk: Desk) -> None:
-        task = self._at[worker]
-        try:
-            for word in worker.words():
-                desk.heard(task, word)
-        except Lost as lost:
-            end([worker])
-            self.workers.remove(worker)
-            del self._at[worker]
-            desk.lost(task, lost)
-            return
-        if not worker.busy:
-            del self._at[worker]
-            desk.ended(task)

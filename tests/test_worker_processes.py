@@ -1,74 +1,173 @@
-"""Processes that do tasks: what they tell, how they are lost, and how they end."""
+"""A process that threads wait for: results, words, orders, a process that dies, the end."""
 
 import os
 import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.worker_processes import Lost, WorkerProcess, end, with_words
-
-
-def do(task, asker):
-    """What the processes of these tests do."""
-    if task == "wrong":
-        raise InputError("this cannot be", where="here", remedy="Do it otherwise.")
-    if task == "odd":
-        raise ValueError(lambda: "cannot be sent")
-    if task == "die":
-        os._exit(7)
-    for _ in range(int(task)):
-        asker.on_frames(1)
-    asker.tell({"task": task})
-
-
-def sleep(_task, asker):
-    """A task that listens to nobody."""
-    asker.tell("asleep")
-    time.sleep(600)
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.worker_processes import Lost, TaskProcess
 
 
 @pytest.fixture
-def worker():
-    made = WorkerProcess(do, 1)
+def process():
+    made = TaskProcess()
     yield made
-    end([made])
+    made.close()
 
 
-def all_words(worker, task):
-    worker.give(task)
+def turned(text, _asker):
+    os.write(1, b"what is printed is no result\n")
+    return text[::-1]
+
+
+def who(_asker):
+    return os.getpid()
+
+
+def fail(_asker):
+    raise InputError("this is wrong", where="here", remedy="Do it right.")
+
+
+def fail_oddly(_asker):
+    raise ValueError(lambda: "cannot be sent")
+
+
+def die(_asker):
+    os._exit(7)
+
+
+def tell_and_die(asker):
+    asker.tell("a word")
+    os._exit(7)
+
+
+def follow(asker):
+    """Tell what is ordered, until it is enough."""
     heard = []
-    while worker.busy:
-        for one in with_words([worker], 10):
-            heard += one.words()
+    while "enough" not in heard:
+        heard += asker.orders(None)
+        asker.tell(list(heard))
     return heard
 
 
-def test_tasks_one_after_the_other_with_frames_counted(worker):
-    for task in ("3", "40"):
-        *frames, last = all_words(worker, task)
-        assert sum(frames) == int(task)
-        assert last == {"task": task}
+def sleep(asker):
+    asker.tell("asleep")
+    time.sleep(600.0)
 
 
-def test_what_a_task_fails_of_is_told_and_the_process_goes_on(worker):
-    (wrong,) = all_words(worker, "wrong")
-    assert isinstance(wrong, InputError)
-    assert (str(wrong), wrong.where) == ("here: this cannot be. Do it otherwise.", "here")
-    (odd,) = all_words(worker, "odd")
-    assert isinstance(odd, RuntimeError)
-    assert str(odd).startswith("ValueError")
-    assert all_words(worker, "0") == [{"task": "0"}]
+def count(asker):
+    asker.kept["count"] = asker.kept.get("count", 0) + 1
+    return asker.kept["count"]
 
 
-def test_a_process_that_ends_by_itself_is_lost(worker):
+def test_it_does_tasks_in_another_process_and_keeps_what_they_leave(process):
+    assert process(partial(turned, "abc")) == "cba"
+    assert process(partial(turned, "x" * 3_000_000)) == "x" * 3_000_000
+    assert process(who) != os.getpid()
+    assert [process(count), process(count)] == [1, 2]
+
+
+def count_frames(asker):
+    for _ in range(40):
+        asker.on_frames(1)
+
+
+def test_frames_are_counted_and_told_now_and_then(process):
+    told = []
+    process(count_frames, told.append)
+    assert (sum(told), len(told) < 40) == (40, True)
+
+
+def test_what_a_task_raises_is_raised_here_and_the_next_one_is_done(process):
+    with pytest.raises(InputError) as error:
+        process(fail)
+    assert (error.value.where, error.value.remedy) == ("here", "Do it right.")
+    with pytest.raises(RuntimeError, match=r"^ValueError"):
+        process(fail_oddly)
+    assert process(partial(turned, "abc")) == "cba"
+
+
+def test_orders_reach_their_task_however_early_they_are_given_and_no_other(process):
+    first, second = partial(follow), partial(follow)
+    process.order(first, "early")
+    process.order(first, "enough")
+    process.order(second, "of the second")
+    process.order(second, "enough")
+    assert process(first) == ["early", "enough"]
+    process.order(first, "late")
+    told = []
+    assert process(second, told.append) == ["of the second", "enough"]
+    assert told[-1] == ["of the second", "enough"]
+
+
+@pytest.mark.parametrize("task", [sleep, follow])
+def test_a_task_that_is_no_longer_wanted_ends_whether_it_listens_or_not(process, task):
+    wanted, told = [], []
+
+    def hear(word):
+        told.append(word)
+        wanted.append(False)
+
+    process.order(task, "begin")
+    first = process(who)
+    with pytest.raises(Cancelled):
+        process(task, hear, lambda: bool(wanted), listens=task is follow)
+    assert told
+    assert (process(who) == first) == (task is follow), "what a task has left is still there"
+    with pytest.raises(Cancelled):
+        process(partial(turned, "abc"), cancelled=lambda: True)
+
+
+def test_one_that_dies_at_work_says_so(process):
+    told = []
     with pytest.raises(Lost, match="exit code 7"):
-        all_words(worker, "die")
+        process(tell_and_die, told.append)
+    assert told == ["a word"], "what has told something is not done again"
+    with pytest.raises(Lost, match="exit code 7"):
+        process(die)
+    assert process(partial(turned, "abc")) == "cba"
+
+
+def test_one_that_is_ended_starts_again_with_the_next_task(process):
+    first = process(who)
+    process.end()
+    assert process(who) != first
+    with ThreadPoolExecutor(1) as pool:
+        begun = threading.Event()
+        asleep = pool.submit(process, sleep, lambda _: begun.set())
+        assert begun.wait(300)
+        process.end()
+        with pytest.raises(Lost):
+            asleep.result(300)
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="processes cannot be looked at here")
+def test_one_that_is_closed_is_gone_and_does_nothing_more(process):
+    number = process(who)
+    process.close()
+    end = time.monotonic() + 300.0
+    while os.path.exists(f"/proc/{number}") and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not os.path.exists(f"/proc/{number}")
+    with pytest.raises(Cancelled):
+        process(who)
+
+
+def test_several_threads_take_turns_also_where_the_process_has_died(process):
+    os.kill(process(who), signal.SIGTERM)
+    texts = [f"{k} {'x' * (k % 7) * 20_000}" for k in range(60)]
+    with ThreadPoolExecutor(6) as pool:
+        tasks = [partial(turned, text) for text in texts]
+        assert list(pool.map(process, tasks)) == [text[::-1] for text in texts]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
@@ -78,17 +177,18 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
     script.write_text(
         textwrap.dedent("""
         import time
-        from stereotrack_core.worker_processes import WorkerProcess, end
+        from stereotrack_core.worker_processes import TaskProcess
         if __name__ == "__main__":
-            workers = [WorkerProcess(print, 2) for _ in range(2)]
+            workers = [TaskProcess(2) for _ in range(2)]
             try:
-                print(*(worker.pid for worker in workers), flush=True)
+                print(*(worker._given(print) and worker.pid for worker in workers), flush=True)
                 while True:  # a signal just before a sleep does not end it
                     time.sleep(0.1)
             except KeyboardInterrupt:
                 print("stopped", flush=True)
             finally:
-                end(workers)
+                for worker in workers:
+                    worker.close()
         """)
     )
     with subprocess.Popen(
@@ -125,15 +225,11 @@ def test_a_process_at_work_ends_when_the_one_that_asked_is_killed(tmp_path):
     script = tmp_path / "asker.py"
     script.write_text(
         textwrap.dedent("""
-        import time
-        from stereotrack_core.worker_processes import WorkerProcess, with_words
+        from stereotrack_core.worker_processes import TaskProcess
         from tests.test_worker_processes import sleep
         if __name__ == "__main__":
-            worker = WorkerProcess(sleep, 1)
-            worker.give(0)
-            with_words([worker], None)
-            print(worker.pid, flush=True)
-            time.sleep(600)
+            worker = TaskProcess()
+            worker(sleep, lambda _: print(worker.pid, flush=True))
         """)
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}

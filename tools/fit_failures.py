@@ -22,8 +22,8 @@ from logistic import fitted
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_by_truth
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, agreement, pooled
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, agreement_of
 from stereotrack_core.evaluation.failure_segments.stretches import (
     ARM_HALVES,
     SIGNS,
@@ -156,7 +156,8 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> Run:
 def example(run: Run, place: Path) -> Example:
     """A run of a recording with its signs and failures by error."""
     recording = open_recording(place)
-    truth = stretches_by_truth(FailureSearch(run, recording.fps, recording.reference))
+    search = FailureSearch(run, recording.fps, recording.reference)
+    truth = tuple(one for one in stretches_of(search) if one.found == "truth")
     failing = np.zeros((len(run.frame), len(LIMBS)), dtype=np.bool_)
     for failure in truth:
         inside = (run.frame >= failure.first) & (run.frame <= failure.last)
@@ -185,12 +186,13 @@ def left_out(examples: Sequence[Example]) -> str:
         fit = fitted_by_limb([each for each in examples if each.recording != name])
         coefficients = {half: slopes.tolist() for half, slopes in fit.items()}
         parts += [
-            agreement(each.truth, failures_by_signs(each.run, each.fps, None, coefficients))
+            agreement_of((*each.truth, *failures_by_signs(each.run, each.fps, None, coefficients)))
             for each in examples
             if each.recording == name
         ]
-    all_of_them = pooled(parts)
-    return f"{all_of_them}, precision {all_of_them.precision:.2f}, recall {all_of_them.recall:.2f}"
+    precision = sum(one.right for one in parts) / sum(one.called for one in parts)
+    recall = sum(one.found for one in parts) / sum(one.true for one in parts)
+    return f"precision {precision:.2f}, recall {recall:.2f}"
 
 
 def written(coefficients: Mapping[str, FloatArray]) -> str:

@@ -189,10 +189,8 @@ def _clicked(
 
 
 def _import(recording: Path, docs: Path) -> bool:
-    """The first two steps of the wizard on the videos of two views."""
-    from PySide6.QtCore import QEventLoop, QTimer
-
-    from app.features.project.importing.preview import look
+    """The first step of the wizard on the videos of two views."""
+    from app.features.project.importing.sources_page import look
     from app.features.project.importing.wizard import ImportWizard
     from app.program import WindowProgram
     from app.shell.dialogs import write_picture
@@ -207,13 +205,6 @@ def _import(recording: Path, docs: Path) -> bool:
     wizard = ImportWizard(looked, program.context.tasks, program.window)
     wizard.show()
     write_picture(docs / "import-sources.png", wizard.grab())
-    wizard.next()
-    wizard.timing.preview.slider.setValue(FRAME)
-    while not wizard.timing.preview.settled():
-        loop = QEventLoop()
-        QTimer.singleShot(200, loop.quit)
-        loop.exec()
-    write_picture(docs / "import-timing.png", wizard.grab())
     wizard.reject()
     return True
 

@@ -15,7 +15,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
 from stereotrack_core.evaluation.summary import LimbErrors, errors_against
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..services.failures import message_of
@@ -116,22 +116,6 @@ class Judgement:
         """Name of the measure for axes and titles."""
         return "angular error" if self.measure == "error" else "standard deviation"
 
-    def followed_by(self, later: Judgement) -> Judgement:
-        """One judgement of these frames and of later ones, by the same reference."""
-        errors = self.errors
-        if errors is not None and later.errors is not None:
-            errors = errors.followed_by(later.errors)
-        return Judgement(
-            self.measure,
-            np.concatenate([self.frame, later.frame]),
-            {k: np.concatenate([v, later.limbs[k]]) for k, v in self.limbs.items()},
-            np.concatenate([self.tracked, later.tracked]),
-            np.concatenate([self.unexplained_fraction, later.unexplained_fraction]),
-            errors,
-            {k: np.concatenate([v, later.lost[k]]) for k, v in self.lost.items()},
-            self.truth,
-        )
-
     def errors_at(self, frame: int) -> dict[str, float]:
         """Angles against the reference in a frame, degrees; of the limbs that it knows there."""
         if self.measure != "error":
@@ -152,47 +136,28 @@ class Judgement:
         return self.truth.quality(np.intersect1d(frames, self.errors.frame))
 
 
-def judged(run: RunEntry, truth: Truth | None, known: Judgement | None = None) -> Judgement:
-    """Judge a run by the reference, or by its own signs where there is none.
-
-    Parameters
-    ----------
-    known : Judgement, optional
-        Of the run's first frames, by the same reference: only those after them are judged anew.
-    """
+def judged(run: RunEntry, truth: Truth | None) -> Judgement:
+    """Judge a run by the reference, or by its own signs where it has none of the run's frames."""
     frames = list(run.ordered())
-    numbers = np.array([frame.frame for frame in frames], dtype=np.int64)
-    if truth is not None and not np.isin(numbers, truth.trajectory.frame).any():
-        truth = None
-    done = len(known.frame) if known is not None else 0
-    if known is None or known.truth is not truth or not np.array_equal(known.frame, numbers[:done]):
-        return _judged(frames, truth)
-    return known.followed_by(_judged(frames[done:], truth))
-
-
-def _judged(frames: Sequence[TrackedFrame], truth: Truth | None) -> Judgement:
-    numbers = np.array([frame.frame for frame in frames], dtype=np.int64)
+    numbers = run.numbers()
     tracked = np.array([frame.tracked for frame in frames], dtype=bool)
     unexplained_fraction = np.array(
         [frame.estimate.unexplained_fraction for frame in frames], dtype=np.float64
     )
-    chances = np.array([frame.estimate.limb_lost for frame in frames]).reshape(
-        len(frames), len(LIMBS)
-    )
-    lost = {limb: chances[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
-    if truth is not None:
-        points = np.array([frame.landmarks for frame in frames]).reshape(
-            len(frames), len(LANDMARKS), 3
-        )
-        limbs, errors = _errors(LandmarkTrajectory(numbers, points), truth.trajectory)
+    lost = _by_limb([frame.estimate.limb_lost for frame in frames])
+    if truth is not None and np.isin(numbers, truth.trajectory.frame).any():
+        limbs, errors = _errors(run.trajectory(), truth.trajectory)
         return Judgement(
             "error", numbers, limbs, tracked, unexplained_fraction, errors, lost, truth
         )
-    sigma = np.array([frame.estimate.limb_sigma_deg for frame in frames]).reshape(
-        len(frames), len(LIMBS)
-    )
-    limbs = {limb: sigma[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
+    limbs = _by_limb([frame.estimate.limb_sigma_deg for frame in frames])
     return Judgement("sigma", numbers, limbs, tracked, unexplained_fraction, None, lost)
+
+
+def _by_limb(values: Sequence[FloatArray]) -> dict[str, FloatArray]:
+    """Values (F,) by limb of those of every frame."""
+    stacked = np.array(values).reshape(len(values), len(LIMBS))
+    return {limb: stacked[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
 
 
 def _errors(
@@ -279,22 +244,24 @@ def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
 
 _INTERVAL_MS = 250
 _SOON_MS = 20
+_FRAMES_OF_MS = 4
+"""So many frames of a run that grows let it be judged a millisecond later."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """Runs as they are now, with what is known about each, to be judged in another thread."""
+    """Runs as they are now, to be judged in another thread."""
 
     truth: Truth | None
-    runs: Mapping[RunEntry, tuple[RunEntry, Judgement | None]]
+    runs: Mapping[RunEntry, RunEntry]
 
 
 def _answer(asked: _Question) -> dict[RunEntry, Judgement]:
-    return {entry: judged(now, asked.truth, known) for entry, (now, known) in asked.runs.items()}
+    return {entry: judged(now, asked.truth) for entry, now in asked.runs.items()}
 
 
 class JudgementPresenter(QObject):
-    """Judgements by run, made in a thread of their own; a growing run is added frame by frame."""
+    """Judgements by run, made in a thread of their own."""
 
     judged = Signal()
     """Runs are judged, or others are in the list, or shown in another way: told once for all that
@@ -388,9 +355,10 @@ class JudgementPresenter(QObject):
 
     @Slot()
     def judge_soon(self) -> None:
-        """Judge what grows, now and then."""
+        """Judge what grows, now and then: a long run less often, since it takes longer."""
         if not self._timer.isActive():
-            self._timer.start(_INTERVAL_MS)
+            longest = max((len(entry.frames) for entry in self._runs.entries), default=0)
+            self._timer.start(max(_INTERVAL_MS, longest // _FRAMES_OF_MS))
 
     @Slot()
     def _ask(self) -> None:
@@ -409,21 +377,15 @@ class JudgementPresenter(QObject):
             and self._known.get(entry, ())[:3] != (entry.begun, len(entry.frames), truth)
         ]
         if new:
-            runs = {entry: (entry.now(), self._still_known(entry)) for entry in new}
-            self._worker.ask(_Question(truth, runs))
+            self._worker.ask(_Question(truth, {entry: entry.now() for entry in new}))
         else:
             self.judged.emit()
-
-    def _still_known(self, entry: RunEntry) -> Judgement | None:
-        """What is known of the frames that a run still has."""
-        known = self._known.get(entry)
-        return known[-1] if known is not None and known[0] == entry.begun else None
 
     @Slot(object, object)
     def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
         for entry, judgement in found.items():
             if entry in self._runs.entries:
-                begun = asked.runs[entry][0].begun
+                begun = asked.runs[entry].begun
                 self._known[entry] = begun, len(judgement.frame), asked.truth, judgement
         self.judged.emit()
 

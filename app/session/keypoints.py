@@ -62,7 +62,7 @@ class KeypointPresenter(QObject):
         if not settings.follows_data:
             return None
         known = self._of_project()
-        asks = settings.tracking.detector == "auto" and is_installed()
+        asks = settings.uses_detector and is_installed()
         if known is not None and asks and set(self.sources) == {DETECTOR_NAME}:
             known = known if set(frames) <= set(known.frame.tolist()) else None
         if known is None and self._detected is not None and self._detected[0] == frames:

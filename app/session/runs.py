@@ -142,6 +142,11 @@ class RunEntry:
         except InputError:
             return None
 
+    def made_with(self) -> Settings | None:
+        """Its settings; None where a file of another version does not say."""
+        known = self.spec() if self.settings is None else None
+        return self.settings if known is None else known.settings
+
     def now(self) -> RunEntry:
         """What it holds now; work in another thread is given this, never the entry itself."""
         return replace(self, frames=dict(self.frames))

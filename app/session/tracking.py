@@ -25,7 +25,6 @@ from stereotrack_core.experiments.run_process import (
 )
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
@@ -33,7 +32,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, run_warnings
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.stages import changes_in_words
-from stereotrack_core.worker_processes import Lost
+from stereotrack_core.worker_processes import Lost, TaskProcess
 
 from ..services.failures import message_of
 from ..services.tasks.task import Task, how_far, time_left

@@ -126,7 +126,7 @@ def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curv
                     question.cameras[name],
                     question.volume,
                 )
-                own.append(Curve(click.landmark, click.camera, curve.pixels))
+                own.append(Curve(click.landmark, click.camera, curve))
         found[name] = tuple(own)
     return found
 
@@ -224,12 +224,8 @@ class Fitter:
         if self._made is None or self._made[0] != key:
             settings = replace(FitSettings(), use_depth=depth)
             made = ClickFit(
-                question.cameras,
-                question.landmark_set,
-                question.proportions,
-                settings,
-                fps=question.fps,
-                views=question.views,
+                *(question.cameras, question.landmark_set, question.proportions),
+                *(settings, question.fps, question.views),
             )
             self._made = (key, made)
         return self._made[1]

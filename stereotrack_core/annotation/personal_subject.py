@@ -24,7 +24,7 @@ from stereotrack_core.body.offsets import offsets_by_landmark
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.recording.description import LENGTHS, Recording, Subject
+from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
@@ -147,16 +147,6 @@ def offset_table(one: PersonalSubject) -> Table:
     title = f"Offsets from {counted(len(one.found.frames), 'clicked frame')}, mm"
     heads = ("landmark", ">right / along", ">front / inwards", ">up / across", ">before")
     return Table(title, heads, rows)
-
-
-def length_table(one: PersonalSubject, recorded: Subject | None) -> Table:
-    """Lengths beside those of the subject before, millimetres."""
-    known = proportions_of(recorded)
-    rows = []
-    for key in LENGTHS:
-        now, before = 1000 * (getattr(one.subject, key) or 0.0), 1000 * getattr(known, key)
-        rows.append((key.replace("_", " "), f"{before:.0f}", f"{now:.0f}", f"{now - before:+z.0f}"))
-    return Table("Lengths, mm", ("length", ">before", ">now", ">change"), rows)
 
 
 def lean_words(one: PersonalSubject) -> str:

@@ -10,9 +10,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -24,13 +22,9 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.images import DamagedFrame, NumberedImages
 from stereotrack_core.recording.importing.readers import Chapters
+from stereotrack_core.recording.importing.source import Pictures as StreamPictures
 from stereotrack_core.recording.importing.video_sources import chapters_from
-from stereotrack_core.recording.stream_files import (
-    IMAGE_SUFFIXES,
-    VIDEO_SUFFIXES,
-    StreamSource,
-    open_stream,
-)
+from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES, VIDEO_SUFFIXES, open_stream
 
 
 @dataclass(frozen=True)
@@ -107,76 +101,34 @@ def ignore(_looked: Looked) -> None:
     """Take no notice of a picture."""
 
 
-class Pictures(Protocol):
-    """Grey pictures of one camera by number; frame k of all cameras is the same instant."""
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """Grey pictures of one camera by number; frame k of all cameras is the same instant.
 
-    @property
-    def camera(self) -> str:
-        """Name of the camera."""
-
-    def count(self) -> int:
-        """Number of pictures."""
-
-    def name(self, k: int) -> str:
-        """What a person calls picture k."""
-
-    def read(self, k: int) -> ImageArray:
-        """Picture k (H, W); raises :class:`DamagedFrame` where it cannot be read."""
-
-    def close(self) -> None:
-        """Close what is open."""
-
-
-@dataclass(frozen=True)
-class PictureFiles:
-    """Image files in the order of their names."""
+    A video, or a recording's numbered images, from frame `first` on; or image `files` by their
+    names.
+    """
 
     camera: str
-    files: tuple[Path, ...]
-
-    def count(self) -> int:
-        """Number of files."""
-        return len(self.files)
-
-    def name(self, k: int) -> str:
-        """Name of file k."""
-        return self.files[k].name
-
-    def read(self, k: int) -> ImageArray:
-        """Picture k."""
-        return np.ascontiguousarray(self._images.read(k, lambda _number, _picture: None))
-
-    @cached_property
-    def _images(self) -> NumberedImages:
-        return NumberedImages(dict(enumerate(self.files)), "%d", "grey")
-
-    def close(self) -> None:
-        """Nothing is held open."""
-
-
-@dataclass(frozen=True)
-class StreamPictures:
-    """A video, or a recording's numbered images, from frame `first` on."""
-
-    camera: str
-    source: StreamSource | Chapters
+    source: StreamPictures
     first: int = 0
+    files: tuple[str, ...] = ()
 
     def count(self) -> int:
-        """Number of frames; waits until the end of a video has been reached."""
+        """Number of pictures; waits until the end of a video has been reached."""
         return max(self.source.count() - self.first, 0)
 
     def name(self, k: int) -> str:
-        """Number of the frame."""
-        return f"frame {k}"
+        """What a person calls picture k."""
+        return self.files[k] if self.files else f"frame {k}"
 
     def read(self, k: int) -> ImageArray:
-        """Frame k."""
+        """Picture k (H, W); raises :class:`DamagedFrame` where it cannot be read."""
         picture = self.source.read(k + self.first, lambda _number, _picture: None)
         return np.ascontiguousarray(picture)
 
     def close(self) -> None:
-        """Close the video."""
+        """Close what is open."""
         self.source.close()
 
 
@@ -198,20 +150,21 @@ def pictures_of_glob(pattern: str, camera: str, where: str) -> Pictures:
             where=where,
             remedy="Give a pattern in quotes such as 'left/*.png', a folder, or one video.",
         )
-    return PictureFiles(camera, _in_order(files))
+    return _of_files(camera, files)
 
 
-def pictures_of_folder(folder: Path) -> list[Pictures]:
+def pictures_of_folder(folder: Path, camera: str | None = None) -> list[Pictures]:
     """One video or folder of pictures per camera, named as the camera; or those of a recording.
 
-    Raises InputError where there is no such folder or nothing in it.
+    `camera`: the only one of a recording that is wanted. Raises InputError where there is no such
+    folder or nothing in it.
     """
     if not folder.is_dir():
         raise InputError(
             "there is no such folder", where=str(folder), remedy="Give the folder of the cameras."
         )
     if (folder / "recording.toml").is_file():
-        return _pictures_of_recording(folder)
+        return _pictures_of_recording(folder, camera)
     return [_pictures_at(path, name, str(folder)) for name, path in places_in(folder).items()]
 
 
@@ -255,9 +208,9 @@ def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
             raise InputError(
                 f"the folder {path.name!r} contains no images", where=where, remedy="Add them."
             )
-        return PictureFiles(camera, _in_order(files))
+        return _of_files(camera, files)
     videos = [open_stream(one.parent, one.name, "grey", where) for one in chapters_from(path)]
-    return StreamPictures(camera, videos[0] if len(videos) == 1 else Chapters(videos))
+    return Pictures(camera, videos[0] if len(videos) == 1 else Chapters(videos))
 
 
 def _images_in(folder: Path) -> list[Path]:
@@ -265,26 +218,28 @@ def _images_in(folder: Path) -> list[Path]:
     return [one for one in files if one.is_file() and not one.name.startswith(".")]
 
 
-def _in_order(files: Sequence[Path]) -> tuple[Path, ...]:
-    """By name, numbers in them by value."""
+def _of_files(camera: str, files: Sequence[Path]) -> Pictures:
+    """Image files by name, numbers in them by value."""
 
     def key(path: Path) -> list[tuple[int, int, str]]:
         parts = _DIGITS.split(path.name)
         return [(1, int(one), "") if one.isdigit() else (0, 0, one) for one in parts]
 
-    return tuple(sorted(files, key=key))
+    ordered = sorted(files, key=key)
+    images = NumberedImages(dict(enumerate(ordered)), "%d", "grey")
+    return Pictures(camera, images, files=tuple(one.name for one in ordered))
 
 
-def _pictures_of_recording(folder: Path) -> list[Pictures]:
+def _pictures_of_recording(folder: Path, camera: str | None) -> list[Pictures]:
     recording = open_recording(folder)
     found: list[Pictures] = []
     for view in recording.views:
         for key, stream in view.streams().items():
-            if key in ("depth", "mask"):
+            if key in ("depth", "mask") or camera not in (None, stream.camera):
                 continue
             where = f"{folder / 'recording.toml'}, view {view.name}, {key}"
             source = open_stream(folder, stream.frames, "grey", where)
-            found.append(StreamPictures(stream.camera, source, stream.first_frame))
+            found.append(Pictures(stream.camera, source, stream.first_frame))
     return found
 
 
@@ -295,8 +250,7 @@ def check_same_length(sources: Sequence[Pictures]) -> int:
     which belong together.
     """
     counts = {one.camera: one.count() for one in sources}
-    files = [one for one in sources if isinstance(one, PictureFiles)]
-    if len(files) == len(sources) and len(set(counts.values())) > 1:
+    if all(one.files for one in sources) and len(set(counts.values())) > 1:
         words = ", ".join(f"{name} {count}" for name, count in counts.items())
         raise InputError(
             f"the cameras have different numbers of pictures ({words})",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TypeAlias
 
@@ -27,7 +27,6 @@ from stereotrack_core.calibrate.pictures import (
 )
 from stereotrack_core.calibrate.world import World, calibrate_world
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.worker_processes import Asker
 
@@ -107,9 +106,6 @@ def _empty(sightings: Sightings, board: Board) -> Sightings:
     return replace(sightings, pixels=pixels)
 
 
-_SHOWN_S = 0.15
-"""Time between two pictures that are told with their pixels; of the others only the name is."""
-
 LensResult: TypeAlias = Intrinsics | InputError
 """A lens, or why it cannot be calibrated."""
 
@@ -173,15 +169,6 @@ class Progress:
 
 
 @dataclass(frozen=True, eq=False)
-class LookedAt:
-    """A picture in which the board was looked for, and how many are done of all."""
-
-    looked: Looked
-    done: int
-    count: int
-
-
-@dataclass(frozen=True, eq=False)
 class Found:
     """What was found in the pictures; `apart` says why they are not of the same instants."""
 
@@ -190,33 +177,8 @@ class Found:
 
 
 @dataclass(frozen=True)
-class RecogniseBoard:
-    """Tells the board of the first pictures from what was named."""
-
-    sources: tuple[Source, ...]
-    named: Board
-
-    def __call__(self, asker: Asker) -> Recognition:
-        """Do it in the process."""
-        best: Recognition | None = None
-        for source in self.sources:
-            pictures = source.open()
-            try:
-                found = recognised_in(pictures, self.named, asker.cancelled)
-            finally:
-                pictures.close()
-            if best is None or (found.differences and not best.differences):
-                best = found
-        if best is None:
-            raise InputError(
-                "no pictures are chosen", where="pictures", remedy="Add the pictures of a camera."
-            )
-        return best
-
-
-@dataclass(frozen=True)
 class FindBoard:
-    """Looks for the board in every picture, or every so many; tells each as :class:`LookedAt`."""
+    """Looks for the board in every picture, or every so many; tells each as :class:`Progress`."""
 
     sources: tuple[Source, ...]
     board: Board
@@ -229,30 +191,17 @@ class FindBoard:
             opened += (source.open() for source in self.sources)
             counts = [one.count() for one in opened]
             frames = range(0, max(counts, default=0), self.every)
-            total = sum(len(range(0, count, self.every)) for count in counts)
-            tell = _Teller(asker, total)
+            total = sum(len(range(0, number, self.every)) for number in counts)
+            done = count(1)
+
+            def tell(looked: Looked) -> None:
+                asker.tell(Progress(next(done) / total, f"{looked.camera}, {looked.name}"))
+
             found = search(opened, self.board, frames, on_picture=tell, cancelled=asker.cancelled)
             return Found(found, _apart(opened))
         finally:
             for one in opened:
                 one.close()
-
-
-class _Teller:
-    """Tells pictures as they are done, some of them with their pixels."""
-
-    def __init__(self, asker: Asker, count: int) -> None:
-        self._asker, self._count = asker, count
-        self._done, self._shown = 0, 0.0
-
-    def __call__(self, looked: Looked) -> None:
-        self._done += 1
-        now = time.monotonic()
-        if now - self._shown < _SHOWN_S:
-            looked = replace(looked, image=None)
-        else:
-            self._shown = now
-        self._asker.tell(LookedAt(looked, self._done, self._count))
 
 
 def _apart(opened: Sequence[Pictures]) -> InputError | None:
@@ -287,18 +236,15 @@ class FitLenses:
 
 @dataclass(frozen=True, eq=False)
 class FitWorld:
-    """Places all cameras in one world; `given` lenses stay as they are."""
+    """Places all cameras in one world."""
 
     sightings: tuple[Sightings, ...]
     board: Board
     model: str = "auto"
-    given: Mapping[str, Camera] | None = None
 
     def __call__(self, asker: Asker) -> World:
         """Do it in the process."""
-        return calibrate_world(
-            self.sightings, self.board, model=self.model, given=self.given, stop=asker.cancelled
-        )
+        return calibrate_world(self.sightings, self.board, model=self.model, stop=asker.cancelled)
 
 
 Step: TypeAlias = Callable[[Asker], object]

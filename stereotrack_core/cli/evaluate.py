@@ -70,7 +70,7 @@ OPTIONS = (
     FPS,
     FRAMES,
     SEGMENTS,
-    flag("--angles", "joint angles: ranges of motion, errors"),
+    flag("--angles", "joint angles: ranges, errors"),
     flag("--failures", "stretches in which limbs fail, with their probable causes"),
     changes("change how failures are detected, for example episode_error=30"),
     option(

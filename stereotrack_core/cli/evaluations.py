@@ -38,15 +38,11 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     limbs_words,
 )
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
-from stereotrack_core.evaluation.joint_angles.motion import (
-    SHORTEST,
-    AngleError,
-    StretchMotion,
+from stereotrack_core.evaluation.joint_angles import (
+    ERRORS,
+    StretchRanges,
     angle_errors,
-    motion_of,
-    range_of_motion,
-)
-from stereotrack_core.evaluation.joint_angles.series import (
+    angle_ranges,
     angles_of_reference,
     angles_of_trajectory,
 )
@@ -83,7 +79,7 @@ Told = tuple[dict[str, Any], list[Table | str]]
 
 
 def angles_told(args: Namespace, measured: Measured) -> Told:
-    """Ranges of motion, and the errors of joint angles where there is truth.
+    """Ranges and, where there is truth, errors of joint angles.
 
     Raises InputError where the frame rate is not known, or there are no frames.
     """
@@ -95,12 +91,9 @@ def angles_told(args: Namespace, measured: Measured) -> Told:
             where="--frames" if args.frames is not None else str(measured.path),
             remedy="Give a file with frames, or another frame range.",
         )
-    motion = motion_of(angles, fps)
-    stretches = range_of_motion(angles, motion, measured.segments)
+    stretches = angle_ranges(angles, measured.segments)
     facts: dict[str, Any] = {
         "frames_per_second": fps,
-        "cut_off_hz": motion.cut_off,
-        "low_pass": motion.words,
         "stretches": [_range_facts(stretch) for stretch in stretches],
     }
     tables: list[Table | str] = [*map(range_table, stretches)]
@@ -109,46 +102,30 @@ def angles_told(args: Namespace, measured: Measured) -> Told:
         known = angles_of_trajectory(reference) if states is None else angles_of_reference(states)
         if not np.isin(angles.frame, known.frame).any():
             raise none_of_the_frames(str(measured.truth.source))
-        errors = angle_errors(angles, known)
-        facts["errors"] = {
-            one.angle.name: {
-                "frames": one.frames, **one.degrees(), "within_two_sigma": one.within_two_sigma
-            }
-            for one in errors
-        }  # fmt: skip
-        tables.append(_angle_error_table(errors))
-    tables.append(motion.words)
-    if not any(one.frames for one in stretches[0].ranges):
-        say(f"No angle is known in {SHORTEST} consecutive frames, so ranges cannot be computed.")
+        facts["errors"] = angle_errors(angles, known)
+        tables.append(_angle_error_table(facts["errors"]))
     return facts, tables
 
 
-def _angle_error_table(errors: Sequence[AngleError]) -> Table:
-    headings = (
-        *("angle", ">frames", ">mean error", ">median", ">rms", ">95 %"),
-        *(">stated ±", ">within 2 ± %"),
-    )
+def _angle_error_table(errors: Mapping[str, Mapping[str, float]]) -> Table:
     rows = [
-        (
-            error.angle.words,
-            str(error.frames),
-            *map(number, error.degrees().values()),
-            number(100.0 * error.within_two_sigma, 0),
-        )
-        for error in errors
-        if error.frames
+        (name.replace("_", " "), str(one["frames"]), *(number(one[key]) for key in ERRORS))
+        for name, one in errors.items()
+        if one["frames"]
     ]
+    headings = ("angle", ">frames", ">mean error", ">median", ">rms", ">95 %")
     return Table("Errors of the joint angles, degrees", headings, rows)
 
 
-def _range_facts(stretch: StretchMotion) -> dict[str, Any]:
-    """Ranges for JSON, degrees and degrees per second."""
+def _range_facts(stretch: StretchRanges) -> dict[str, Any]:
+    """Ranges for JSON, degrees."""
     return {
         "name": stretch.name,
         "first": stretch.first,
         "end": stretch.end,
         "angles": {
-            one.angle.name: {"frames": one.frames, **one.degrees()} for one in stretch.ranges
+            name: {"frames": stretch.frames[name], **values}
+            for name, values in stretch.degrees.items()
         },
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from stereotrack_core.arrays import IntArray
 from stereotrack_core.cli.output import say
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.evaluation.joint_angles.series import (
+from stereotrack_core.evaluation.joint_angles import (
     JointAngles,
     angles_of_reference,
     angles_of_run,
@@ -328,6 +329,12 @@ def angles_in(
     if rate is None:
         raise InputError(
             "the file does not state its frame rate", where=str(path), remedy="Give --fps N."
+        )
+    if not 0 < rate < inf:
+        raise InputError(
+            f"{rate:g} is not a frame rate",
+            where="--fps",
+            remedy="Give a number of frames per second above 0.",
         )
     if run is not None:
         return angles_of_run(run), rate

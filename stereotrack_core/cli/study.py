@@ -298,7 +298,7 @@ EXPORT = Part(
     (
         "Write the results of all runs of a study as one table with a value per row: factors, "
         "recording, run, measure, statistic, unit, value. It has errors, the tracker's own signs, "
-        "the number of failures, and the range of motion of every joint angle."
+        "the number of failures, and the range of every joint angle."
     ),
     (
         STUDY,

@@ -23,7 +23,7 @@ from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read
 from stereotrack_core.interop.run_npz import check_run
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detections import Detections, own_detections
+from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import (
@@ -172,7 +172,6 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         seed=args.seed or 0,
         init=with_heading(initial_pose(args, frames.start, recording), args.heading),
         smooth=args.smooth,
-        detections=own_detections(recording),
         keypoints=keypoints,
         clicks=_clicks(args.clicks, recording, settings),
     )
@@ -216,7 +215,6 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         seed=stored.spec.seed if args.seed is None else args.seed,
         init=_init_like(args, stored, frames.start, recording),
         smooth=stored.spec.smooth or args.smooth,
-        detections=_detections_like(stored, recording),
         keypoints=keypoints,
         clicks=_clicks(args.clicks, recording, settings, run.meta.get("clicks")),
     )
@@ -236,8 +234,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
         _keypoints(args, recording, stored.spec.settings, stored.spec.keypoints)
     )
     views = tracked_views(recording, stored.spec.views, keypoints)
-    detections, heard_else = stored.detections_in(recording)
-    foreign = list(filter(None, (*other_files(run, recording), heard_else, seen_else)))
+    foreign = list(filter(None, (*other_files(run, recording), seen_else)))
     foreign += missing_detector(run.meta)  # the frames that are left have to be looked at
     if foreign or not stored.states_first_pose:
         raise InputError(
@@ -254,7 +251,6 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
         frames=begun.asked,
         views=views,
         smooth=wish.smooth or args.smooth,
-        detections=detections,
         keypoints=keypoints,
         clicks=_clicks(args.clicks, recording, stored.spec.settings, run.meta.get("clicks")),
     )
@@ -301,15 +297,6 @@ def _settings(args: Namespace, stored: StoredSpec) -> tuple[str, Settings]:
     if args.preset is not None:
         return args.preset, preset(args.preset, args.changes)
     return stored.spec.preset, stored.spec.settings.replaced(**parsed_settings(args.changes))
-
-
-def _detections_like(stored: StoredSpec, recording: Recording) -> Detections | None:
-    if stored.detections is None and stored.spec.colour is None:
-        return own_detections(recording)  # older runs do not say what they used
-    found, otherwise = stored.detections_in(recording)
-    if otherwise:
-        say(otherwise)
-    return found
 
 
 def _clicks(

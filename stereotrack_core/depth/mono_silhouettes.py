@@ -27,6 +27,14 @@ _FRAMES = 16
 """Frames from which the empty scene is made where no picture of it is stated."""
 
 
+def silhouette_views(
+    recording: Recording, views: Sequence[str], *, detector: bool
+) -> tuple[str, ...]:
+    """Mono views that can have silhouettes; without a detector, those with a stated empty scene."""
+    mono = [recording.view(name) for name in views if recording.view(name).kind == "mono"]
+    return tuple(view.name for view in mono if detector or view.image.background is not None)
+
+
 class MonoSilhouettes:
     """Silhouettes of the mono views of a recording.
 
@@ -37,18 +45,24 @@ class MonoSilhouettes:
     ----------
     views : sequence of str
         Names of mono views.
+
+    Attributes
+    ----------
+    made : tuple of str
+        Views whose empty scene was made with the detector.
     """
 
     def __init__(
         self, recording: Recording, parameters: DepthParameters, views: Sequence[str]
     ) -> None:
         wanted = parameters.silhouettes and parameters.background_empty_scene
+        stated = silhouette_views(recording, views, detector=False)
+        self.made: tuple[str, ...] = ()
         self._recording = recording
-        self._detector = load_detector() if wanted and views else None
+        self._detector = load_detector() if wanted and len(stated) < len(views) else None
         self._views = {
             name: depth_rectification(recording.reference_camera(recording.view(name)))
-            for name in (views if wanted else ())
-            if self._detector or recording.view(name).image.background is not None
+            for name in (views if self._detector else stated if wanted else ())
         }
         self._empty: dict[str, EmptyScene] = {}
         self._unknown: dict[str, tuple[Float32Array, BoolArray]] = {}
@@ -64,13 +78,14 @@ class MonoSilhouettes:
         stated = {name: pictures.background(name) for name in self._views}
         empty = {n: _undistorted(self._views[n], one[1]) for n, one in stated.items() if one}
         if self._detector is not None and len(empty) < len(stated):
-            empty |= self._made(self._detector, stated.keys() - empty.keys(), pictures, frames)
+            made = self._scenes(self._detector, stated.keys() - empty.keys(), pictures, frames)
+            empty, self.made = empty | made, tuple(made)
         for name, picture in empty.items():
             self._empty[name] = empty_scene(picture)
             nowhere = np.full(picture.shape, np.nan, dtype=np.float32)
             self._unknown[name] = nowhere, np.zeros(picture.shape, dtype=np.bool_)
 
-    def _made(
+    def _scenes(
         self, detector: PoseDetector, names: Set[str], pictures: Pictures, frames: range
     ) -> dict[str, ImageArray]:
         """Pictures of the empty scene, without those views that show hardly anybody."""

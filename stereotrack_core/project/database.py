@@ -278,6 +278,19 @@ def version_of(database: sqlite3.Connection) -> int:
     return version
 
 
+def _missing(database: sqlite3.Connection) -> list[str]:
+    """Statements that make what a project of an older format lacks."""
+    version = version_of(database)
+    later = (added for number, added in ADDED_STATEMENTS.items() if number > version)
+    return [statement for added in later for statement in added]
+
+
+def lend_missing(database: sqlite3.Connection) -> None:
+    """Let a project of an older format that is only read look as if it had what it lacks."""
+    for statement in _missing(database):
+        database.execute(statement.replace("CREATE", "CREATE TEMP", 1))
+
+
 def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
     """Give a project of an older format what it lacks; where its copy is, None where it lacks none.
 
@@ -293,10 +306,8 @@ def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
     if not copy.exists():
         copy_whole(database, copy)
     with transaction(database):
-        for number, statements in ADDED_STATEMENTS.items():
-            if number > version:
-                for statement in statements:
-                    database.execute(statement)
+        for statement in _missing(database):
+            database.execute(statement)
         database.execute(f"PRAGMA user_version = {FORMAT}")
     return copy
 

@@ -24,7 +24,7 @@ from stereotrack_core.interop.keypoints.source import (
 from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
+from stereotrack_core.project.selection import Selection, outside_gaps
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF, layout_named
@@ -170,10 +170,10 @@ def plan_import(
                 remedy="Give another name of the detector.",
             )
     before = project.keypoints.state(names)
-    new = tuple(landmark_predictions(of_one_person(kept), project.landmark_set().names))
+    new = landmark_predictions(of_one_person(kept), project.landmark_set().names)
     after = _joined(before, kept, new if propose else None)
     replaced = len(before.keypoints) - (len(after.keypoints) - len(kept))
-    proposed = _open(project, new) if propose else 0
+    proposed = len(project.predictions.unclicked(new)) if propose else 0
     return DetectorImport(
         kept, found.left_out, found.notes, tuple(people), replaced, proposed, before, after
     )
@@ -208,23 +208,15 @@ def plan_fill(
     Landmarks that are not selected keep their proposals, and gaps are left empty.
     """
     before = project.keypoints.state(tuple(sorted(set(keypoints.source.tolist()))))
-    barred = {frame for gap in gaps_of(project) for frame in gap}
-    of_landmarks = landmark_gaps_of(project)
-    new = tuple(
-        one
-        for one in predictions
-        if selection.has(one.landmark)
-        and one.frame not in barred
-        and one.frame not in of_landmarks.get(one.landmark, ())
-    )
+    new = outside_gaps(project, (one for one in predictions if selection.has(one.landmark)))
     after = _joined(before, keypoints, new, selection)
-    return DetectorFill(before, after, _open(project, new))
+    return DetectorFill(before, after, len(project.predictions.unclicked(new)))
 
 
 def _joined(
     before: DetectorState,
     new: Keypoints,
-    proposed: tuple[Prediction, ...] | None,
+    proposed: Sequence[Prediction] | None,
     selection: Selection | None = None,
 ) -> DetectorState:
     """The detectors' rows with `new` in place of those of the same cameras, perhaps in a selection
@@ -250,9 +242,3 @@ def _joined(
         or (selection is not None and not selection.has(one.landmark))
     ]
     return DetectorState(before.sources, keypoints, (*kept, *proposed))
-
-
-def _open(project: Project, predictions: Sequence[Prediction]) -> int:
-    """How many of them are of places of which a person has not said anything."""
-    said = {click.key for click in project.clicks.all(with_deleted=True)}
-    return sum(one.key not in said for one in predictions)

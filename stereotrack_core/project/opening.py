@@ -27,6 +27,7 @@ from stereotrack_core.project.database import (
     check_header,
     code_of,
     is_in_place,
+    lend_missing,
     making_sense,
     transaction,
 )
@@ -241,6 +242,7 @@ def open_for_reading(path: Path) -> Opened:
             database = connect_for_reading(copy)
         stack.callback(database.close)
         left = None if held else owner_of(database)
+        lend_missing(database)
         check_whole(database, path, closed=closed and left is None)
         return Opened(path, database, True, _notes_of_end(path, left, locked), stack.pop_all())
     raise AssertionError  # the stack swallows no exception

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.annotation.click import ClickKey, Prediction
-from stereotrack_core.project.clicks import AcceptPredictions
 from stereotrack_core.project.connection import Access
-from stereotrack_core.project.schema import KEYPOINT, Value
+from stereotrack_core.project.schema import KEYPOINT, Row, Value
 from stereotrack_core.project.validity import LARGEST_REAL
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of, rows_of
 
@@ -25,7 +24,12 @@ class Predictions:
 
     def of_source(self, source: str) -> tuple[Prediction, ...]:
         """All predictions of a source, by frame."""
-        return self._predictions("WHERE source = ? ORDER BY frame", source)
+        return self.of_sources((source,))
+
+    def of_sources(self, sources: Sequence[str]) -> tuple[Prediction, ...]:
+        """The same of several sources."""
+        marks = ", ".join("?" * len(sources))
+        return self._predictions(f"WHERE source IN ({marks}) ORDER BY frame", *sources)
 
     def places(self) -> dict[int, frozenset[str]]:
         """Landmarks that something is predicted of, by frame."""
@@ -52,8 +56,8 @@ class Predictions:
         if frames is not None and any(one.frame not in frames for one in predictions):
             raise ValueError(f"not all predictions are of the frames {frames}")
         rows = [
-            (*one.key, source, *map(float, one.position), one.sigma)
-            for one in self._unclicked(predictions)
+            _row(one)
+            for one in self.unclicked(predictions)
             if all(abs(value) <= LARGEST_REAL for value in one.position)
         ]
         low, high = (0, 2**62) if frames is None else (frames.start, frames.stop)
@@ -65,37 +69,25 @@ class Predictions:
             database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
         return len(rows)
 
-    def acceptance(
-        self, source: str, frames: range | None = None, landmarks: Collection[str] = ()
-    ) -> AcceptPredictions | None:
-        """The edit that makes clicks of a source's predictions; None where there are none to take.
-
-        Those of all frames and landmarks, or of these; places that a person has said anything
-        about are left out.
-        """
-        chosen = tuple(
-            one
-            for one in self._unclicked(self.of_source(source))
-            if (frames is None or one.frame in frames)
-            and (not landmarks or one.landmark in landmarks)
-        )
-        return AcceptPredictions(chosen) if chosen else None
-
-    def _unclicked(self, predictions: Iterable[Prediction]) -> list[Prediction]:
+    def unclicked(self, predictions: Iterable[Prediction]) -> list[Prediction]:
         """Those of places that nobody has said anything about, not even that it is nothing."""
         rows = self._access.rows("SELECT frame, camera, landmark FROM click")
         said = {ClickKey(*row) for row in rows}
         return [one for one in predictions if one.key not in said]
 
-    def _predictions(self, condition: str, value: Value) -> tuple[Prediction, ...]:
+    def _predictions(self, condition: str, *values: Value) -> tuple[Prediction, ...]:
         rows = self._access.rows(
             f"SELECT frame, camera, landmark, source, x, y, sigma FROM prediction {condition}",  # noqa: S608 - constants
-            (value,),
+            values,
         )
         return tuple(
             Prediction(frame, camera, landmark, source, (x, y), sigma)
             for frame, camera, landmark, source, x, y, sigma in rows
         )
+
+
+def _row(one: Prediction) -> Row:
+    return (*one.key, one.source, *map(float, one.position), one.sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,15 +109,11 @@ class StoredKeypoints:
 
     def sources(self) -> dict[str, int]:
         """Number of rows by detector."""
-        if not self._there():
-            return {}
         rows = self._access.rows(f"SELECT source, count(*) FROM {KEYPOINT} GROUP BY source")  # noqa: S608
         return {str(source): int(count) for source, count in rows}
 
     def cameras(self) -> tuple[str, ...]:
         """Cameras that anything is predicted of."""
-        if not self._there():
-            return ()
         rows = self._access.rows(f"SELECT DISTINCT camera FROM {KEYPOINT} ORDER BY camera")  # noqa: S608
         return tuple(str(camera) for (camera,) in rows)
 
@@ -137,38 +125,11 @@ class StoredKeypoints:
         """Rows of one frame."""
         return self._rows("frame = ?", frame)
 
-    def replace(self, keypoints: Keypoints) -> int:
-        """Let these be all rows of their detectors in their cameras; how many there are.
-
-        Raises InputError where the project cannot be written to.
-        """
-        places = zip(keypoints.source.tolist(), keypoints.camera.tolist(), strict=True)
-        with self._access.writing() as database:
-            database.executemany(
-                f"DELETE FROM {KEYPOINT} WHERE source = ? AND camera = ?",  # noqa: S608
-                sorted(set(places)),
-            )
-            database.executemany(_INSERT, rows_of(keypoints))
-        return len(keypoints)
-
     def state(self, sources: Sequence[str]) -> DetectorState:
         """What is kept of these detectors, to be put back by :meth:`put`."""
-        rows, marks = keypoints_of(()), ", ".join("?" * len(sources))
-        if self._there():
-            rows = self._rows(f"source IN ({marks})", *sources)
-        proposed = self._access.rows(
-            "SELECT frame, camera, landmark, source, x, y, sigma FROM prediction"  # noqa: S608
-            f" WHERE source IN ({marks}) ORDER BY frame",
-            tuple(sources),
-        )
-        return DetectorState(
-            tuple(sources),
-            rows,
-            tuple(
-                Prediction(frame, camera, landmark, source, (x, y), sigma)
-                for frame, camera, landmark, source, x, y, sigma in proposed
-            ),
-        )
+        rows = self._rows(f"source IN ({', '.join('?' * len(sources))})", *sources)
+        proposed = Predictions(self._access).of_sources(sources)
+        return DetectorState(tuple(sources), rows, proposed)
 
     def put(self, state: DetectorState) -> None:
         """Let this be all that is kept of some detectors; all of it, or nothing is written.
@@ -180,13 +141,13 @@ class StoredKeypoints:
         with self._access.writing() as database:
             for table in (KEYPOINT, "prediction"):
                 database.executemany(f"DELETE FROM {table} WHERE source = ?", own)  # noqa: S608
-            database.executemany(_INSERT, rows_of(state.keypoints))
+            database.executemany(
+                f"INSERT OR REPLACE INTO {KEYPOINT} ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",  # noqa: S608
+                rows_of(state.keypoints),
+            )
             database.executemany(
                 "INSERT OR REPLACE INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)",
-                (
-                    (*one.key, one.source, *map(float, one.position), one.sigma)
-                    for one in state.proposed
-                ),
+                map(_row, state.proposed),
             )
             database.executemany(
                 "DELETE FROM prediction WHERE source = ? AND EXISTS (SELECT 1 FROM click WHERE"
@@ -196,24 +157,11 @@ class StoredKeypoints:
             )
 
     def _rows(self, condition: str = "1", *values: Value) -> Keypoints:
-        if not self._there():
-            return keypoints_of(())
         rows = self._access.rows(
-            "SELECT frame, camera, keypoint, x, y, confidence, source, person"  # noqa: S608
-            f" FROM {KEYPOINT} WHERE {condition} ORDER BY frame",
+            f"SELECT {_COLUMNS} FROM {KEYPOINT} WHERE {condition} ORDER BY frame",  # noqa: S608
             values,
         )
         return keypoints_of(rows)
 
-    def _there(self) -> bool:
-        """Whether the project has the table: one of format 1 that is only read has none."""
-        found = self._access.row(
-            "SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = ?", (KEYPOINT,)
-        )
-        return found is not None
 
-
-_INSERT = (
-    f"INSERT OR REPLACE INTO {KEYPOINT} (frame, camera, keypoint, x, y, confidence,"  # noqa: S608
-    " source, person) VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
-)
+_COLUMNS = "frame, camera, keypoint, x, y, confidence, source, person"

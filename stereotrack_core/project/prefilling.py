@@ -36,7 +36,7 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.clicks import AcceptPredictions
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
+from stereotrack_core.project.selection import Selection, gaps_of, outside_gaps
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.reader import FrameReader
@@ -158,20 +158,13 @@ def fill_in(
     """
     frames = selection.frames
     found: list[Prediction] = []
-    barred = {frame for gap in gaps_of(project) for frame in gap}
-    of_landmarks = landmark_gaps_of(project)
     for first in range(frames.start, frames.stop, filling.at_once):
         if cancelled():
             raise Cancelled
         on_progress((first - frames.start) / len(frames), f"frame {first}")
         part = range(first, min(first + filling.at_once, frames.stop))
-        found += [
-            one
-            for one in filling.make(part)
-            if one.frame in part
-            and one.frame not in barred
-            and one.frame not in of_landmarks.get(one.landmark, ())
-        ]
+        found += (one for one in filling.make(part) if one.frame in part)
+    found = outside_gaps(project, found)
     kept = 0
     for source in filling.sources:
         own = [one for one in found if one.source == source]
@@ -215,10 +208,9 @@ def accept(
     They are seen as in the nearest clicked frames; see :func:`acceptable`.
     """
     frames = {one.frame for one in predictions}
+    around = project.clicks.all()
     if len(frames) == 1:
         around = clicks_around(project, frames.pop(), gaps_of(project))[1]
-    else:
-        around = project.clicks.all()
     return acceptable(predictions, around, cameras, accepted_sigma(project))
 
 
@@ -238,10 +230,8 @@ def accept_predictions(
     found: list[Prediction] = []
     for source in sources:
         every = project.predictions.of_source(source)
-        here = [one for one in every if one.frame in selection.frames]
-        seen = {one.key: one for one in guessed_if_hidden(here, cameras)}
-        edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
-        found += () if edit is None else (seen[one.key] for one in edit.predictions)
+        here = guessed_if_hidden([one for one in every if one.frame in selection.frames], cameras)
+        found += project.predictions.unclicked(one for one in here if selection.has(one.landmark))
     if not found:
         raise InputError(
             f"there are no {called} in {selection.words()}",
@@ -281,7 +271,7 @@ def propose_selection(
             f"there is no click near {selection.words()} to propose anything from",
             remedy="Click landmarks in the first frame of the selection first.",
         )
-    gaps, of_landmarks = gaps_of(project), landmark_gaps_of(project)
+    gaps = gaps_of(project)
     wanted = [frame for frame in frames if not any(frame in gap for gap in gaps)]
     followed: list[Prediction] = []
     for count, view in enumerate(recording.views):
@@ -301,12 +291,8 @@ def propose_selection(
         question = ProposalQuestion(
             frame, own, around, there, cameras, names, recording.fps, sigmas
         )
-        found += (
-            one
-            for one in proposer(question).predictions
-            if frame not in of_landmarks.get(one.landmark, ())
-        )
-    kept = _keep_predictions(project, PROPOSED, found, selection)
+        found += proposer(question).predictions
+    kept = _keep_predictions(project, PROPOSED, outside_gaps(project, found), selection)
     return f"{counted(kept, 'point')} proposed in {selection.words()}."
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.counting import frames_in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks
@@ -97,6 +99,14 @@ def landmark_gaps_of(project: Project) -> dict[str, frozenset[int]]:
     gaps = [flag for flag in project.marks.flags() if flag.kind == GAP and flag.landmark]
     names = {flag.landmark for flag in gaps}
     return {name: frozenset(f.frame for f in gaps if f.landmark == name) for name in names}
+
+
+def outside_gaps(project: Project, predictions: Iterable[Prediction]) -> list[Prediction]:
+    """The predictions whose frame, or whose landmark in the frame, is not marked as a gap."""
+    gaps = {(flag.frame, flag.landmark) for flag in project.marks.flags() if flag.kind == GAP}
+    return [
+        one for one in predictions if gaps.isdisjoint(((one.frame, ""), (one.frame, one.landmark)))
+    ]
 
 
 def _nothing(what: str) -> InputError:

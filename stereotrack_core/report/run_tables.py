@@ -10,7 +10,7 @@ import numpy as np
 
 from stereotrack_core.evaluation.accuracy import Accuracy
 from stereotrack_core.evaluation.failure_segments.segment import CAUSE_WORDS, limbs_words
-from stereotrack_core.evaluation.joint_angles.motion import StretchMotion
+from stereotrack_core.evaluation.joint_angles import RANGES, StretchRanges
 from stereotrack_core.evaluation.summary import Summary
 from stereotrack_core.recording.description import LENGTHS, Recording, View
 from stereotrack_core.report.reported import Reported
@@ -71,16 +71,13 @@ def segment_table(summaries: Sequence[Summary]) -> Table:
     return Table("Means per segment, degrees unless stated otherwise", headings, rows)
 
 
-def range_table(stretch: StretchMotion) -> Table:
-    """Range of motion, mean and peak velocity of every angle that is known."""
-    headings = (
-        *("angle", ">frames", ">from", ">to", ">range", ">± range", ">mean", ">± angle"),
-        ">peak deg/s",
-    )
+def range_table(stretch: StretchRanges) -> Table:
+    """Range and mean of every angle that is known."""
+    headings = ("angle", ">frames", ">from", ">to", ">range", ">mean")
     rows = [
-        (one.angle.words, str(one.frames), *map(number, one.degrees().values()))
-        for one in stretch.ranges
-        if one.frames
+        (name.replace("_", " "), str(count), *(number(stretch.degrees[name][k]) for k in RANGES))
+        for name, count in stretch.frames.items()
+        if count
     ]
     where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
     title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"

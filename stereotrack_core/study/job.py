@@ -16,13 +16,11 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
-from stereotrack_core.evaluation.joint_angles.motion import motion_of, range_of_motion
-from stereotrack_core.evaluation.joint_angles.series import angles_of_run
+from stereotrack_core.evaluation.joint_angles import angle_ranges, angles_of_run
 from stereotrack_core.evaluation.measures import measure_named, measured
 from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.points import Point
@@ -53,7 +51,7 @@ class Job:
     """Of the recording; another one is refused."""
     point: Point
     spec: RunSpec
-    """With frames and keypoints; without detections, which the recording has."""
+    """With frames and keypoints."""
     keep: str = ""
     """File for the complete run; empty: only measures are kept."""
     truth: LandmarkTrajectory | None = None
@@ -195,9 +193,8 @@ def _tracked(
 ) -> Generator[JobResult, None, None]:
     """Results of jobs, which are taken from the list as soon as they have one."""
     count, begun = len(waiting), time.perf_counter()
-    detections = own_detections(recording)
     blind = dataclasses.replace(recording, reference=None)  # the tracker never sees the truth
-    specs = [dataclasses.replace(job.spec, detections=detections) for job in waiting]
+    specs = [job.spec for job in waiting]
     share: float | None = None
     for made in track_together(blind, specs, on_frames=on_frames, cancelled=cancelled):
         if share is None:
@@ -275,7 +272,6 @@ def _keep(path: Path, run: Run) -> None:
     write_npz(path, run)
 
 
-_RANGES = ("minimum", "maximum", "range", "mean", "peak_velocity")
 _PERCENTILES = {"median": "median", "p95": "95th percentile"}
 
 
@@ -285,7 +281,7 @@ class Named(NamedTuple):
     measure: str
     statistic: str
     unit: str
-    """``mm``, ``deg``, ``deg/s``, ``%``, ``s``; ``1`` for a pure number or a count."""
+    """``mm``, ``deg``, ``%``, ``s``; ``1`` for a pure number or a count."""
 
 
 def values_of(run: Run, fps: float, truth: LandmarkTrajectory | None) -> dict[str, float]:
@@ -298,10 +294,8 @@ def values_of(run: Run, fps: float, truth: LandmarkTrajectory | None) -> dict[st
         found["failures_by_error:count"] = float(len(failures) - by_signs)
     if not tracked:
         return found
-    angles = angles_of_run(run)
-    for one in range_of_motion(angles, motion_of(angles, fps))[0].ranges:
-        degrees = one.degrees()
-        found |= {f"{one.angle.name}:{statistic}": degrees[statistic] for statistic in _RANGES}
+    for name, degrees in angle_ranges(angles_of_run(run))[0].degrees.items():
+        found |= {f"{name}:{statistic}": value for statistic, value in degrees.items()}
     return found
 
 
@@ -309,8 +303,7 @@ def named(name: str) -> Named:
     """What a value of this name is."""
     whole, _, statistic = name.partition(":")
     if statistic:
-        units = {"count": "1", "peak_velocity": "deg/s"}
-        return Named(whole, statistic, units.get(statistic, "deg"))
+        return Named(whole, statistic, "1" if statistic == "count" else "deg")
     measure = measure_named(name)
     unit = measure.unit if measure is not None else ""
     start, _, end = name.rpartition("_")

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import queue
+import threading
 from collections.abc import Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +24,7 @@ from stereotrack_core.study.job import (
 )
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import extra_library
-from stereotrack_core.worker_processes import Asker, Lost, Pool, usable_cores
+from stereotrack_core.worker_processes import Asker, Lost, TaskProcess, usable_cores
 
 _RETRIES = 1
 """How often a job is tried again that may have failed by chance."""
@@ -41,27 +44,42 @@ class LocalWorkers:
     """Processes of this machine, each on its share of the cores; they end with the block."""
 
     def __init__(self, count: int | None = None) -> None:
-        self._pool = Pool(_do, count or usable_cores())
+        self.count = count or usable_cores()
+        """Jobs that are done at once."""
+        self._processes = [TaskProcess(self.count, nice=0) for _ in range(self.count)]
 
     def __enter__(self) -> LocalWorkers:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._pool.close()
-
-    @property
-    def count(self) -> int:
-        """Jobs that are done at once."""
-        return self._pool.count
+        for process in self._processes:
+            process.close()
 
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
         """Do all jobs; returns when each has a result."""
-        self._pool.work(Batches(jobs, self.count, watcher))
+        batches = Batches(jobs, self.count, watcher)
+        with ThreadPoolExecutor(self.count) as threads:
+            working = [threads.submit(batches.do, process) for process in self._processes]
+            try:
+                while wait(working, _LOOK_SECONDS, FIRST_EXCEPTION).not_done:
+                    for one in working:
+                        if one.done():
+                            one.result()
+                for one in working:
+                    one.result()
+            except BaseException:
+                self.__exit__()  # who still works ends as well
+                raise
 
 
-def _do(batch: Batch, asker: Asker) -> None:
-    for result in do_batch(batch.jobs, on_frames=asker.on_frames):
-        asker.tell(result)
+def _do(batch: Batch, asker: Asker) -> str:
+    """Tell the results of a batch; what ended it early, empty where nothing did."""
+    try:
+        for result in do_batch(batch.jobs, on_frames=asker.on_frames):
+            asker.tell(result)
+    except Exception as error:  # noqa: BLE001 - becomes the result of the jobs that are left
+        return f"{type(error).__name__}: {error}"
+    return ""
 
 
 @dataclass(frozen=True)
@@ -80,8 +98,7 @@ class Batches:
     """
 
     def __init__(self, jobs: Sequence[Job], workers: int, watcher: Watcher) -> None:
-        self._watcher = watcher
-        self.stopped = watcher.stopped
+        self._watcher, self._telling = watcher, threading.Lock()
         self._open: dict[str, tuple[Job, int]] = {}
         self._again: list[Batch] = []
         groups: dict[str, list[Job]] = {}
@@ -96,30 +113,34 @@ class Batches:
         ]
         self._waiting.sort(key=lambda batch: _work(batch.jobs), reverse=True)
 
-    def next(self) -> Batch | None:
+    def do(self, process: TaskProcess) -> None:
+        """Have a process do batches until none waits; called in a thread for each process."""
+        while (batch := self._next()) is not None:
+            hear, stopped = self._hear, self._watcher.stopped
+            try:
+                why = process(partial(_do, batch), hear, stopped, listens=False)
+            except Lost as lost:
+                why = str(lost)
+            with self._telling:
+                self._failed(batch, why)
+
+    def _next(self) -> Batch | None:
         """The next batch; None if nothing waits."""
-        waiting = self._waiting or self._again
-        if not waiting:
-            return None
-        batch = waiting.pop(0)
-        self._open |= {job.identity: (job, batch.tried) for job in batch.jobs}
-        return batch
+        with self._telling:
+            waiting = self._waiting or self._again
+            if not waiting:
+                return None
+            batch = waiting.pop(0)
+            self._open |= {job.identity: (job, batch.tried) for job in batch.jobs}
+            return batch
 
-    def heard(self, batch: Batch, word: Any) -> None:
-        """Take the frames that were done, a result, or the error that ended the batch."""
-        if isinstance(word, int):
-            self._watcher.on_frames(word)
-        elif isinstance(word, Exception):
-            self._failed(batch, f"{type(word).__name__}: {word}")
-        else:
-            self._ended(word)
-
-    def lost(self, batch: Batch, why: Lost) -> None:
-        """Its process has ended by itself."""
-        self._failed(batch, str(why))
-
-    def ended(self, batch: Batch) -> None:
-        """Each of its jobs has told its result."""
+    def _hear(self, word: int | JobResult) -> None:
+        """Take the frames that were done, or a result; of one process at a time."""
+        with self._telling:
+            if isinstance(word, int):
+                self._watcher.on_frames(word)
+            else:
+                self._ended(word)
 
     def _failed(self, batch: Batch, why: str) -> None:
         for job in batch.jobs:

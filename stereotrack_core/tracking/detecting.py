@@ -215,8 +215,7 @@ def detects_first(recording: Recording, settings: Settings) -> bool:
 
     It does where no keypoints are given. Views that give depth are looked at while tracking.
     """
-    wanted = settings.tracking.detector == "auto" and settings.follows_data
-    return wanted and not gives_depth(recording) and is_installed()
+    return settings.uses_detector and not gives_depth(recording) and is_installed()
 
 
 def seen_keypoints(
@@ -230,8 +229,7 @@ def seen_keypoints(
 
     `seen`: by frame, what an earlier run saw; it is used without an installed detector, too.
     """
-    wanted = settings.tracking.detector == "auto" and settings.follows_data
-    if not (wanted and gives_depth(recording)):
+    if not (settings.uses_detector and gives_depth(recording)):
         return None
     detector = load_detector()
     if detector is None and seen is None:

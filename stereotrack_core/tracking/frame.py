@@ -36,6 +36,9 @@ from stereotrack_core.versions import versions
 LOOKED_AGAIN = "looked_again"
 """Key in a run's meta: first and last frames of the stretches that a second look has changed."""
 
+DETECTED_SCENES = "detected_scenes"
+"""Key in a run's meta: mono views whose empty scene was made with the pose detector."""
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -181,6 +184,8 @@ class Origin:
     state_names: tuple[str, ...]
     shape: BodyShape
     """Of the body that was tracked: the settings', or what was fitted."""
+    detections: Detections | None = None
+    """Keypoints of head and hands that the recording has."""
     smoothed: bool = False
     """Whether the frames went through the backward pass."""
     bridged: tuple[int, ...] = ()
@@ -197,6 +202,8 @@ class Origin:
     """How sure it is which way the person faces; None where that was not looked for."""
     detector: str = ""
     """Pose detector that looked at the pictures; empty if none did."""
+    detected_scenes: tuple[str, ...] = ()
+    """Mono views whose empty scene was made with the pose detector."""
     looked_again: tuple[tuple[int, int], ...] = ()
     """First and last frames of stretches that a second look has changed."""
     from_recording: Mapping[str, Value] = field(default_factory=dict)
@@ -226,10 +233,11 @@ class Origin:
             "began": None if self.began is None else self.began[0],
             "began_from": None if self.began is None else _pose_values(self.began[1]),
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
-            "detections": _detection_facts(spec.detections),
+            "detections": _detection_facts(self.detections),
             "keypoints": _keypoint_facts(spec.used_keypoints),
             "clicks": _detection_facts(spec.clicks),
             "detector": self.detector,
+            DETECTED_SCENES: list(self.detected_scenes),
             "colour": bool(spec.colour),
             "calibration": calibration_fingerprint(self.recording),
             "versions": versions(),

@@ -164,6 +164,11 @@ class Settings(ParameterGroup):
         return self.tracking.matching == "data_to_model"
 
     @property
+    def uses_detector(self) -> bool:
+        """Whether the pose detector is used where it is installed."""
+        return self.tracking.detector == "auto" and self.follows_data
+
+    @property
     def needs_depth(self) -> bool:
         """Whether the tracker is one that follows nothing but clouds."""
         return not self.follows_data or self.tracking.estimator != "iterated"

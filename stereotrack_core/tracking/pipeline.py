@@ -18,7 +18,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import measured
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.detections import Detections, own_detections
 from stereotrack_core.recording.folder import fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import tracked_views
@@ -113,7 +113,7 @@ class Pipeline(AbstractContextManager["Pipeline"]):
         self.views = tracked_views(recording, spec.views, spec.keypoints)
         self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
         self._shared = clouds
-        self._detections = spec.detections or Detections()
+        self._detections = own_detections(recording) or Detections()
         self._owns_reader = clouds is None and reader is None
         if clouds is None:
             self.chain, self.reader = chain_of(recording, spec, self.views, reader)
@@ -136,8 +136,7 @@ class Pipeline(AbstractContextManager["Pipeline"]):
         self._asked: range | None = None
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         self._made_at = now if begun is None else str(begun.meta.get("made", now))
-        self.started = False
-        self._prepared = False
+        self.started = self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
         several = len(self.chain.view_names) > 1 and not self.chain.learns
         self.second_look = SecondLook(settings.tracking.second_look if several else 0)
@@ -405,14 +404,13 @@ class Pipeline(AbstractContextManager["Pipeline"]):
     def origin(self) -> Origin:
         """Describe where the frames come from."""
         found = self.chain.parameters.values()
-        spec = dataclasses.replace(
-            self.spec, views=self.views, frames=self._asked, init=self._init,
-            detections=self._detections, colour=self.reader.colour,
-        )  # fmt: skip
+        spec = dataclasses.replace(self.spec, views=self.views, frames=self._asked)
+        spec = dataclasses.replace(spec, init=self._init, colour=self.reader.colour)
         return Origin(
             recording=self.recording,
             fingerprint=fingerprint(self.recording),
             spec=spec,
+            detections=self._detections,
             state_names=self.tracker.state_names,
             shape=self.body.shape,
             given=self._given,
@@ -421,6 +419,7 @@ class Pipeline(AbstractContextManager["Pipeline"]):
             resumed_at=() if self._begun is None else self._begun.resumed_at,
             heading=None if self.heading is None else self.heading.to_dict(),
             detector="" if self.detector is None else self.detector.name,
+            detected_scenes=self.chain.silhouettes.made,
             looked_again=tuple(self.second_look.changed),
             from_recording=dict(found.items() - self.spec.settings.depth.values().items()),
         )

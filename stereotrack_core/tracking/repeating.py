@@ -5,17 +5,16 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording, Subject
-from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
+from stereotrack_core.recording.detections import OWN_FILE, own_detections
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.frame import DETECTED_SCENES, Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
@@ -37,16 +36,15 @@ class StoredSpec:
     """What a run says about how it was made."""
 
     spec: RunSpec
-    """Without detections; where `init` is :data:`UNSTATED`, the run began with a pose that it does
+    """Where `init` is :data:`UNSTATED`, the run began with a pose that it does
     not state."""
     count: int
     """How many of the frames were tracked; fewer where the run was stopped."""
     subject: Subject | None
     """Whose body was tracked."""
-    detections: Mapping[str, Any] | None
-    """Source, fingerprint and count of what a detector has said; None where nothing."""
     keypoints: Mapping[str, Any] | None = None
-    """The same of a 2-D detector's keypoints; `spec` has them unless an older version made it."""
+    """Sources, fingerprint and count of a 2-D detector's keypoints; `spec` has them unless an older
+    version made it."""
     clicks: Mapping[str, Any] | None = None
     """The same of clicks; `spec` is without them."""
     retracked: bool = False
@@ -112,23 +110,6 @@ class StoredSpec:
                 remedy="Reproduce it with `stereotrack track --like`, which reads them again.",
             )
 
-    def detections_in(self, recording: Recording) -> tuple[Detections | None, str]:
-        """What a detector has said, read again, and a sentence where it is not the same.
-
-        Raises
-        ------
-        InputError
-            Where the file is not there any more, or cannot be read.
-        """
-        if self.detections is None:
-            return None, ""
-        used = Path(str(self.detections.get("source", "")))
-        own = recording.folder / OWN_FILE
-        found = read_detections(used if used.is_file() else own, recording)
-        if found.fingerprint() == self.detections.get("fingerprint"):
-            return found, ""
-        return found, f"{found.source} does not contain the keypoints that the run used."
-
 
 def stored_spec(run: Run) -> StoredSpec:
     """Read how a run was made.
@@ -157,7 +138,7 @@ def stored_spec(run: Run) -> StoredSpec:
         keypoints=run.keypoints if meta.get("keypoints") else None,
         seen=_seen_in(run),
     )
-    used = meta.get("detections"), meta.get("keypoints"), meta.get("clicks")
+    used = meta.get("keypoints"), meta.get("clicks")
     again = bool(meta.get(RETRACKED))
     return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used, retracked=again)
 
@@ -190,14 +171,18 @@ def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
                 f"{now[:8]}, that of the run {then[:8]}."
             )
-    if run.keypoints is None:
+    own = own_detections(recording)
+    print_now = own.fingerprint() if own else None
+    if "detections" in meta and (meta["detections"] or {}).get("fingerprint") != print_now:
+        found.append(f"The keypoints in {OWN_FILE} of the recording are not those of the run.")
+    if run.keypoints is None or meta.get(DETECTED_SCENES):
         found += missing_detector(meta)
     return tuple(found)
 
 
 def missing_detector(meta: Mapping[str, Any]) -> tuple[str, ...]:
     """Whether the pose detector that a run was tracked with is not installed; a sentence."""
-    if not meta.get("detector") or is_installed():
+    if is_installed() or not (meta.get("detector") or meta.get(DETECTED_SCENES)):
         return ()
     return (
         "The run was tracked with the pose detector, which is not installed here: "

@@ -56,8 +56,6 @@ class RunSpec:
     """First pose."""
     smooth: bool = False
     """Whether the frames are gone over backwards as well."""
-    detections: Detections | None = None
-    """Head and hands that a detector has seen."""
     keypoints: Keypoints | None = None
     """Of one person, as a 2-D detector has predicted them."""
     clicks: Detections | None = None

@@ -11,6 +11,7 @@ from typing import Protocol, TypeAlias
 
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.mono_silhouettes import silhouette_views
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader, has_colours
@@ -58,7 +59,7 @@ def chain_of(
     colour = coloured if spec.colour is None else spec.colour
     reader = reader or FrameReader(recording, views=views, colour=colour)
     depth = settled(recording, spec.settings.depth, reader, deep)
-    mono = [name for name in views if name not in deep]
+    mono = silhouette_views(recording, views, detector=spec.settings.uses_detector)
     return DepthChain(recording, depth, views=deep, mono=mono, colour=coloured), reader
 
 

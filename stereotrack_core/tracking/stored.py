@@ -19,7 +19,7 @@ from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
 from stereotrack_core.recording.frame_times import stated_fps
-from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run, joints_named
+from stereotrack_core.tracking.frame import DETECTED_SCENES, LOOKED_AGAIN, Run, joints_named
 
 _VALUES: Kind = {str: (bool, int, float, str)}
 
@@ -36,6 +36,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "body": _VALUES,
         **dict.fromkeys(("seed", "format"), int),
         "views": [str],
+        DETECTED_SCENES: [str],
         "subject": {"name": str, **dict.fromkeys(LENGTHS, float), "offsets": {str: [float]}},
         "bridged": [int],
         "first_pose": _POSE,

@@ -39,25 +39,22 @@ def test_curve_goes_through_every_point_of_the_ray(lens, pixel, share, names):
     assume(far > near)
     point = one.position_world + (near + share * (far - near)) * direction
     seen = two.project(point)
-    assume(in_image(two, seen))
-    curve = epipolar_curve(one, pixel, two, VOLUME).pixels
+    assume(in_image(two, seen) and min(*seen, *(two.width, two.height) - seen) > 3)
+    curve = epipolar_curve(one, pixel, two, VOLUME)
     assert distance_to_line(seen, curve) < 0.1
 
 
 @pytest.mark.parametrize("lens", LENSES)
 @given(pixel=pixels, names=st.permutations("NOSW"))
-def test_curve_stays_in_image_and_volume_and_its_distances_are_those_of_the_ray(lens, pixel, names):
+def test_curve_ends_at_the_border_of_the_image(lens, pixel, names):
     rig = cameras(lens)
-    one, two = rig[names[0]], rig[names[1]]
-    curve = epipolar_curve(one, pixel, two, VOLUME)
+    two = rig[names[1]]
+    curve = epipolar_curve(rig[names[0]], pixel, two, VOLUME)
+    assert len(curve) <= 300
+    inside = in_image(two, curve)
+    assert inside[1:-1].all()
     size = np.array([two.width, two.height])
-    assert (np.abs(curve.pixels - (size - 1) / 2) <= size / 2 + 1e-9).all()
-    points = one.position_world + curve.distance[:, None] * one.rays_world(pixel)
-    grown = Volume(VOLUME.low - 1e-9, VOLUME.high + 1e-9)
-    assert grown.contains(points).all()
-    assert np.allclose(two.project(points), curve.pixels, atol=1e-6)
-    assert (np.diff(curve.distance) > 0).all()
-    assert len(curve.distance) < 400
+    assert (np.abs(curve - (size - 1) / 2) <= size / 2 + 8).all()
 
 
 def test_volume_out_of_sight_is_put_where_the_cameras_look():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.evaluation.joint_angles.definitions import NAMES
+from stereotrack_core.evaluation.joint_angles import NAMES
 from stereotrack_core.interop.run_file import read_run, read_trajectory, write_run
 from stereotrack_core.project.entries import save_reference
 from stereotrack_core.project.project import Project
@@ -60,14 +60,8 @@ def with_meta(run, path, **meta):
 def test_angles_of_a_run_are_tables(run, tracked):
     ended = run("evaluate", tracked, "--angles")
     assert ended.status == 0
-    for words in (
-        *("left shoulder elevation", "Errors of the joint angles"),
-        "cut-off 4 Hz, the highest possible at 10 frames per second",
-    ):
+    for words in ("left shoulder elevation", "Errors of the joint angles"):
         assert words in ended.out
-    ended = run("evaluate", tracked, "--angles", "--frames", "3:5")
-    assert ended.status == 0
-    assert "in 5 consecutive frames" in ended.err
 
 
 def test_angles_as_json_are_ranges_and_errors(run, recording):
@@ -81,7 +75,6 @@ def test_angles_as_json_are_ranges_and_errors(run, recording):
     assert whole["angles"]["torso_turn"]["mean"] == pytest.approx(0, abs=5)
     assert (whole["name"], whole["first"], whole["end"]) == ("all", 0, 10)
     assert set(whole["angles"]) == set(NAMES)
-    assert whole["angles"]["left_shoulder_elevation"]["range_sigma"] is None
     assert facts["errors"]["torso_turn"]["rms"] == pytest.approx(0, abs=1e-9)
     few = run(*arguments, "--frames", "2:9").json
     assert few["reference"] is None
@@ -104,8 +97,6 @@ def test_angles_are_exported_from_runs_and_projects(run, recording, tracked, tmp
     assert [row["frame"] for row in tables[0]] == [str(frame) for frame in range(10)]
     seen = next(row for row in tables[0] if row["left_shoulder_elevation_deg"])
     assert 0.0 < float(seen["left_shoulder_elevation_deg"]) < 180.0
-    assert 0.5 < float(seen["left_shoulder_elevation_sigma_deg"]) < 45
-    assert "left_shoulder_elevation_velocity_deg_s" in first
 
 
 def test_failures_have_frames_limbs_peak_cause_and_evidence(run, failing):

@@ -218,3 +218,4 @@ def test_a_scene_that_nobody_recorded_empty_is_what_is_seen_beside_the_person(mo
     person = frames[10] == 255
     outline = found["S"].outline
     assert (outline & person).sum() > 0.95 * (outline | person).sum()
+    assert made.made == ("S",)

@@ -16,9 +16,7 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.demo import copied_demo
-from stereotrack_core.evaluation.failure_segments.export import write_strips
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.joint_angles.series import angles_of_run
+from stereotrack_core.evaluation.joint_angles import angles_of_run
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.calibrations.formats import write_foreign
@@ -33,7 +31,7 @@ from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.exporting.runs import write_angles
+from stereotrack_core.project.exporting.runs import export_angles
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
 from stereotrack_core.recording.importing.making import make_recording
@@ -104,19 +102,9 @@ class Things:
         return keypoints_of(rows)
 
     @property
-    def judged(self) -> FailureSearch:
-        """The run as failures are found in it."""
-        recording = self.recording
-        return FailureSearch(self.run, recording.fps, self.truth, recording, pictures=False)
-
-    @property
     def picture(self) -> np.ndarray:
         """Noise, which nothing makes smaller."""
         return np.random.default_rng(1).integers(0, 256, (96, 128), dtype=np.uint8)
-
-
-def _strips(folder: Path, things: Things) -> None:
-    write_strips(folder, things.judged, things.recording, find_failures(things.judged))
 
 
 def _video(path: Path, things: Things) -> None:
@@ -158,7 +146,7 @@ def _window(path: Path, _things: Things) -> None:
 
 
 def _angles(path: Path, things: Things) -> None:
-    write_angles(path, angles_of_run(things.run), 10.0)
+    export_angles(path, angles_of_run(things.run), 10.0)
 
 
 def _cloud(path: Path, _things: Things) -> None:
@@ -220,6 +208,5 @@ FOLDERS: dict[str, Callable[[Path, Things], None]] = {
     "demo": _demo,
     "recording": _description,
     "imported": _imported,
-    "strips": _strips,
 }
 """What makes a folder."""

@@ -127,7 +127,7 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     assert page.steps.buttons["lenses"].text().startswith("✓")
     assert page.coverage.shown.title.startswith("N_left")
     # a picture is unticked, and the lenses are to be calculated again
-    tick(page.lenses.tree, page.lenses.tree.item_of("N_right", gone))
+    tick(page.lenses.tree, page.lenses.tree.item_of(("N_right", gone)))
     assert page.steps.buttons["lenses"].text().startswith("↻")
     press(page.do_button)
     state = done(qtbot, window)
@@ -142,44 +142,14 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     place = window.features.calibrate.calibration.state.boards[-1]
     middle = place.apply(BOARD.corners.mean(axis=0))
     assert np.allclose(middle, 0.0, atol=1e-9)
-    press(page.next_button)
     target = tmp_path / "calibration.toml"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(target), ""))
-    press(page.save.file_button)
+    press(page.axes.file_button)
     assert page.verdict.words.text().startswith("Saved")
     saved = read_calibration(target)
     assert saved["N_left"].focal == pytest.approx(300.5, rel=0.01)
-    lenses_are_kept(page, qtbot, window, monkeypatch, target)
     press(page.close_button)
     assert window.context.docks.middle.currentWidget() is window.welcome
-
-
-def lenses_are_kept(page, qtbot, window, monkeypatch, file):
-    """Only the places are calculated with the lenses of a file."""
-    press(page.steps.buttons["lenses"])
-    assert page.steps.buttons["world"].text().startswith("✓")
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_, **__: (str(file), ""))
-    pick(page.lenses.origin, "another file")
-    assert page.lenses.kept.text() == "Kept as they are: N_left, N_right."
-    assert not page.lenses.model.isEnabled()
-    assert page.steps.buttons["world"].text().startswith("↻")
-    press(page.steps.buttons["world"])
-    press(page.do_button)
-    state = done(qtbot, window)
-    assert state.world.result.lenses == (None, None)
-    saved = read_calibration(file)
-    for camera in state.world.result.cameras:
-        assert np.array_equal(camera.matrix, saved[camera.name].matrix)
-
-
-def pick(box, key):
-    """Choose from a list with the keys."""
-    box.setFocus()
-    place = box.findData(key)
-    QTest.keyClick(box, Qt.Key.Key_Home)
-    for _ in range(place):
-        QTest.keyClick(box, Qt.Key.Key_Down)
-    box.activated.emit(place)
 
 
 def test_what_cannot_work_says_what_to_film_again(window, qtbot, monkeypatch, tmp_path):
@@ -203,43 +173,23 @@ def test_the_world_of_a_recording_is_turned(newly_opened, qtbot, monkeypatch, tm
     window.context.docks.show_workspace("calibrate")
     press(page.steps.buttons["axes"])
     assert page.axes.ways["first"].text() == "The world as &it is"
-    assert page.steps.buttons["save"].isEnabled() is False
-    QTest.mouseClick(page.axes.ways["points"], LEFT, pos=QPoint(8, 8))
-    # the corner of a floor that is turned by 90 degrees and half a metre in the south
-    points = {"origin": (0.0, -0.5, 0.0), "north": (-0.8, -0.5, 0.0), "floor": (0.1, 0.3, 0.0)}
-    for camera in ("N_right", "S_right"):
-        clicked(page, qtbot, recording.cameras, camera, points)
-    state = calibrate.calibration.state
-    assert state.axes.clicked_in("floor") == ("N_right", "S_right")
+    assert not page.axes.file_button.isEnabled()
+    assert "Choose pictures of the board" in page.axes.ways["board"].toolTip()
+    QTest.mouseClick(page.axes.ways["floor"], LEFT, pos=QPoint(8, 8))
+    state = done(qtbot, window)
+    assert state.axes.way == "floor"
+    number(page.axes.frame, 1)
+    state = done(qtbot, window)
+    assert state.axes.frame == 1
+    assert page.verdict.words.text().startswith("Good: up is tilted by 0.")
     place = state.cameras["N_right"].position_world
     before = recording.cameras["N_right"].position_world
-    expected = [before[1] + 0.5, -before[0], before[2]]
-    assert np.allclose(place, expected, atol=0.06)  # a pixel of the screen is a centimetre there
-    # the last click is taken back, and placed again
-    control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
-    QTest.keyClick(window, Qt.Key.Key_Z, control)
-    assert calibrate.calibration.state.axes.clicked_in("floor") == ("N_right",)
-    assert page.verdict.words.text().startswith("Not turned yet: the point 'floor' is clicked in 1")
-    assert not page.next_button.isEnabled()
-    QTest.keyClick(window, Qt.Key.Key_Z, control | shift)
-    press(page.next_button)
+    assert np.allclose(place, before, atol=0.2)  # the floor was right but for a small turn
+    assert not np.array_equal(place, before)
     target = tmp_path / "turned.toml"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(target), ""))
-    press(page.save.file_button)
+    press(page.axes.file_button)
     assert np.allclose(read_calibration(target)["N_right"].position_world, place, atol=1e-6)
-
-
-def clicked(page, qtbot, cameras, camera, points):
-    """Click points (metres) in the picture of a camera."""
-    panel = page.points
-    names = [panel.tabs.tabData(k) for k in range(panel.tabs.count())]
-    middle = panel.tabs.tabRect(names.index(camera)).center()
-    QTest.mouseClick(panel.tabs, LEFT, pos=middle)
-    shown = panel.view
-    qtbot.waitUntil(lambda: shown.picture.camera == camera and shown.picture.pixels is not None)
-    for point in points.values():
-        x, y = cameras[camera].project(np.array(point))
-        QTest.mouseClick(shown, LEFT, pos=shown.place_of(x, y).toPoint())
 
 
 @pytest.mark.slow
@@ -262,8 +212,7 @@ def test_into_a_recording(window, qtbot, monkeypatch, tmp_path, small_recording)
     done(qtbot, window)
     press(page.next_button)
     QTest.mouseClick(page.axes.ways["recording"], LEFT, pos=QPoint(8, 8))
-    press(page.next_button)
-    press(page.save.into_button)
+    press(page.axes.into_button)
     qtbot.waitUntil(lambda: page.verdict.words.text().startswith("Saved into"))
     done(qtbot, window)
     assert (folder / "calibration-before-1.toml").read_bytes() == lean

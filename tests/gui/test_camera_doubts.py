@@ -45,7 +45,7 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     assert words in four.messages.text()
     assert "Check its calibration and synchronisation" in four.messages.text()
     assert four.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
-    assert words in four.features.calibrate.findings.model.cell(0, 1).text
+    assert words in four.features.calibrate.findings.tree.cells.cell(0, 1).text
     assert list(rig_tips(four)) == ["O_right"]
     assert words in rig_tips(four)["O_right"]
     facts = four.features.annotate.clicking.facts.now()
@@ -54,7 +54,7 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     assert said[0].startswith(words)
     body = four.features.annotate.clicking.body
     assert body.words.text().startswith(words)
-    shown = [[body.model.cell(i, k).text for k in range(3)] for i in range(body.model.rowCount())]
+    shown = [[cell.text for cell in row] for row in body.tree.cells.rows]
     distances = {name: value for name, value, _ in shown if name in "NOSW"}
     assert distances.pop("O") == "40.0 px"
     assert len(distances) == 3
@@ -102,5 +102,5 @@ def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared
     qtbot.waitUntil(lambda: window.context.session.document.findings is not None, timeout=120_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
     assert window.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
-    where = window.features.calibrate.findings.model.cell(0, 0).text
+    where = window.features.calibrate.findings.tree.cells.cell(0, 0).text
     assert where == "calibration.toml, view cam03"

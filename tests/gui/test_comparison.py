@@ -115,22 +115,22 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     better = ComparedCell(6.0, -1.5, -2.0, -1.0, True, "b is better by 1.5 deg (1.0 to 2.0)")
     row = ComparedRow("torso", "torso [°]", (ComparedCell(7.5), better))
     panel.show_numbers("words", ("a", "b"), (row,), "how it is made")
-    assert panel.model.cell(0, 1).text == "7.5"
-    assert panel.model.cell(0, 2).text == "6.0"
-    assert panel.model.cell(0, 3).text == "-1.5 (-2.0 to -1.0)"
-    assert panel.model.cell(0, 4).text == better.verdict
+    assert panel.table.cells.cell(0, 1).text == "7.5"
+    assert panel.table.cells.cell(0, 2).text == "6.0"
+    assert panel.table.cells.cell(0, 3).text == "-1.5 (-2.0 to -1.0)"
+    assert panel.table.cells.cell(0, 4).text == better.verdict
     assert panel.words.toolTip() == "how it is made"
-    assert panel.model.cell(0, 1).colour == ""
-    assert panel.model.cell(0, 2).colour == "good"
+    assert panel.table.cells.cell(0, 1).colour == ""
+    assert panel.table.cells.cell(0, 2).colour == "good"
     assert not panel._colours.isHidden()
     assert "Green is lower than the first run" in panel._colours.text()
     unsure = replace(better, low=np.nan, high=np.nan, differs=False, verdict="too few")
     panel.show_numbers(
         "words", ("a", "b", "c"), (replace(row, cells=(*row.cells[:1], unsure, unsure)),)
     )
-    assert panel.model.cell(0, 2).text == "6.0 (-1.5)"
-    assert panel.model.cell(0, 2).colour == ""
-    assert panel.model.columnCount() == 4
+    assert panel.table.cells.cell(0, 2).text == "6.0 (-1.5)"
+    assert panel.table.cells.cell(0, 2).colour == ""
+    assert panel.table.cells.columnCount() == 4
     panel.show_numbers("", (), ())
     assert panel.table.isHidden()
     assert panel._colours.isHidden(), "nothing is coloured"

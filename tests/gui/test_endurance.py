@@ -23,10 +23,10 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
-from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.worker_processes import TaskProcess
 from tests.gui.hands import CTRL, LEFT, view
 from tests.gui.kept_window import close_window, show_window
 from tests.gui.long_recordings import repeated

@@ -1,4 +1,4 @@
-"""Failures in the window: found by themselves, listed, filtered, jumped to, looped, written."""
+"""Failures in the window: found by themselves, listed, filtered, jumped to, looped."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def settle(window, qtbot):
 
 
 def rows(window):
-    model = window.features.review.failures.panel.sorted
+    model = window.features.review.failures.panel.tree.sorted
     columns = range(model.columnCount())
     return [[model.index(row, k).data() for k in columns] for row in range(model.rowCount())]
 
@@ -40,7 +40,7 @@ def test_failures_of_the_active_run_are_listed_and_explained(reviewing):
     assert [row[0] for row in rows(reviewing)] == ["1–3"]
     assert rows(reviewing)[0][1] == "left arm, right arm"
     panel = reviewing.features.review.failures.panel
-    model = panel.sorted
+    model = panel.tree.sorted
     headings = [model.headerData(k, Qt.Orientation.Horizontal) for k in range(model.columnCount())]
     assert headings[2:4] == ["Error °", "Prob. %"]
     assert 80 < float(rows(reviewing)[0][2]) <= 180, "degrees, in a column of degrees"
@@ -55,11 +55,12 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
     settle(reviewing, qtbot)
     assert reviewing.context.session.document.frame in (1, 2, 3)
-    assert not reviewing.features.review.failures.panel.evidence.picture.shown.isEmpty()
-    assert "Frames 1 to 3" in reviewing.features.review.failures.panel.evidence.heading.text()
     evidence = reviewing.features.review.failures.panel.evidence
-    assert evidence.label.isVisible()
-    assert evidence.label.y() < evidence.picture.y(), "evidence comes before the picture"
+    assert evidence.isVisible()
+    assert not evidence.picture.isNull()
+    said, _, below = evidence.toHtml().partition("<img")
+    assert "Frames 1 to 3" in said
+    assert below, "the picture comes after the evidence"
 
     seen = []
     reviewing.context.session.document.frame_changed.connect(seen.append)
@@ -77,7 +78,7 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     panel = reviewing.features.review.failures.panel
     reviewing.context.session.document.go_to(7)
     panel.tree.setFocus()
-    panel.tree.setCurrentIndex(panel.sorted.index(0, 0))
+    panel.tree.setCurrentIndex(panel.tree.sorted.index(0, 0))
     QTest.keyClick(panel.tree, Qt.Key.Key_Return)
     assert reviewing.context.session.document.frame in (1, 2, 3)
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))
@@ -101,9 +102,3 @@ def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
     assert "failures" not in [lane.name for lane in reviewing.context.docks.timeline.lanes]
-
-
-def test_strips_are_written_in_the_background(reviewing, qtbot, tmp_path):
-    reviewing.features.review.failures.write_strips(tmp_path / "strips")
-    settle(reviewing, qtbot)
-    assert [path.suffix for path in (tmp_path / "strips").iterdir()] == [".png"]

@@ -199,26 +199,6 @@ def test_escape_leaves_nothing_behind(window, qtbot, videos, wizard_of):
     assert wizard_of(videos) is not None, "it can be opened again"
 
 
-def test_the_preview_shows_what_is_synchronised(qtbot, tmp_path, wizard_of):
-    for name, at in (("A", 9.0), ("B", 12.0)):
-        clip(tmp_path / "videos" / f"{name}.mp4", flashing(at), frames=20)
-    wizard = wizard_of(tmp_path / "videos")
-    press(wizard, BUTTON.NextButton)
-    preview = wizard.timing.preview
-    slider = preview.slider
-    assert preview.isVisible()
-    assert slider.maximum() == 19
-    slider.setFocus()
-    for _ in range(10):
-        QTest.keyClick(slider, Qt.Key.Key_Right)
-    qtbot.waitUntil(lambda: preview.settled() and preview.shown("A") is not None)
-    assert "frame 10" in preview.when.text()
-    assert preview.shown("A").mean() > 100 > preview.shown("B").mean()
-    choose_method(wizard, qtbot, "flash")
-    qtbot.waitUntil(lambda: preview.settled() and preview.shown("B").mean() > 100)
-    assert slider.maximum() == 16
-
-
 THEIRS = """[cam_{k}]
 name = "{name}"
 size = [64, 48]

@@ -1,7 +1,5 @@
 """Steps, words, numbers and drawings of the inside of a frame, without a window."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -38,32 +36,25 @@ def test_every_step_has_words_a_source_and_something_to_see(traces, kind):
         assert content.title == drawing.words == name_of(step, trace)
         assert 1 <= step.words.count(". ") + 1 <= 3, "one or two plain sentences"
         assert step.source
-        assert content.map is not None or content.tables
+        assert content.tables
         for table in content.tables:
             assert {len(row) for row in table.rows} <= {len(table.headings)}
             assert not table.limbs or len(table.limbs) == len(table.rows)
             assert not table.tips or len(table.tips) == len(table.headings)
-        shown = content.map
-        if shown is not None:
-            assert shown.values.shape == (len(shown.rows), sum(n for _, _, n in shown.groups))
-            assert np.abs(shown.values).max() <= 1.0 + 1e-6
-            assert shown.words(0, 0)
         marked = (*drawing.scene.lines, *drawing.scene.dots)
         assert all(np.isfinite(each.places).all() for each in marked)
 
 
-def test_the_map_says_the_numbers_it_shows(traces):
+def test_correlations_are_the_cross_covariance_over_both_deviations(traces):
     trace, _ = traces["thesis"]
     first = trace.corrections[0]
-    correlation = contents(trace, "cross")[0].map
-    row, column = 7, int(np.argmax(np.abs(first.P_xz[7])))
-    expected = first.P_xz[row, column] * np.degrees(1.0) * 1e3
-    said = correlation.words(row, column)
-    shown = float(re.search(r"P_xz (\S+) ° mm", said).group(1))
-    assert shown == pytest.approx(expected, rel=0.01)
-    sigma = np.sqrt(first.P_zz[column] * first.before.P[row, row])
-    assert correlation.values[row, column] == pytest.approx(first.P_xz[row, column] / sigma)
-    assert f"correlation {first.P_xz[row, column] / sigma:+.2f}" in said
+    table = contents(trace, "cross")[0].tables[0]
+    shown = np.array([[float(value) for value in row[1:]] for row in table.rows])
+    correlation = first.P_xz / np.outer(first.before.sigma, np.sqrt(first.P_zz))
+    row, column = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
+    part = np.unique(first.points.part).tolist().index(first.points.part[column])
+    assert shown[row, part] == pytest.approx(correlation[row, column], abs=0.005)
+    assert np.abs(shown).max() <= 1.0
 
 
 def test_what_pulls_adds_up_to_the_correction(traces):

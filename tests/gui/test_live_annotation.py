@@ -74,18 +74,18 @@ def test_the_body_is_fitted_while_clicking(annotating, qtbot):
     table = annotating.features.annotate.clicking.landmarks.table.model()
     columns = table.columnCount()
     assert all(float(table.index(row, columns - 2).data()) < 10.0 for row in range(9))
-    words = [row[0].text for row in annotating.features.annotate.clicking.body.model.rows]
+    words = [row[0].text for row in annotating.features.annotate.clicking.body.tree.cells.rows]
     assert "left upper arm" in words
     assert "shoulder width" in words
     key(annotating, Qt.Key.Key_4)
     click(annotating, 20.0, 20.0)
     marks = view(annotating, "N").marks
-    rows = annotating.features.annotate.clicking.body.model.rows
+    rows = annotating.features.annotate.clicking.body.tree.cells.rows
     assert marks.model_is_old, "until the fit to the new click is there"
     assert rows[0][2].text == "before the last click"
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     marks = view(annotating, "N").marks
-    rows = annotating.features.annotate.clicking.body.model.rows
+    rows = annotating.features.annotate.clicking.body.tree.cells.rows
     assert not marks.model_is_old
     assert rows[0][2].text != "before the last click"
 

@@ -63,7 +63,6 @@ def test_the_next_frame_is_there_to_be_accepted_and_corrected(four, qtbot, monke
         assert set(found) == set(NINE.names)
         for landmark, place in found.items():
             assert place == pytest.approx(truth(four, landmark, name), abs=3.0)
-        assert len(view(four, name).marks.trails) == 9, "where they were before"
     assert project.clicks.at(1) == (), "a proposal is no click"
     lanes = {lane.id: lane.values for lane in four.context.docks.timeline.lanes}
     assert {lanes[name][1] for name in NINE.names} == {Mark.PROPOSED}, "hatched"

@@ -38,8 +38,8 @@ def test_numbers_of_the_runs_are_of_the_selection(reviewing, qtbot):
     show(reviewing, qtbot, "comparison")
 
     def lost():
-        place = next(k for k, row in enumerate(panel.model.rows) if "lost" in row.label)
-        return [panel.model.cell(place, column).text for column in (1, 2)]
+        place = next(k for k, row in enumerate(panel.table.cells.rows) if "lost" in row.label)
+        return [panel.table.cells.cell(place, column).text for column in (1, 2)]
 
     assert lost()[0] == "0.0"
     assert lost()[1] != "0.0", "in two frames of eight"

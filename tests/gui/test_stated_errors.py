@@ -99,7 +99,7 @@ def trigger(window, qtbot, name):
 
 
 def labels(window):
-    return [row.label for row in window.features.track.comparison.model.rows]
+    return [row.label for row in window.features.track.comparison.table.cells.rows]
 
 
 @pytest.mark.window
@@ -134,7 +134,7 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     assert (
         "against the project's reference “by hand”" in window.features.track.comparison.words.text()
     )
-    assert "reference uncertainty 2.0" in window.features.track.numbers.copied_text()
+    assert "reference uncertainty 2.0" in window.features.track.numbers.table.copied_text()
     assert window.features.review.plot.plot._heading.toolTip().startswith(
         "Against the project's reference “by hand”"
     )

@@ -40,7 +40,7 @@ def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, win
     shown = studies.window
     assert names(shown) == ["anna/fast", "anna/slow", "ben/slow"]
     assert cell(shown, "ben/slow", "frames").data() == "6"
-    header = shown.view.horizontalHeader()
+    header = shown.view.header()
     frames = cell(shown, "ben/slow", "frames").column()
     where = header.sectionViewportPosition(frames) + header.sectionSize(frames) // 2
     for order in (["anna/slow", "anna/fast", "ben/slow"], ["ben/slow", "anna/fast", "anna/slow"]):

@@ -31,7 +31,8 @@ def mono(tmp_path):
     keypoints = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=0.3), seed=3)
     path = tmp_path / "mono.stereotrack"
     with Project.create(path, recording.folder, who="A") as project:
-        project.keypoints.replace(keypoints)
+        names = tuple(set(keypoints.source.tolist()))
+        project.keypoints.put(DetectorState(names, keypoints, ()))
     return path
 
 

@@ -8,6 +8,7 @@ from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visib
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
+from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.prefilling import (
     accept_predictions,
     detector_filling,
@@ -62,7 +63,7 @@ def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(proj
         for frame in range(3)
         for name in ("left_elbow", "left_wrist")
     ]
-    project.keypoints.replace(keypoints_of(rows))
+    project.keypoints.put(DetectorState(("rough", "fine"), keypoints_of(rows), ()))
     chosen = Selection(range(1, 3))
     said = fill_in(
         project, detector_filling(project, {}, AVERAGE), chosen, lambda *_: None, lambda: False
@@ -79,7 +80,7 @@ def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(proj
 
 def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     project.predictions.replace("fit", [predicted(0)])
-    project.apply(project.predictions.acceptance("fit"))
+    project.apply(accept_predictions(project, ("fit",), Selection(range(1)), "points"))
     key = ClickKey(0, "N_right", "left_elbow")
     project.apply(MoveClicks((key,), (0.5, 0.0)))
     assert project.clicks.get(key).origin == "hand"

@@ -12,6 +12,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.detectors import removal
+from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of
 
@@ -38,7 +39,7 @@ def test_writing_brings_it_up_to_date_and_keeps_a_copy(old):
     copy = old.with_name("walk.format1.stereotrack")
     with Project.open(old) as project:
         assert copy.name in project.notes[0].remedy
-        project.keypoints.replace(keypoints_of(ROWS))
+        project.keypoints.put(DetectorState(("other", "pose"), keypoints_of(ROWS), ()))
     with Project.open(old) as again:
         assert not again.notes
         assert again.clicks.count() == 1
@@ -46,6 +47,14 @@ def test_writing_brings_it_up_to_date_and_keeps_a_copy(old):
     with closing(sqlite3.connect(copy)) as database:
         assert database.execute("PRAGMA user_version").fetchone() == (1,)
         assert database.execute("SELECT count(*) FROM click").fetchone() == (1,)
+
+
+def test_read_only_it_has_no_keypoints_and_stays_as_it_is(old):
+    before = old.read_bytes()
+    with Project.open(old, read_only=True) as project:
+        assert not len(project.keypoints.all())
+        assert project.keypoints.state(("pose",)).sources == ("pose",)
+    assert old.read_bytes() == before
 
 
 def test_a_table_that_the_format_does_not_have_is_foreign(old):
@@ -57,7 +66,7 @@ def test_a_table_that_the_format_does_not_have_is_foreign(old):
 
 def test_keypoints_come_back_and_are_no_edits(project):
     found = keypoints_of(ROWS)
-    assert project.keypoints.replace(found) == 4
+    project.keypoints.put(DetectorState(("other", "pose"), found, ()))
     stored = project.keypoints.all()
     assert stored.fingerprint() != ""
     np.testing.assert_array_equal(stored.frame, [1, 1, 1, 2])
@@ -69,6 +78,4 @@ def test_keypoints_come_back_and_are_no_edits(project):
     assert project.keypoints.sources() == {"other": 1}
     project.keypoints.put(before)
     assert project.keypoints.all().fingerprint() == stored.fingerprint()
-    project.keypoints.replace(keypoints_of(ROWS[:1]))
-    assert project.keypoints.sources() == {"other": 1, "pose": 1}
     assert project.undo() is None

@@ -20,7 +20,7 @@ from scipy.io import savemat
 
 from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, write_landmark_set
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.series import angles_of_reference, angles_of_run
+from stereotrack_core.evaluation.joint_angles import angles_of_reference, angles_of_run
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.calibrations.deciding import completed, decide
 from stereotrack_core.interop.calibrations.formats import read_foreign

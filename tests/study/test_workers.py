@@ -70,7 +70,7 @@ def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(
     with LocalWorkers(2) as workers:
         watcher = Killing(watched(), tmp_path / "first")
         workers.do([*jobs, missing], watcher)
-        pids = {one.pid for one in workers._pool.workers}
+        pids = {one.pid for one in workers._processes}
         assert len(pids) <= 2
         assert watcher.killed not in {None, *pids}
     results = watcher.results
@@ -89,7 +89,7 @@ def test_stopping_keeps_what_was_told(plan, watched):
     with LocalWorkers(1) as workers:
         with pytest.raises(Cancelled):
             workers.do(plan(Point(), seeds=tuple(range(40))), watcher)
-        assert workers._pool.workers == []
+        assert [one.pid for one in workers._processes] == [None]
     assert 1 <= len(watcher.told) < 40
 
 

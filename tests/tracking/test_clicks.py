@@ -192,7 +192,7 @@ def test_a_whole_run_is_repaired_once_its_last_frame_is_there(tmp_path):
 
 
 def test_who_cannot_read_the_clicks_again_is_refused():
-    spec = StoredSpec(RunSpec(SETTINGS), 3, None, None)
+    spec = StoredSpec(RunSpec(SETTINGS), 3, None)
     spec.check_without_clicks()
     used = dataclasses.replace(spec, clicks={"source": "my.csv", "count": 9})
     with pytest.raises(InputError, match=r"clicks of my.csv.*--like"):

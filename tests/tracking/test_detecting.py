@@ -1,12 +1,14 @@
 """The pose detector beside the tracker."""
 
 import dataclasses
+from contextlib import closing
 
 import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.depth import mono_silhouettes
 from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.interop.run_npz import read_npz, write_npz
@@ -14,11 +16,15 @@ from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.detecting import SeenKeypoints
+from stereotrack_core.tracking.frame import DETECTED_SCENES
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import other_files, stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.shared_clouds import chain_of
+from stereotrack_core.tracking.tuning.clouds import CloudStore
+from stereotrack_core.tracking.tuning.trial import Trial
 from tests.same_run import same_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
@@ -112,6 +118,8 @@ def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording,
     [missing] = other_files(dataclasses.replace(run, keypoints=None), recording)
     assert "detector install" in missing
     assert other_files(run, recording) == other_files(without, recording) == ()
+    scenes = dataclasses.replace(without, meta={**without.meta, DETECTED_SCENES: ["N"]})
+    assert other_files(scenes, recording) == (missing,)
 
 
 def test_a_run_holds_what_was_seen_and_is_repeated_without_the_detector(
@@ -142,3 +150,17 @@ def test_frames_of_a_run_that_goes_on_are_not_looked_at_again(recording, detecto
     detector.asked = 0
     assert same_run(whole, track(recording, spec(), begun=begun))
     assert detector.asked == 4
+
+
+@pytest.mark.parametrize(("wish", "expected"), [("auto", True), ("off", False)])
+def test_a_run_and_a_trial_have_silhouettes_of_plain_videos_where_the_detector_is_wanted(
+    wish, expected, recording, monkeypatch
+):
+    monkeypatch.setattr(mono_silhouettes, "load_detector", Detector)
+    monkeypatch.setattr(mono_silhouettes.MonoSilhouettes, "learn", lambda *_: None)
+    views = [dataclasses.replace(view, kind="mono", depth=None) for view in recording.views]
+    mono = dataclasses.replace(recording, views=tuple(views))
+    names, wanted = [view.name for view in views], spec(detector=wish)
+    with FrameReader(recording) as reader, closing(CloudStore(mono, reader, mono=names)) as store:
+        assert bool(chain_of(mono, wanted, names, reader)[0].silhouettes) == expected
+        assert bool(store.chain(Trial(wanted).key).silhouettes) == expected

@@ -173,12 +173,12 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
              dialogs.ask_to_import, icon="open", why_not=p.no_edit, section=True),
         file("annotate-export", "Export clicks …", "Write the project's clicks as a table, or as "
              "labels of COCO, SLEAP, DeepLabCut, DLTdv, Argus or XMALab.",
-             partial(dialogs.export, None), icon="export"),
+             dialogs.ask_to_export, icon="export"),
         file("annotate-export-reference", "Export the reference …", "Write the trajectory fitted "
              "to the clicks: with its uncertainty, or in the format of another program.",
              dialogs.ask_to_export_reference, icon="export", why_not=no_reference),
         Menu(_SELECTION, p.no_project).command(
             "annotate-export-selection", "Export selected clicks …", "Write the selected clicks "
-            "to a file.", lambda: dialogs.export(p.selection()), icon="export", section=True,
+            "to a file.", lambda: dialogs.ask_to_export(p.selection()), icon="export", section=True,
         ),
     ]  # fmt: skip

@@ -21,8 +21,13 @@ from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import AxesContradicted, Stated, world_from_axes
 from stereotrack_core.interop.run_file import at_recording, reference_in
 from stereotrack_core.project.entries import Choose, save_landmark_set, save_reference
-from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
-from stereotrack_core.project.exporting.runs import export_keypoints
+from stereotrack_core.project.exporting.formats import ExportFormat, Kind, formats_of
+from stereotrack_core.project.exporting.runs import (
+    Exported,
+    export_clicks,
+    export_keypoints,
+    export_reference,
+)
 from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET, REFERENCE
@@ -34,7 +39,7 @@ from ...services.failures import message_of
 from ...session.project import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open, ask_to_save
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
-from .exchange.click_files import ExportDialog, ImportDialog, ReferenceExportDialog
+from .exchange.click_files import ImportDialog
 from .exchange.merging import TakeInDialog
 from .panels import AnnotationPanels
 from .setup.subject_dialog import SubjectDialog
@@ -168,45 +173,58 @@ class AnnotationDialogs(QObject):
 
         self._begin(f"comparing clicks with {source}", work, show)
 
-    def export(self, selection: Selection | None) -> None:
-        """Write clicks to a file, all of them or those that are selected."""
+    def ask_to_export(self, selection: Selection | None = None) -> None:
+        """Let the person choose where clicks are written to, all of them or those selected."""
+        title = f"Export clicks of {selection.words()}" if selection else "Export clicks"
+        self._ask_where(title, "clicks", partial(self.export, selection))
 
-        def show(project: Project, recording: Recording, clicks: tuple[Click, ...]) -> None:
-            path, panels = Path(self._folder()) / "clicks.csv", self._panels
-            dialog = ExportDialog(
-                clicks, project.landmark_set(), recording, selection, path, panels.tasks,
-                panels.window,
-            )  # fmt: skip
-            dialog.written.connect(panels.said)
-            self._show(dialog)
+    def export(self, selection: Selection | None, path: Path, form: ExportFormat) -> None:
+        """Write clicks to a file; says so when it is done, and what the format cannot store."""
 
-        self._begin("reading clicks", lambda project, _recording: project.clicks.all(), show)
+        def write(project: Project, recording: Recording) -> Exported:
+            clicks = project.clicks.all()
+            if selection is not None:
+                frames, has = selection.frames, selection.has
+                clicks = tuple(one for one in clicks if one.frame in frames and has(one.landmark))
+            return export_clicks(path, clicks, recording, project.landmark_set(), form)
+
+        self._write("exporting clicks", write)
 
     def ask_to_export_reference(self) -> None:
-        """Let the person choose where the reference is written to, and how certain it has to be."""
-        now, recording, panels = self._panels.reference.now, self._panels.recording, self._panels
-        if now is not None and recording is not None:
-            path, fps = Path(self._folder()) / "reference.csv", recording.fps
-            dialog = ReferenceExportDialog(now.reference, fps, path, panels.tasks, panels.window)
-            dialog.written.connect(panels.said)
-            self._show(dialog)
+        """Let the person choose where the reference is written to."""
+        self._ask_where("Export the reference", "reference", self.export_reference)
+
+    def export_reference(self, path: Path, form: ExportFormat) -> None:
+        """Write the reference as far as it is certain; says so when it is done."""
+        now = self._panels.reference.now
+        if now is not None:
+            known = now.reference
+            self._write(
+                "exporting the reference",
+                lambda _project, recording: export_reference(path, known, form, recording.fps),
+            )
 
     def ask_to_export_predictions(self) -> None:
         """Let the person choose where the keypoints of all detectors are written to."""
-        proposed, formats = Path(self._folder()) / "predictions.csv", formats_of("keypoints")
-        title = "Export predictions"
-        ask_to_export(self._panels.window, title, proposed, formats, self.export_predictions)
+        self._ask_where("Export predictions", "keypoints", self.export_predictions)
 
     def export_predictions(self, path: Path, form: ExportFormat) -> None:
         """Write the keypoints of all detectors; says so when it is done."""
-        self._begin(
-            "exporting predictions",
-            lambda project, recording: export_keypoints(
-                path, project.keypoints.all(), recording, form
-            ),
-            lambda _project, _recording, written: self._panels.said.emit(written.words()),
-            promised=True,
-        )
+
+        def write(project: Project, recording: Recording) -> Exported:
+            return export_keypoints(path, project.keypoints.all(), recording, form)
+
+        self._write("exporting predictions", write)
+
+    def _ask_where(self, title: str, kind: Kind, use: Callable[[Path, ExportFormat], None]) -> None:
+        proposed = Path(self._folder()) / f"{kind}.csv"
+        ask_to_export(self._panels.window, title, proposed, formats_of(kind), use)
+
+    def _write(self, title: str, write: Callable[[Project, Recording], Exported]) -> None:
+        def say(_project: Project, _recording: Recording, written: Exported) -> None:
+            self._panels.said.emit(written.words())
+
+        self._begin(title, write, say, promised=True)
 
     # ---- trust
 
@@ -293,7 +311,7 @@ class AnnotationDialogs(QObject):
     @Slot()
     def _close_all(self) -> None:
         """Close what belongs to a project that is being closed."""
-        for kind in (TakeInDialog, AgreementDialog, ExportDialog, ImportDialog, SubjectDialog):
+        for kind in (TakeInDialog, AgreementDialog, ImportDialog, SubjectDialog):
             for dialog in self._panels.window.findChildren(kind):
                 dialog.close()
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,12 +44,14 @@ class Ranking:
 
 @dataclass(frozen=True, eq=False)
 class _Order:
-    """What a ranking is made of, as it is when it is asked for."""
+    """What a ranking is made of; `build` from all clicks, else with those of `edited` frames."""
 
     fit: TrajectoryFit
     run: LandmarkTrajectory | None
     wish: Wish
     wanted_deg: float
+    build: bool
+    edited: frozenset[int]
 
 
 class _Ranker:
@@ -62,32 +63,22 @@ class _Ranker:
 
     def __init__(self, project: Project, cameras: Mapping[str, Camera]) -> None:
         self._project, self._cameras = project, cameras
-        self._lock = threading.Lock()
-        self._order: _Order | None = None
-        self._build, self._frames = False, frozenset[int]()
         self._ranking: NextClicks | None = None
 
-    def tell(self, order: _Order, *, build: bool, frames: frozenset[int]) -> None:
-        """Say what the next ranking is made of, and in which frames clicks have changed."""
-        with self._lock:
-            self._order = order
-            self._build |= build
-            self._frames |= frames
-
-    def __call__(self, _question: int) -> Ranking:
+    def __call__(self, order: _Order) -> Ranking:
         """Rank; called in the worker's thread."""
-        with self._lock:
-            order, build, frames = self._order, self._build, self._frames
-            self._build, self._frames = False, frozenset()
-        assert order is not None  # noqa: S101 - told before it was asked
-        gaps = gaps_of(self._project)
+        project, gaps = self._project, gaps_of(self._project)
         ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
-        if ranking is None or build:
-            ranking = self._built(order, gaps)
+        if ranking is None or order.build:
+            ranking = NextClicks(
+                self._cameras, project.landmark_set(), order.fit,
+                project.clicks.all(with_deleted=True),
+                sigma=project.click_sigmas(), run=order.run, gaps=gaps,
+            )  # fmt: skip
         else:
-            clicks = self._project.clicks
-            for frame in sorted(frames):
-                ranking.update(frame, (*clicks.at(frame), *clicks.deleted_at(frame)))
+            for frame in sorted(order.edited):
+                clicks = (*project.clicks.at(frame), *project.clicks.deleted_at(frame))
+                ranking.update(frame, clicks)
         self._ranking = ranking
         counts = np.ones(len(order.fit.frame), dtype=np.bool_)
         for gap in gaps:
@@ -95,14 +86,6 @@ class _Ranker:
         sigma = ranking.gains.limb_sigma_deg()[counts]
         clicked = int(ranking.gains.clicked()[counts].any(axis=1).sum())
         return Ranking(ranking.best(order.wish), good_enough(sigma, order.wanted_deg, clicked))
-
-    def _built(self, order: _Order, gaps: Sequence[range]) -> NextClicks:
-        project = self._project
-        return NextClicks(
-            self._cameras, project.landmark_set(), order.fit,
-            project.clicks.all(with_deleted=True),
-            sigma=project.click_sigmas(), run=order.run, gaps=gaps,
-        )  # fmt: skip
 
 
 class NextPresenter(QObject):
@@ -123,13 +106,13 @@ class NextPresenter(QObject):
         self.wanted_deg = WANTED_DEG
         """Angle by which limbs may be off."""
         self._worker: LatestOnly | None = None
-        self._ranker: _Ranker | None = None
-        self._asked = self._told = 0
+        self._build, self._edited = False, frozenset[int]()
+        self._newest: _Order | None = None
 
     @property
     def idle(self) -> bool:
         """Whether the ranking is up to date."""
-        return self._worker is None or self._told == self._asked
+        return self._worker is None or self._newest is None
 
     def set_project(self, project: Project | None, cameras: Mapping[str, Camera]) -> None:
         """Rank another project's places, or none; `cameras` are those people click in."""
@@ -137,9 +120,8 @@ class NextPresenter(QObject):
             self._worker.close()
             self._worker = None
         self._project, self._cameras = project, cameras
-        self._fit = self._run = self._ranker = None
+        self._fit = self._run = self._newest = None
         self._wish = Wish(count=_MOST)
-        self._told = self._asked
         if project is not None:
             self.wanted_deg = float(project.view_settings.get(_WANTED, WANTED_DEG))
         self.ranked.emit(None)
@@ -182,23 +164,27 @@ class NextPresenter(QObject):
     def _ask(self, *, build: bool = False, frames: frozenset[int] = frozenset()) -> None:
         if self._fit is None or self._project is None:
             return
-        if self._ranker is None or self._worker is None:
-            self._ranker = _Ranker(self._project, self._cameras)
-            self._worker = LatestOnly(self._ranker, "rank clicks")
+        if self._worker is None:
+            self._worker = LatestOnly(_Ranker(self._project, self._cameras), "rank clicks")
             self._worker.answered.connect(self._on_ranked)
             self._worker.failed.connect(self._on_failed)
-        order = _Order(self._fit, self._run, self._wish, self.wanted_deg)
-        self._ranker.tell(order, build=build, frames=frames)
-        self._asked += 1
-        self._worker.ask(self._asked)
+        # what no answer has taken in yet; a frame that is taken in twice does no harm
+        self._build, self._edited = self._build or build, self._edited | frames
+        order = _Order(self._fit, self._run, self._wish, self.wanted_deg, self._build, self._edited)
+        self._newest = order
+        self._worker.ask(order)
+
+    def _end(self, order: _Order) -> None:
+        if order is self._newest:
+            self._newest, self._build, self._edited = None, False, frozenset()
 
     @Slot(object, object)
-    def _on_ranked(self, question: int, ranking: Ranking) -> None:
-        self._told = question
+    def _on_ranked(self, order: _Order, ranking: Ranking) -> None:
+        self._end(order)
         if self._fit is not None:
             self.ranked.emit(ranking)
 
     @Slot(object, object)
-    def _on_failed(self, question: int, error: Exception) -> None:
-        self._told = question
+    def _on_failed(self, order: _Order, error: Exception) -> None:
+        self._end(order)
         self.failed.emit(error)

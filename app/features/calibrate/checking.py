@@ -15,7 +15,7 @@ from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, int
 from stereotrack_core.doctor.diagnose import changed_reach, diagnose_elsewhere
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.task_process import ProcessTask, TaskProcess
+from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from ...context import Context
 from ...services.tasks.task import Task

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +12,15 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.calibrate import work
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.work import LookedAt, Progress, Source
+from stereotrack_core.calibrate.work import Progress, Source
+from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.calibration import read_calibration
-from stereotrack_core.recording.description import Recording
 
 from ...context import Context
+from ...services.tasks.newest import LatestOnly
 from ...services.tasks.task import Task
 from . import saving
-from .axes import Axes
-from .saving import PictureReading
-from .state import DOING, STEPS, Calibration, KeptLenses, Made, Recorded, Shot, StepName
+from .state import DOING, STEPS, Axes, AxesWay, Calibration, Made, Shot, StepName
 
 
 class CalibrationController(QObject):
@@ -42,7 +41,8 @@ class CalibrationController(QObject):
         super().__init__(context.session)
         self._context = context
         self.state = Calibration()
-        self.reading = PictureReading(self)
+        self.reading = LatestOnly(saving.PictureReader(), "reading a picture of the board")
+        """Answers what camera and frame show with a :class:`~.saving.ReadPicture`."""
         self._task: Task | None = None
         session = context.session
         session.opened.connect(self._on_recording)
@@ -120,29 +120,10 @@ class CalibrationController(QObject):
         """Show a picture."""
         source = next((one for one in self.state.sources if one.camera == camera), None)
         if source is not None:
-            self.reading.ask(source, frame)
+            self.reading.ask((source, frame))
             self.change(shot=(camera, frame))
 
-    def keep_lenses(self, file: Path | None) -> None:
-        """Keep the lenses of a calibration file, or calculate all of them."""
-        if file is None:
-            self.change(kept=None, saved="")
-        else:
-            self._context.notifier.attempt(lambda: self._keep(file))
-
-    def _keep(self, file: Path) -> None:
-        kept = KeptLenses(file, read_calibration(file))
-        names = [one.camera for one in self.state.sources]
-        if not kept.cameras.keys() & set(names):
-            raise InputError(
-                f"it has none of the cameras {', '.join(names)}",
-                where=str(file),
-                remedy="Name the cameras as in the file: double-click a name in step 1. The file "
-                f"has {', '.join(kept.cameras)}.",
-            )
-        self.change(kept=kept, saved="")
-
-    def _begin_anew(self, **chosen: object) -> None:
+    def _begin_anew(self, **chosen: Any) -> None:
         self.cancel()
         self._put(self.state.with_input(**chosen))
 
@@ -161,26 +142,24 @@ class CalibrationController(QObject):
         """Why the step that is shown cannot be calculated now."""
         if self.state.busy is not None:
             return "A calculation is running. Stop it first."
-        if self.state.step in ("axes", "save"):
+        if self.state.step in ("board", "axes"):
             return "Nothing is to be calculated in this step."
-        given, sources = self.state.given, self.state.sources
-        if self.state.step == "lenses" and given and len(given) == len(sources):
-            return "All lenses are kept as they are."
-        return self.state.why_not(self.state.step) or (
-            self.state.why_not("pictures") if self.state.step == "board" else ""
-        )
+        return self.state.why_not(self.state.step)
 
     def calculate(self) -> None:
         """Calculate the step that is shown."""
-        match self.state.step:
-            case "board":
-                self.recognise()
+        state = self.state
+        match state.step:
             case "pictures":
-                self.find()
+                self._put(state.with_input())
+                todo = work.FindBoard(state.sources, state.board, state.every)
+                self.begin("pictures", todo, self._on_found)
             case "lenses":
-                self._fit_lenses()
+                lenses = work.FitLenses(state.sightings, state.found_board, state.model)
+                self.begin("lenses", lenses, lambda found: self.change(lenses=_made(found, state)))
             case "world":
-                self._fit_world()
+                world = work.FitWorld(state.sightings, state.found_board, state.model)
+                self.begin("world", world, lambda found: self._on_world(_made(found, state)))
 
     def why_no_next(self) -> str:
         """Why there is no step after the one that is shown."""
@@ -201,111 +180,77 @@ class CalibrationController(QObject):
         if not self.state.is_done(step) and not self.why_not_calculate():
             self.calculate()
 
-    def recognise(self) -> None:
-        """Tell the board from the first pictures of the cameras."""
-        todo = work.RecogniseBoard(self.state.sources, self.state.board)
-        self.begin("board", todo, self._on_recognised)
-
-    def find(self) -> None:
-        """Look for the board in all pictures."""
-        state = self._changed_input()
-        todo = work.FindBoard(state.sources, state.board, state.every)
-        self.begin("pictures", todo, self._on_found)
-
     def _on_found(self, found: work.Found) -> None:
         first = next((one for one in found.search.sightings if len(one)), None)
-        self.change(found=found, looked=None)
+        self.change(found=found)
         if first is not None:
             self.choose(first.camera, int(first.frames[0]))
-
-    def _changed_input(self) -> Calibration:
-        self.state = self.state.with_input(recognised=self.state.recognised)
-        return self.state
-
-    def _fit_lenses(self) -> None:
-        state = self.state
-        sightings = tuple(one for one in state.sightings if one.camera not in state.given)
-        todo = work.FitLenses(sightings, self._found_board(), state.model)
-        self.begin("lenses", todo, lambda result: self.change(lenses=self._made(result, state)))
-
-    def _fit_world(self) -> None:
-        state = self.state
-        todo = work.FitWorld(state.sightings, self._found_board(), state.model, state.given)
-        self.begin("world", todo, lambda result: self._on_world(self._made(result, state)))
-
-    def _found_board(self) -> Board:
-        found = self.state.found
-        return self.state.board if found is None else found.search.board
-
-    @staticmethod
-    def _made(result: Any, state: Calibration) -> Made[Any]:
-        return Made(result, state.model, state.unticked, state.kept)
 
     def begin(self, step: StepName, todo: work.Step, done: Callable[[Any], None]) -> None:
         """Have a task done for a step, instead of what is being calculated."""
         self.cancel()
         process = self._context.session.processes.calibration
-        task = Task(DOING[step], lambda own: process(todo, own.tell, own.token.cancelled))
 
-        def finished(result: Any) -> None:
+        def in_process(own: Task) -> Any:
+            def hear(word: Progress) -> None:
+                own.report(word.share, word.words)
+
+            return process(todo, hear, own.token.cancelled)
+
+        def end(then: Callable[[Any], None], result: Any = None) -> None:
             if task is self._task:
-                self._end()
-                done(result)
+                self._task = None
+                self.change(busy=None)
+                then(result)
 
-        def failed(error: Exception) -> None:
-            if task is not self._task:
-                return
-            self._end()
+        def fail(error: Exception) -> None:
             if isinstance(error, InputError):
                 self.change(problem=(step, error))
             else:
                 self._context.notifier.error(error)
 
-        task.finished.connect(finished)
-        task.failed.connect(failed)
-        task.stopped.connect(lambda: self._end() if task is self._task else None)
-        task.told.connect(lambda words: self._hear(task, words))
-        self._task = task
+        self._task = task = Task(DOING[step], in_process)
+        task.finished.connect(partial(end, done))
+        task.failed.connect(partial(end, fail))
+        task.stopped.connect(partial(end, lambda _nothing: None))
+        task.progressed.connect(self._on_progress)
         problem = self.state.problem
         self.change(busy=step, problem=None if problem and problem[0] == step else problem)
         self.progressed.emit(0.0, DOING[step])
         self._context.tasks.start(task)
 
-    def _end(self) -> None:
-        self._task = None
-        self.change(busy=None)
+    @Slot(float, str)
+    def _on_progress(self, share: float, words: str) -> None:
+        if self._task is not None and self.sender() is self._task:
+            self.progressed.emit(share, f"{self._task.title}: {words}")
 
     def cancel(self) -> None:
         """Stop what is being calculated; what was calculated before stays."""
         if self._task is not None:
             task, self._task = self._task, None
             task.cancel()
-            self.change(busy=None, looked=None)
-
-    def _hear(self, task: Task, words: list[Any]) -> None:
-        if task is not self._task:
-            return
-        for word in words:
-            if isinstance(word, Progress):
-                self._tell(task, word.share, word.words)
-        looked = [word for word in words if isinstance(word, LookedAt)]
-        if looked:
-            last = looked[-1]
-            said = f"{last.looked.camera}, {last.looked.name}"
-            self._tell(task, last.done / max(last.count, 1), said)
-            shown = next((o.looked for o in reversed(looked) if o.looked.image is not None), None)
-            self.change(looked=shown or self.state.looked)
-
-    def _tell(self, task: Task, share: float, words: str) -> None:
-        task.report(share, words)
-        self.progressed.emit(share, f"{task.title}: {words}")
-
-    def _on_recognised(self, found: Any) -> None:
-        words = f"{found.board.words[:1].upper()}{found.board.words[1:]}"
-        said = f"{words}: {'; '.join(found.differences) or 'as described'}."
-        self._put(self.state.with_input(board=found.board, board_problem="", recognised=said))
+            self.change(busy=None)
 
     # ---- the world
+
+    def choose_way(self, way: AxesWay) -> None:
+        """Choose what the world is turned by."""
+        frames, board_frame = self.state.board_frames, self.state.axes.board_frame
+        if way == "board" and board_frame not in frames:
+            board_frame = max(frames, default=-1)
+        self.turn(way=way, board_frame=board_frame)
+
+    def turn(self, **changed: Any) -> None:
+        """Change what the world is turned by; look for the floor where that is needed."""
+        if changed.keys() & {"frame", "north"}:
+            changed["floor"] = None
+        axes = replace(self.state.axes, **changed)
+        self.change(axes=axes, saved="", saved_into=None)
+        recording, base = self.state.recording, self.state.base
+        if axes.way == "floor" and axes.floor is None and recording is not None and base:
+            depth = self._context.session.track.settings.depth
+            todo = FindFloor(recording.folder, base, depth, axes.frame, axes.north)
+            self.begin("axes", todo, lambda found: self.turn(floor=found))
 
     def _on_world(self, made: Made[Any]) -> None:
         frames = made.result.boards
@@ -332,7 +277,7 @@ class CalibrationController(QObject):
         recording = state.recording
 
         def write() -> None:
-            kept = saving.save_into(state, recording)
+            kept = saving.save_into(state, recording.folder)
             words = f"Saved into {recording.name}. The calibration before is {kept.name}."
             self.change(saved=words, saved_into=recording.folder)
             self._context.session.opening.open(recording.folder, workspace="calibrate")
@@ -348,14 +293,14 @@ class CalibrationController(QObject):
     @Slot()
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
-        known = None if recording is None else _recorded(recording)
-        before = self.state.axes
-        if known is None or known.folder == self.state.saved_into:
-            axes = Axes() if self.state.world is None else before  # it is turned already
-            self.change(recording=known, axes=axes)  # what it was before can still be seen
-            return
-        axes = before if before.way == "board" and self.state.world is not None else Axes()
-        self.change(recording=known, axes=axes, saved_into=None)
+        state = self.state
+        kept = recording is None or recording.folder == state.saved_into
+        # what was saved is turned already, and what it was before can still be seen
+        stays = state.world is not None and (kept or state.axes.way == "board")
+        self.change(
+            recording=recording, axes=state.axes if stays else Axes(),
+            saved_into=state.saved_into if kept else None,
+        )  # fmt: skip
 
     @Slot()
     def _on_closing(self) -> None:
@@ -363,14 +308,5 @@ class CalibrationController(QObject):
         self.reading.close()
 
 
-def _recorded(recording: Recording) -> Recorded:
-    """What matters of a recording: the cameras that its views use."""
-    views = recording.views
-    used = {stream.camera for view in views for stream in view.streams().values() if stream.camera}
-    return Recorded(
-        recording.folder,
-        recording.name,
-        {name: one for name, one in recording.cameras.items() if name in used},
-        any(view.kind != "mono" for view in views),
-        recording.guessed,
-    )
+def _made(result: Any, state: Calibration) -> Made[Any]:
+    return Made(result, state.model, state.unticked)

@@ -12,7 +12,6 @@ from ...services.layout import Workspace
 from ...widgets.forms.message import Message
 from ...widgets.tables.panels import FindingsPanel
 from ...widgets.tables.trees import RigPanel
-from .aligning import AligningController
 from .checking import RecordingChecks
 from .controller import CalibrationController
 from .panels.page import CalibrationPage
@@ -34,7 +33,7 @@ def commands(
         return "" if shown else "Open the workspace Calibrate first."
 
     def why_no_file() -> str:
-        return in_page() or calibration.state.why_not("save")
+        return in_page() or calibration.state.why_not_save()
 
     def why_not_recording() -> str:
         return in_page() or why_not_into(calibration.state)
@@ -48,7 +47,7 @@ def commands(
                 "and reference of the open recording fit each other; takes some seconds to "
                 "minutes.", checks.measure, why_not=checks.why_not_measure),
         command("calibrate_save", "Save calibration …", "Write the calibration.toml and a report.",
-                page.save.ask, icon="save", why_not=why_no_file, section=True),
+                page.axes.ask, icon="save", why_not=why_no_file, section=True),
         command("calibrate_into", "Save into the recording", "Replace the calibration of the open "
                 "recording; the one before is kept beside it.", calibration.save_into_recording,
                 why_not=why_not_recording),
@@ -66,8 +65,7 @@ class CalibrateController(QObject):
         self._context, self._session = context, context.session
         self.rig, self.findings = RigPanel(), FindingsPanel()
         self.calibration = CalibrationController(context)
-        self.aligning = AligningController(context, self.calibration)
-        self.page = CalibrationPage(self.calibration, self.aligning)
+        self.page = CalibrationPage(self.calibration)
         self.checks = RecordingChecks(context)
         self.findings.correction_wanted.connect(self.checks.ask)
         self.checks.changed.connect(self._show_findings)

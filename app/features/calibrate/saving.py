@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal, Slot
-
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.calibrate.pictures import Pictures
 from stereotrack_core.calibrate.work import Source
@@ -16,8 +14,7 @@ from stereotrack_core.recording.folder import named_file
 from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.writing import keep_beside
 
-from ...services.tasks.newest import LatestOnly
-from .state import Calibration, Recorded
+from .state import Calibration
 
 
 def write_to(state: Calibration, path: Path) -> None:
@@ -25,7 +22,14 @@ def write_to(state: Calibration, path: Path) -> None:
 
     Raises InputError where it cannot be written.
     """
-    _check(state)
+    if isinstance(state.alignment, InputError):
+        raise state.alignment
+    if not state.cameras:
+        raise InputError(
+            "nothing is calculated that could be saved",
+            where="calibration",
+            remedy="Calculate the lenses, and place all cameras.",
+        )
     write_calibration(path if path.suffix else path.with_suffix(".toml"), state.cameras)
 
 
@@ -37,13 +41,15 @@ def why_not_into(state: Calibration) -> str:
         return "The cameras of the recording are guessed, so that there is nothing to replace."
     if state.world is None and not (state.of_recording and state.cameras):
         return "Place all cameras first, or choose what the world is turned by."
-    missing = [name for name in state.recording.cameras if name not in state.cameras]
+    if isinstance(state.alignment, InputError):
+        return f"The world is not turned yet: {state.alignment.what}."
+    missing = [name for name in state.recorded if name not in state.cameras]
     if missing:
         return (
             f"The calibration lacks {', '.join(missing[:4])}. Name the cameras as the recording "
             "does: double-click a name in step 1."
         )
-    for name, old in state.recording.cameras.items():
+    for name, old in state.recorded.items():
         new = state.cameras[name]
         if (new.width, new.height) != (old.width, old.height):
             return (
@@ -53,27 +59,15 @@ def why_not_into(state: Calibration) -> str:
     return ""
 
 
-def save_into(state: Calibration, recording: Recorded) -> Path:
-    """Replace the recording's calibration; the one before is kept beside it, and returned.
+def save_into(state: Calibration, folder: Path) -> Path:
+    """Replace the calibration of a recording; the one before is kept beside it, and returned.
 
     Raises InputError where it cannot be written.
     """
-    _check(state)
-    target = named_file(recording.folder, "calibration")
+    target = named_file(folder, "calibration")
     kept = keep_beside(target)
     write_to(state, target)
     return kept
-
-
-def _check(state: Calibration) -> None:
-    if isinstance(state.alignment, InputError):
-        raise state.alignment
-    if not state.cameras:
-        raise InputError(
-            "nothing is calculated that could be saved",
-            where="calibration",
-            remedy="Calculate the lenses, and place all cameras.",
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +81,8 @@ class ReadPicture:
     problem: str = ""
 
 
-class _Reader:
-    """Keeps the source open that was read last; used by one thread."""
+class PictureReader:
+    """Reads a picture, and keeps its source open; used by one thread."""
 
     def __init__(self) -> None:
         self._source: Source | None = None
@@ -109,29 +103,3 @@ class _Reader:
                 self._pictures.close()
             self._source, self._pictures = source, source.open()
         return self._pictures
-
-
-class PictureReading(QObject):
-    """Reads the picture that was asked for last."""
-
-    read = Signal(object)
-    """A :class:`ReadPicture`."""
-
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        self._worker = LatestOnly(_Reader(), "reading a picture of the board")
-        self._worker.answered.connect(self._on_answered)
-        self.settled = self._worker.settled
-
-    def ask(self, source: Source, frame: int) -> None:
-        """Read a picture."""
-        self._worker.ask((source, frame))
-
-    @Slot()
-    def close(self) -> None:
-        """End the thread."""
-        self._worker.close()
-
-    @Slot(object, object)
-    def _on_answered(self, _wanted: object, answer: ReadPicture) -> None:
-        self.read.emit(answer)

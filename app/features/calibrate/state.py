@@ -8,39 +8,34 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
+import numpy as np
+
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate import verdict
-from stereotrack_core.calibrate.align import Alignment, aligned, from_cameras
+from stereotrack_core.calibrate.align import Alignment, aligned, from_board, from_cameras
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.intrinsics import Intrinsics
-from stereotrack_core.calibrate.pictures import Looked, Sightings
+from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.calibrate.work import Found, LensResult, Source
 from stereotrack_core.calibrate.world import World
+from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Recording
 
-from .axes import (
-    Axes,
-    alignment_by_board,
-    alignment_by_clicks,
-    alignment_by_floor,
-)
-
-StepName: TypeAlias = Literal["board", "pictures", "lenses", "world", "axes", "save"]
+StepName: TypeAlias = Literal["board", "pictures", "lenses", "world", "axes"]
 STEPS: dict[StepName, str] = {
     "board": "Board",
     "pictures": "Pictures",
     "lenses": "Lenses",
     "world": "All cameras",
-    "axes": "Axes and floor",
-    "save": "Save",
+    "axes": "Axes and saving",
 }
 """Steps with their titles, in their order."""
 
 DOING: dict[StepName, str] = {
-    "board": "Recognising the board",
     "pictures": "Searching for the board",
     "lenses": "Calculating the lenses",
     "world": "Placing all cameras",
@@ -55,35 +50,31 @@ _USUAL = Board(9, 6, 0.025)
 _R = TypeVar("_R")
 
 
-@dataclass(frozen=True, eq=False)
-class KeptLenses:
-    """Lenses that were calibrated before, which stay as they are."""
+AxesWay: TypeAlias = Literal["first", "board", "floor", "recording"]
 
-    file: Path
-    cameras: Mapping[str, Camera]
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """What a person chose to turn the world by."""
+
+    way: AxesWay = "first"
+    board_frame: int = -1
+    """Number of the pictures in which the board lies on the floor."""
+    frame: int = 0
+    """The frame that shows the floor."""
+    north: str = ""
+    """Camera in the north for the floor; empty for that of the first view."""
+    floor: Alignment | None = None
+    """That of the floor in the depth of the open recording."""
 
 
 @dataclass(frozen=True, eq=False)
 class Made(Generic[_R]):
-    """A result, with the lenses that were chosen and the pictures unticked when it was made."""
+    """A result, with the lens model that was chosen and the pictures unticked when it was made."""
 
     result: _R
     model: str
     unticked: frozenset[Shot]
-    kept: KeptLenses | None = None
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """The open recording, as far as it matters to a calibration."""
-
-    folder: Path
-    name: str
-    cameras: Mapping[str, Camera] = field(compare=False)
-    has_depth: bool = False
-    """Whether a view measures depth, in which the floor may be seen."""
-    guessed: bool = False
-    """Whether the cameras are guessed, so that there is no world to turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +87,8 @@ class Calibration:
     board: Board = _USUAL
     board_problem: str = ""
     """Why what is written in the fields is no board."""
-    recognised: str = ""
-    """What the pictures showed of the board, as a sentence."""
     every: int = 1
     model: str = "auto"
-    kept: KeptLenses | None = None
-    """Lenses of a calibration file; those that it lacks are calculated."""
     unticked: frozenset[Shot] = frozenset()
     found: Found | None = None
     lenses: Made[Mapping[str, LensResult]] | None = None
@@ -116,11 +103,9 @@ class Calibration:
     """What could not be calculated last."""
     busy: StepName | None = None
     """What is being calculated."""
-    looked: Looked | None = None
-    """The newest picture that was searched, while the search goes on."""
     shot: Shot | None = None
     """The picture that is shown."""
-    recording: Recorded | None = None
+    recording: Recording | None = None
 
     # ---- what follows
 
@@ -136,61 +121,48 @@ class Calibration:
 
     @cached_property
     def fits(self) -> dict[str, Intrinsics]:
-        """Lenses that could be calibrated and are not kept, by camera."""
+        """Lenses that could be calibrated, by camera."""
         lenses = {} if self.lenses is None else self.lenses.result
-        return {
-            name: one
-            for name, one in lenses.items()
-            if isinstance(one, Intrinsics) and name not in self.given
-        }
+        return {name: one for name, one in lenses.items() if isinstance(one, Intrinsics)}
 
-    @property
-    def given(self) -> dict[str, Camera]:
-        """Lenses that are kept, by the camera whose pictures are here."""
-        kept = {} if self.kept is None else self.kept.cameras
-        return {one.camera: kept[one.camera] for one in self.sources if one.camera in kept}
-
-    @property
-    def lens_cameras(self) -> dict[str, Camera]:
-        """Cameras whose lens is known, kept or calculated."""
-        return {**{name: one.camera for name, one in self.fits.items()}, **self.given}
-
-    @property
+    @cached_property
     def errors(self) -> dict[Shot, FloatArray]:
         """Errors (n, 2) of the corners in every picture that was used, of the step shown."""
-        if self.step in ("world", "axes", "save") and self.world is not None:
-            return self._world_errors
-        return self._lens_errors
-
-    @cached_property
-    def _lens_errors(self) -> dict[Shot, FloatArray]:
-        return _by_shot([one.sightings for one in self.fits.values()],
-                        [one.errors for one in self.fits.values()])  # fmt: skip
-
-    @cached_property
-    def _world_errors(self) -> dict[Shot, FloatArray]:
-        if self.world is None:
-            return {}
-        return _by_shot(self.world.result.sightings, self.world.result.errors)
+        sightings = [one.sightings for one in self.fits.values()]
+        errors: Sequence[FloatArray] = [one.errors for one in self.fits.values()]
+        if self.step in ("world", "axes") and self.world is not None:
+            sightings, errors = list(self.world.result.sightings), self.world.result.errors
+        return {
+            (one.camera, int(frame)): error
+            for one, own in zip(sightings, errors, strict=True)
+            for frame, error in zip(one.frames, own, strict=True)
+        }
 
     @cached_property
     def left_out(self) -> dict[Shot, str]:
         """Why pictures of the board were not used, of the step shown or the search."""
         seen = list(self.found.search.sightings) if self.found is not None else []
-        if self.step in ("world", "axes", "save") and self.world is not None:
+        if self.step in ("world", "axes") and self.world is not None:
             seen += self.world.result.sightings
         elif self.step != "pictures":
             seen += [one.sightings for one in self.fits.values()]
         return {(out.camera, out.frame): out.reason for one in seen for out in one.left_out}
 
     @cached_property
+    def recorded(self) -> dict[str, Camera]:
+        """Cameras that the views of the open recording use."""
+        views = () if self.recording is None else self.recording.views
+        used = {one.camera for view in views for one in view.streams().values() if one.camera}
+        cameras = {} if self.recording is None else self.recording.cameras
+        return {name: one for name, one in cameras.items() if name in used}
+
+    @cached_property
     def base(self) -> dict[str, Camera]:
         """The cameras whose world is turned: those placed here, else those of the recording."""
         if self.world is not None:
             return {one.name: one for one in self.world.result.cameras}
-        if self.recording is None or self.recording.guessed or self.lens_cameras:
-            return {}
-        return dict(self.recording.cameras)
+        guessed = self.recording is None or self.recording.guessed
+        return {} if guessed or self.fits else self.recorded
 
     @property
     def of_recording(self) -> bool:
@@ -215,27 +187,43 @@ class Calibration:
             return error
 
     def _turned(self) -> Alignment:
-        match self.axes.way:
-            case "floor":
-                return alignment_by_floor(self.axes)
-            case "points":
-                return alignment_by_clicks(self.axes, self.base)
-            case "recording":
-                return from_cameras(self.base, self._recorded_cameras())
-            case _:
-                world = self.world.result if self.world is not None else None
-                board = self.board if world is None else world.board
-                if world is None and self.found is not None:
-                    board = self.found.search.board
-                boards = None if world is None else world.boards
-                return alignment_by_board(self.axes, self.base, board, boards, self.sightings)
-
-    def _recorded_cameras(self) -> Mapping[str, Camera]:
+        if self.axes.way == "board":
+            return self._turned_by_board()
+        if self.axes.way == "floor":
+            if self.axes.floor is None:
+                raise InputError(
+                    "no floor is found in the depth of the recording",
+                    where="axes",
+                    remedy="Choose another way, or a frame in which much of the floor is seen.",
+                )
+            return self.axes.floor
         if self.recording is None:
             raise InputError(
                 "no recording is open", where="axes", remedy="Open the recording of these cameras."
             )
-        return self.recording.cameras
+        return from_cameras(self.base, self.recorded)
+
+    def _turned_by_board(self) -> Alignment:
+        """By a board on the floor: one that was placed, or that calibrated cameras see."""
+        frame, board = self.axes.board_frame, self.found_board
+        if self.world is not None and frame in self.world.result.boards:
+            return from_board(self.world.result.boards[frame], board.corners)
+        seeing = [one for one in self.sightings if frame in one.frames and one.camera in self.base]
+        if self.world is not None or not seeing:
+            raise InputError(
+                "the picture in which the board lies on the floor is not chosen",
+                where="axes",
+                remedy="Choose it in the list. The board has to be found in the pictures first.",
+            )
+        alone = [one.only(np.flatnonzero(one.frames == frame)) for one in seeing]
+        return from_board(seen_board(self.base, alone, board).world_from_board, board.corners)
+
+    @property
+    def found_board(self) -> Board:
+        """The board as it was recognised in the pictures, else as it is described."""
+        if self.world is not None:
+            return self.world.result.board
+        return self.board if self.found is None else self.found.search.board
 
     @cached_property
     def new_from_world(self) -> RigidTransform:
@@ -264,9 +252,7 @@ class Calibration:
 
     def is_current(self, made: Made[Any] | None) -> bool:
         """Whether a result is there, and of what is chosen and ticked now."""
-        return made is not None and (made.model, made.unticked, made.kept) == (
-            self.model, self.unticked, self.kept,
-        )  # fmt: skip
+        return made is not None and (made.model, made.unticked) == (self.model, self.unticked)
 
     # ---- steps
 
@@ -278,18 +264,11 @@ class Calibration:
             case "pictures":
                 return self.found is not None and any(map(len, self.found.search.sightings))
             case "lenses":
-                wanted = {one.camera for one in self.sources} - self.given.keys()
-                if not wanted:
-                    return self.is_done("pictures")
+                wanted = {one.camera for one in self.sources}
                 return wanted <= self.fits.keys() and self.is_current(self.lenses)
             case "world":
                 return self.is_current(self.world)
             case "axes":
-                turned = isinstance(self.alignment, Alignment)
-                if self.of_recording:
-                    return turned
-                return self.is_done("world") and (turned or self.axes.way == "first")
-            case "save":
                 return bool(self.saved)
 
     def is_stale(self, step: StepName) -> bool:
@@ -299,9 +278,8 @@ class Calibration:
 
     def why_not(self, step: StepName) -> str:
         """Why a step cannot be taken now; empty where it can."""
-        if self.of_recording and step in ("axes", "save"):
-            turned = step == "axes" or bool(self.cameras) or bool(self.saved)
-            return "" if turned else "Nothing is changed that could be saved."
+        if self.of_recording and step == "axes":
+            return ""
         order = list(STEPS)
         needed: dict[StepName, str] = {
             "board": self.board_problem or "Choose the pictures of a camera first.",
@@ -310,11 +288,9 @@ class Calibration:
         for earlier, words in needed.items():
             if order.index(step) > order.index(earlier) and not self.is_done(earlier):
                 return words
-        if step in ("world", "axes"):
-            return self._why_no_world(step)
-        if step == "save" and not self.cameras:
-            return "Nothing is calculated that could be saved."
-        return ""
+        if step == "axes" and self.alone:
+            return "" if self.fits else "Calculate the lens first."
+        return self._why_no_world(step) if step in ("world", "axes") else ""
 
     def _why_no_world(self, step: StepName) -> str:
         if self.alone:
@@ -326,6 +302,11 @@ class Calibration:
         if step == "axes" and self.world is None:
             return "Place all cameras first."
         return ""
+
+    def why_not_save(self) -> str:
+        """Why there are no cameras that could be saved; empty where there are."""
+        done = "changed" if self.of_recording else "calculated"
+        return "" if self.cameras else f"Nothing is {done} that could be saved."
 
     def next_step(self) -> StepName | None:
         """The step after the one that is shown which can be taken."""
@@ -339,41 +320,22 @@ class Calibration:
             return verdict.of_error(self.problem[1])
         if step == "pictures" and self.found is not None:
             return verdict.of_search(self.found.search, self.found.apart)
-        lenses = {} if self.lenses is None else self.lenses.result
-        if step == "lenses" and (own := {k: v for k, v in lenses.items() if k not in self.given}):
-            return verdict.of_lenses(own)
-        if step in ("axes", "save") and isinstance(self.alignment, InputError):
+        if step == "lenses" and self.lenses is not None and self.lenses.result:
+            return verdict.of_lenses(self.lenses.result)
+        if step == "axes" and isinstance(self.alignment, InputError):
             return verdict.of_no_alignment(self.alignment)
-        if isinstance(self.alignment, Alignment) and (step == "axes" or self.of_recording):
+        if step == "axes" and isinstance(self.alignment, Alignment):
             return verdict.of_alignment(self.alignment, self.cameras)
-        if step in ("world", "axes", "save") and self.world is not None:
+        if step in ("world", "axes") and self.world is not None:
             return verdict.of_world(self.world.result)
-        if step == "save" and self.fits:
-            return verdict.of_lenses(self.fits)
-        return None
+        return verdict.of_lenses(self.fits) if step == "axes" and self.fits else None
 
     # ---- changes
 
-    def with_input(self, **changed: object) -> Calibration:
+    def with_input(self, **changed: Any) -> Calibration:
         """The same with other pictures or another board, of which nothing is known yet."""
-        fresh = Calibration(recording=self.recording, model=self.model, kept=self.kept)
-        kept = {
-            "step": self.step,
-            "sources": self.sources,
-            "board": self.board,
-            "board_problem": self.board_problem,
-            "every": self.every,
-            "axes": self.axes,
-            "shot": self.shot,
-        }
-        return replace(fresh, **{**kept, **changed})  # type: ignore[arg-type]
-
-
-def _by_shot(
-    sightings: Sequence[Sightings], errors: Sequence[FloatArray]
-) -> dict[Shot, FloatArray]:
-    return {
-        (one.camera, int(frame)): error
-        for one, own in zip(sightings, errors, strict=True)
-        for frame, error in zip(one.frames, own, strict=True)
-    }
+        fresh = replace(
+            self, unticked=frozenset(), found=None, lenses=None, world=None, saved_into=None,
+            saved="", problem=None, busy=None,
+        )  # fmt: skip
+        return replace(fresh, **changed)

@@ -22,7 +22,7 @@ from stereotrack_core.tracking.trace import (
 
 from ...widgets.plots.inside_panel import StepContent, Table
 from ...widgets.style.colours import limb_words
-from .steps import Step, cross_map, deviations_table, name_of, part_words, states_of
+from .steps import Step, correlations_table, deviations_table, name_of, part_words, states_of
 
 _KINDS = {
     "elbow": "Elbow joint limits",
@@ -88,7 +88,8 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
             n, m = correction.P_xz.shape
             gain = f"norm of the gain {correction.gain_norm:.3g}"
             words = f"{n} states, {m} correspondences; {gain}."
-            return _content(step, trace, words, map=cross_map(correction, trace.state_names))
+            table = correlations_table(correction, trace.state_names)
+            return _content(step, trace, words, tables=(table,))
         case _:
             return _correct(trace, step, correction)
 

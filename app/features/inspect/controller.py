@@ -160,17 +160,11 @@ def _maker(of: KeptRecording, entry: RunEntry | None, settings: Settings) -> Cal
     return partial(tracker_for, body, settings, cameras, recording.fps, seed, clouds=clouds)
 
 
-def settings_of(entry: RunEntry) -> Settings:
-    """Settings of a run.
-
-    Raises
-    ------
-    InputError
-        Where a stored run does not say how it was made.
-    """
-    if entry.settings is not None:
-        return entry.settings
-    return stored_spec(entry.stored).spec.settings if entry.stored is not None else Settings()
+def _settings_of(entry: RunEntry) -> Settings:
+    """Settings of a run. Raises InputError where a stored run does not say how it was made."""
+    if entry.settings is not None or entry.stored is None:
+        return entry.settings or Settings()
+    return stored_spec(entry.stored).spec.settings
 
 
 def _compared(trace: StepTrace, found: Estimate | None) -> str:
@@ -343,7 +337,7 @@ class InspectController(QObject):
         """What is to be asked about the frame that is shown; None where that was asked."""
         frame = self._document.frame
         entry = self._runs.active
-        settings = self._track.settings if entry is None else settings_of(entry)
+        settings = self._track.settings if entry is None else _settings_of(entry)
         if self._asked is not None and self._asked.asks(frame, entry, settings):
             return None
         return question_of(frame, self._context.session, entry, settings)

@@ -7,14 +7,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.skeleton import PARTS, limb_of_part
+from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import Correction, StepTrace
 
 from ...widgets.plots.inside_panel import Table
-from ...widgets.plots.step_plots import HeatMap
 from ...widgets.style.colours import limb_words
 
 StepKind: TypeAlias = Literal[
@@ -222,7 +220,6 @@ class State:
     """One number of the state."""
 
     label: str
-    short: str
     limb: str
     unit: str
     """Either "mm" or "°"."""
@@ -237,12 +234,8 @@ def states_of(names: tuple[str, ...]) -> tuple[State, ...]:
         limb, _, axis = name.rpartition("_")
         said = _GREEK.get(axis, _TURNS.get(axis, axis))
         label = f"{limb_words(limb)} {said}"
-        short = label if index < 6 else label.replace("turn ", "")
-        for whole, part in (("left ", "L "), ("right ", "R "), ("upper arm", "upper")):
-            short = short.replace(whole, part)
-        short = short.replace("forearm", "fore")
         unit, factor = ("mm", 1e3) if index < 3 else ("°", float(np.degrees(1.0)))
-        found.append(State(label, short, limb if limb in LIMBS else "", unit, factor))
+        found.append(State(label, limb if limb in LIMBS else "", unit, factor))
     return tuple(found)
 
 
@@ -251,36 +244,31 @@ def part_words(part: int) -> str:
     return limb_words(PARTS[part]) if part >= 0 else "none"
 
 
-def groups_of(part: IntArray) -> tuple[tuple[str, str, int], ...]:
-    """Groups of successive columns of one part: name, limb and how many."""
-    present, counts = np.unique(part, return_counts=True)
-    return tuple(
-        (part_words(p), limb_of_part(p), int(n))
-        for p, n in zip(present.tolist(), counts.tolist(), strict=True)
-    )
-
-
-def cross_map(correction: Correction, names: tuple[str, ...]) -> HeatMap:
-    """The cross-covariance as correlations; a cell's words have it in its own units."""
-    states, P_xz = states_of(names), correction.P_xz
+def correlations_table(correction: Correction, names: tuple[str, ...]) -> Table:
+    """For each state and part the strongest correlation with a pair of that part."""
     spread = np.outer(correction.before.sigma, np.sqrt(np.maximum(correction.P_zz, 0.0)))
     known = spread > 0.0
-    correlation = np.where(known, P_xz / np.where(known, spread, 1.0), 0.0)
-    points, groups = correction.points, groups_of(correction.points.part)
+    correlation = np.where(known, correction.P_xz / np.where(known, spread, 1.0), 0.0)
+    part, states = correction.points.part, states_of(names)
+    parts = np.unique(part).tolist()
+    strongest = [
+        [row[part == one][np.abs(row[part == one]).argmax()] for one in parts]
+        for row in correlation
+    ]
+    rows = tuple(
+        (state.label, *(f"{value:+z.2f}" for value in values))
+        for state, values in zip(states, strongest, strict=True)
+    )
+    title = "Strongest correlation of a state with a pair of each part"
+    limbs = tuple(state.limb for state in states)
+    words = [part_words(one) for one in parts]
+    tips = ("", *(f"Pairs of the {one}" for one in words))
+    return Table(title, ("State", *map(_brief, words)), rows, limbs, tips=tips)
 
-    def words(row: int, column: int) -> str:
-        state = states[row]
-        value = P_xz[row, column] * state.factor * 1e3
-        unit = "mm²" if state.unit == "mm" else "° mm"
-        return (
-            f"{state.label}, point {column + 1} on the {part_words(points.part[column])}: "
-            f"P_xz {_number(value)} {unit}, correlation {correlation[row, column]:+z.2f}, "
-            f"residual {1e3 * points.residual[column]:.0f} mm, "
-            f"gain {correction.gain[row, column] * state.factor / 1e3:.3g} {state.unit} per mm"
-        )
 
-    rows = tuple(state.short for state in states)
-    return HeatMap(rows, groups, correlation, words)
+def _brief(words: str) -> str:
+    """``L upper arm`` for ``left upper arm``."""
+    return words.replace("left ", "L ").replace("right ", "R ")
 
 
 def deviations_table(
@@ -294,8 +282,3 @@ def deviations_table(
         rows.append((state.label, *values, change))
     limbs = tuple(state.limb for state in states)
     return Table("Standard deviations", ("State", *headings, "Change"), tuple(rows), limbs)
-
-
-def _number(value: float) -> str:
-    """Three digits, without exponents where they can be done without."""
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"

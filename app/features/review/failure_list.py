@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Generic, TypeVar
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -67,70 +66,21 @@ def lanes_of_failures(failures: Sequence[FailureSegment]) -> tuple[Lane, ...]:
     return tuple(lanes)
 
 
-T = TypeVar("T")
-
-
-class PerRun(QObject, Generic[T]):
-    """Values of runs or references; one is worked out at a time, and a stop is not asked again."""
-
-    changed = Signal()
-    """Another value is known."""
-
-    def __init__(self, tasks: TaskList, title: str) -> None:
-        super().__init__(tasks)
-        self._tasks, self._title = tasks, title
-        self._asked: WeakKeyDictionary[object, Hashable] = WeakKeyDictionary()
-        self._known: WeakKeyDictionary[object, tuple[Hashable, T]] = WeakKeyDictionary()
-        self._task: Task | None = None
-        self._about: object = None
-        tasks.changed.connect(self._on_tasks)
-
-    @property
-    def busy(self) -> bool:
-        """Whether something is being worked out."""
-        return self._task is not None and self._task in self._tasks.tasks
-
-    def asked(self, about: object) -> Hashable:
-        """The state in which it was asked about last; None where it was not."""
-        return self._asked.get(about)
-
-    def of(self, about: object, state: Hashable = None) -> T | None:
-        """What is known about a run in some state, or in any where none is given."""
-        known = self._known.get(about)
-        return known[1] if known is not None and state in (None, known[0]) else None
-
-    def ask(self, about: object, state: Hashable, work: Callable[[Task], T]) -> None:
-        """Work it out, unless that was asked before or something else is being worked out."""
-        if self._asked.get(about) == state:
-            return
-        if self._task is not None:
-            if about is self._about:
-                self._task.cancel()  # what comes of it holds no longer
-            return
-        self._about, self._asked[about] = about, state
-
-        def done(found: T) -> None:
-            self._known[about] = state, found
-
-        self._task = self._tasks.begin(self._title, work, done)
-
-    @Slot()
-    def _on_tasks(self) -> None:
-        if self._task is not None and not self.busy:
-            self._task = self._about = None
-            self.changed.emit()
-
-
 _DELAY_MS = 200
+_FINDING, _EXPLAINING = "detecting failures", "classifying causes of failures"
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
     """The failures that were found."""
 
+    state: Hashable
+    """Frames, reference and threshold that they belong to."""
     search: FailureSearch | None
     """What the core was asked; None where the run does not say where it comes from."""
     failures: tuple[FailureSegment, ...]
+    looked: bool = False
+    """Whether causes are judged by pictures as well."""
 
 
 class FailurePresenter(QObject):
@@ -156,10 +106,11 @@ class FailurePresenter(QObject):
         threshold: Callable[[], float],
     ) -> None:
         super().__init__()
-        self._session = session
+        self._session, self._tasks = session, tasks
         self._wants_pictures, self._threshold = wants_pictures, threshold
-        self._found: PerRun[Found] = PerRun(tasks, "detecting failures")
-        self._explained: PerRun[Found] = PerRun(tasks, "classifying causes of failures")
+        self._known: WeakKeyDictionary[RunEntry, Found] = WeakKeyDictionary()
+        self._asked: WeakKeyDictionary[RunEntry, Hashable] = WeakKeyDictionary()
+        self._work: tuple[RunEntry, Task] | None = None
         self.chosen: FailureSegment | None = None
         """The failure that is chosen, if it is listed."""
         self.filter = Filter()
@@ -170,8 +121,6 @@ class FailurePresenter(QObject):
             session.judging.judged, session.runs.active_changed, session.track.finished,
         ):  # fmt: skip
             signal.connect(self.ask_soon)
-        for known in (self._found, self._explained):
-            known.changed.connect(self._ask)
 
     # ---- facts
 
@@ -179,18 +128,17 @@ class FailurePresenter(QObject):
     def found(self) -> Found | None:
         """What was found last in the active run; None while nothing is known."""
         active = self._session.runs.active
-        found = self._found.of(active) if active is not None else None
-        return found if found is None else self._explained.of(found) or found
+        return self._known.get(active) if active is not None else None
 
     @property
     def looking(self) -> bool:
         """Whether pictures are being looked at."""
-        return self._explained.busy
+        return self._work is not None and self._work[1].title == _EXPLAINING
 
     @property
     def working(self) -> bool:
         """Whether failures are being found."""
-        return self._found.busy or self._explained.busy or self._timer.isActive()
+        return self._work is not None or self._timer.isActive()
 
     @property
     def listed(self) -> tuple[FailureSegment, ...]:
@@ -247,19 +195,40 @@ class FailurePresenter(QObject):
         if recording is not None and entry is not None and entry.frames and not grows:
             threshold = self._threshold()
             state = len(entry.frames), truth, threshold, recording
-            work = partial(_found, entry.now(), recording, truth, threshold)
-            self._found.ask(entry, state, work)
-            self._explain(self._found.of(entry, state))
+            known = self._known.get(entry)
+            if known is None or known.state != state:
+                find = partial(_found, entry.now(), recording, truth, threshold)
+                self._begin(entry, (state, False), _FINDING, lambda _: Found(state, *find()))
+            elif known.search and known.failures and not known.looked and self._wants_pictures():
+                self._begin(entry, (state, True), _EXPLAINING, partial(_looked_at, known))
         told = self.found, self.looking
         if told != self._told:
             self._told = told
             self._keep_choice()
             self.changed.emit()
 
-    def _explain(self, found: Found | None) -> None:
-        """Judge causes by pictures as well, where somebody sees it."""
-        if found is not None and found.search and found.failures and self._wants_pictures():
-            self._explained.ask(found, True, partial(_looked_at, found.search, found.failures))
+    def _begin(
+        self, entry: RunEntry, what: Hashable, title: str, work: Callable[[Task], Found]
+    ) -> None:
+        """Work something out, once, one after the other; what a person stops is not asked again."""
+        if self._asked.get(entry) == what:
+            return
+        if self._work is not None:
+            if self._work[0] is entry:
+                self._work[1].cancel()  # what comes of it holds no longer
+            return
+
+        def done(found: Found) -> None:
+            self._known[entry] = found
+
+        task = self._tasks.begin(title, work, done)
+        self._asked[entry], self._work = what, (entry, task)
+        task.ended.connect(self._on_ended)
+
+    @Slot()
+    def _on_ended(self) -> None:
+        self._work = None
+        self._ask()
 
     def _keep_choice(self) -> None:
         """Choose what has become of the chosen failure."""
@@ -270,16 +239,19 @@ class FailurePresenter(QObject):
 
 
 def _found(
-    now: RunEntry, recording: Recording, truth: Truth | None, threshold: float, _task: Task
-) -> Found:
+    now: RunEntry, recording: Recording, truth: Truth | None, threshold: float
+) -> tuple[FailureSearch | None, tuple[FailureSegment, ...]]:
     run = now.run()
     if run is None:
-        return Found(None, ())
+        return None, ()
     rules = FailureRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
     reference = truth.trajectory if truth is not None else None
     search = FailureSearch(run, recording.fps, reference, recording, rules)
-    return Found(search, explained(replace(search, pictures=False), stretches_of(search)))
+    return search, explained(replace(search, pictures=False), stretches_of(search))
 
 
-def _looked_at(search: FailureSearch, failures: tuple[FailureSegment, ...], task: Task) -> Found:
-    return Found(search, explained(search, failures, task.report, task.token.cancelled))
+def _looked_at(known: Found, task: Task) -> Found:
+    """The same with causes that are judged by pictures as well, which takes seconds."""
+    assert known.search is not None  # noqa: S101 - there are no failures without
+    failures = explained(known.search, known.failures, task.report, task.token.cancelled)
+    return replace(known, failures=failures, looked=True)

@@ -1,20 +1,15 @@
-"""The failures of a run in the window: their panel, pictures, timeline, playback and files."""
+"""The failures of a run in the window: their panel, pictures, timeline and playback."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
-from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.failure_segments.drawing import Paper
-from stereotrack_core.evaluation.failure_segments.export import (
-    evidence_picture,
-    write_strips,
-)
+from stereotrack_core.evaluation.failure_segments.export import evidence_picture
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
@@ -28,9 +23,7 @@ from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
 from ...services.tasks.newest import LatestOnly, Shared
-from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
-from ...widgets.forms.form_dialog import ask_for_folder
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
 from .failure_list import FailurePresenter, Filter, Found, lanes_of_failures
@@ -150,37 +143,6 @@ class FailureController(QObject):
             self.presenter.choose(at[0])
         document.set_loop(self._stretch())
         document.play()
-
-    def ask_for_strips(self) -> None:
-        """Ask for a folder, and write strips of the listed failures there."""
-        recording, parent = self._session.document.recording, self._context.docks.dialog_parent
-        if recording is not None:
-            title = f"Folder for image strips of {counted(len(self.presenter.listed), 'failure')}"
-            name = f"{recording.name}-failures"
-            ask_for_folder(
-                parent, title, Path.home(), lambda folder: self.write_strips(folder / name)
-            )
-
-    def write_strips(self, folder: Path) -> None:
-        """Write a strip of images of each listed failure, in the background."""
-        search, recording = self._search(), self._session.document.recording
-        listed = self.presenter.listed
-        if search is None or recording is None or not listed:
-            return
-
-        def work(task: Task) -> str:
-            count = write_strips(
-                folder, search, recording, listed,
-                report=task.report, cancelled=task.token.cancelled,
-            )  # fmt: skip
-            return f"{counted(count, 'strip')} saved to {folder}."
-
-        self._context.tasks.begin(
-            "exporting strips of failures",
-            work,
-            lambda words: self._context.notifier.say(words, 10_000),
-            promised=True,
-        )
 
     # ---- following
 

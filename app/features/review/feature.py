@@ -67,8 +67,8 @@ def _commands(session: Session, plot: ErrorCurves) -> list[Command]:
 
 
 def _failure_commands(e: FailureController) -> list[Command]:
-    """Commands of the menus Go and Track, Failures."""
-    go, track = Menu(_GO, e.none_listed).command, Menu("&Track/&Failures", e.none_listed).command
+    """Commands of the menu Go."""
+    go = Menu(_GO, e.none_listed).command
     return [
         go("next_failure", "Next failure", "Go to the worst frame of the next listed failure of "
            "the active run.", partial(e.go, 1), "Shift+N", "next-failure", section=True),
@@ -77,7 +77,4 @@ def _failure_commands(e: FailureController) -> list[Command]:
         go("loop_failure", "Loop failure", "Play the selected failure in a loop, with a few "
            "frames before and after it.", e.toggle_loop, "Shift+Space", "iterate",
            checked=e.looping),
-        track("export_strips", "Export image strips …", "Save the frames of each failure side by "
-              "side, with the model drawn in the lower row, as PNG.",
-              e.ask_for_strips, icon="picture"),
     ]  # fmt: skip

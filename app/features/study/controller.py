@@ -74,7 +74,6 @@ class StudyController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         self._task: Task | None = None
-        self._done: Callable[[Any], None] = lambda _: None
         self._reads = False
         self._content = b""
         self.window: StudyWindow | None = None
@@ -156,12 +155,12 @@ class StudyController(QObject):
 
     def _made(self) -> StudyWindow:
         window = StudyWindow(self._context.docks.dialog_parent)
-        window.open_wanted.connect(self._open_row)
-        window.add_wanted.connect(self._ask_for_folders)
-        window.remove_wanted.connect(self.remove)
-        window.track_wanted.connect(self.track)
-        window.refresh_wanted.connect(self.refresh)
-        window.stop_wanted.connect(self.stop)
+        do: dict[str, Callable[[], object]] = {
+            "open": self._open_row, "track": lambda: self.track(window.chosen()),
+            "refresh": self.refresh, "stop": self.stop, "add": self._ask_for_folders,
+            "remove": lambda: self.remove([row.row.recording for row in window.selected()]),
+        }  # fmt: skip
+        window.wanted.connect(lambda name: do[name]())
         window.form.panel_wanted.connect(self._take_panel)
         window.results.applied.connect(partial(apply_to_panel, self._context))
         return window
@@ -196,8 +195,7 @@ class StudyController(QObject):
         window.show_study(study, rows)
         return True
 
-    @Slot(object)
-    def remove(self, recordings: tuple[str, ...]) -> None:
+    def remove(self, recordings: Sequence[str]) -> None:
         """Take recordings out of the study; their files stay."""
 
         def without(study: Study) -> Study:
@@ -235,8 +233,7 @@ class StudyController(QObject):
 
         def done(listed: Listed) -> None:
             if self.edit(lambda _: listed.study):
-                told = [f"{counted(len(listed.added), 'recording')} added."]
-                window.say(" ".join(told))
+                window.say(f"{counted(len(listed.added), 'recording')} added.")
                 window.select(listed.added)
 
         self._begin("looking for recordings", look, done)
@@ -273,10 +270,9 @@ class StudyController(QObject):
                 cancelled=task.token.cancelled,
             )
 
-        self._begin("reading the study", read, lambda _: None, reads=True)
+        self._begin("reading the study", read, reads=True)
 
-    @Slot(object)
-    def track(self, recordings: tuple[str, ...]) -> None:
+    def track(self, recordings: Sequence[str]) -> None:
         """Track recordings with the settings of the form, in processes of their own."""
         window = self.window
         if window is None or self._busy:
@@ -319,22 +315,29 @@ class StudyController(QObject):
         self,
         title: str,
         work: Callable[[Task], Any],
-        done: Callable[[Any], None],
+        done: Callable[[Any], object] = lambda _: None,
         *,
         reads: bool = False,
     ) -> None:
         """Start the one thing that is done for the study; what was being read is left."""
         self.stop()
-        task = Task(title, work)
-        self._task, self._done, self._reads = task, done, reads
-        task.told.connect(self._on_told)
-        task.progressed.connect(self._on_progress)
-        task.finished.connect(self._on_finished)
-        task.failed.connect(self._on_failed)
-        task.ended.connect(self._on_ended)
-        self._context.tasks.start(task)
+
+        def if_wanted(do: Callable[..., object]) -> Callable[..., None]:
+            """Take what it tells only as long as nothing else was begun."""
+
+            def take(*told: Any) -> None:
+                if self._task is task:
+                    do(*told)
+
+            return take
+
+        task = self._context.tasks.begin(title, work, if_wanted(done), if_wanted(self._tell))
+        self._task, self._reads = task, reads
+        task.told.connect(if_wanted(self._show_rows))
+        task.ended.connect(if_wanted(self._on_ended))
         if self.window is not None and not reads:
             self.window.show_working(title)
+            task.progressed.connect(if_wanted(self._show_progress))
 
     @Slot()
     def stop(self) -> None:
@@ -342,51 +345,34 @@ class StudyController(QObject):
         if self._task is not None:
             self._task.cancel()
 
-    def _is_wanted(self) -> bool:
-        """Whether the task that tells something is the one that was begun last."""
-        return self.sender() is self._task
-
-    @Slot(list)
-    def _on_told(self, rows: list[RowStatus]) -> None:
-        if self.window is not None and self._is_wanted():
+    def _show_rows(self, rows: list[RowStatus]) -> None:
+        if self.window is not None:
             for row in rows:
                 self.window.show_row(row)
 
-    @Slot(float, str)
-    def _on_progress(self, share: float, words: str) -> None:
-        if self.window is not None and self._task is not None and self._busy and self._is_wanted():
+    def _show_progress(self, share: float, words: str) -> None:
+        if self.window is not None and self._task is not None:
             self.window.show_progress(f"{self._task.title.capitalize()}: {words}", share)
 
-    @Slot(object)
-    def _on_finished(self, found: Any) -> None:
-        if self._is_wanted():
-            self._done(found)
-
-    @Slot(object)
-    def _on_failed(self, error: Exception) -> None:
-        if not self._is_wanted():
-            return
+    def _tell(self, error: Exception) -> None:
         if self.window is not None and isinstance(error, InputError):
             self.window.say(str(error), error=True)
         else:
             self._context.notifier.error(error)
 
-    @Slot()
     def _on_ended(self) -> None:
-        if not self._is_wanted():
-            return
         self._task = None
         if self.window is not None:
             self.window.show_working("")
             if not self._reads:
                 self.refresh()
 
-    @Slot(object)
-    def _open_row(self, row: RowStatus) -> None:
-        """Open the project of a row, or its recording if there is none."""
-        if self.window is not None:
-            study = self.window.study
-            self._session.opening.open(study.place(row.row.project or row.row.recording))
+    def _open_row(self) -> None:
+        """Open the project of the selected row, or its recording if there is none."""
+        rows = self.window.selected() if self.window is not None else []
+        if self.window is not None and rows:
+            row, study = rows[0].row, self.window.study
+            self._session.opening.open(study.place(row.project or row.recording))
             self._context.docks.dialog_parent.window().raise_()
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from PySide6.QtCore import (
     QItemSelection,
     QItemSelectionModel,
-    QSortFilterProxyModel,
     Qt,
     Signal,
     Slot,
@@ -30,7 +29,7 @@ from stereotrack_core.study.status import COLUMNS, RowStatus
 
 from ...widgets.forms.form_dialog import line_edit, push_button, say_in
 from ...widgets.style.building import hbox, label, scrolled, thin_progress, vbox
-from ...widgets.tables.table import LEFT, RIGHT, VALUE, Cell, Column, TableModel, new_table
+from ...widgets.tables.table import LEFT, RIGHT, STRETCH, Cell, CellTable, Column
 from .results import ResultsPanel
 from .settings_form import SettingsForm
 
@@ -41,51 +40,22 @@ _UNKNOWN = float("-inf")
 """Value by which unknown cells are sorted: before all numbers."""
 
 
-class _Rows(TableModel[RowStatus]):
-    """Rows of a study."""
-
-    def __init__(self) -> None:
-        super().__init__(cells=self._cells_of_row)
-        self.factors: tuple[str, ...] = ()
-
-    def show_rows(self, factors: tuple[str, ...], rows: list[RowStatus]) -> None:
-        """Show these, with a column for each factor."""
-        self.factors = factors
-        known = (
-            Column(one.label, one.help, align=LEFT if one.name == "views" else RIGHT)
-            for one in COLUMNS
-        )
-        first = Column("recording", "Folder of the recording, relative to the study file.")
-        last = Column("message", "The gravest problem. Select the row to see all of them.")
-        self.show(rows, (first, *(Column(one, _FACTOR_TIP) for one in factors), *known, last))
-
-    def _cells_of_row(self, row: RowStatus) -> list[Cell]:
-        unread, messages = row.frames is None and not row.findings, row.messages
-        told = messages[0] if messages else "not read yet" if unread else ""
-        values = [one.value(row) for one in COLUMNS]
-        return [
-            Cell(row.row.recording, colour="" if row.frames is not None or unread else "error"),
-            *(Cell(row.row.cell(name)) for name in self.factors),
-            *(
-                Cell(one.text(row), value=_UNKNOWN if value is None else value)
-                for one, value in zip(COLUMNS, values, strict=True)
-            ),
-            Cell(told, "\n".join(messages), "muted" if unread else ""),
-        ]
+def _columns(factors: tuple[str, ...]) -> tuple[Column, ...]:
+    """Columns of a study, one for each factor among them."""
+    known = (
+        Column(one.label, one.help, align=LEFT if one.name == "views" else RIGHT) for one in COLUMNS
+    )
+    first = Column("recording", "Folder of the recording, relative to the study file.")
+    told = "The gravest problem. Select the row to see all of them."
+    last = Column("message", told, width=STRETCH)
+    return (first, *(Column(one, _FACTOR_TIP) for one in factors), *known, last)
 
 
 class StudyWindow(QDialog):
-    """Shows one study; says by signals what a person wants."""
+    """Shows one study."""
 
-    open_wanted = Signal(object)
-    """RowStatus to be opened in the workbench."""
-    add_wanted = Signal()
-    remove_wanted = Signal(object)
-    """Tuple of the names of recordings."""
-    track_wanted = Signal(object)
-    """Tuple of the names of recordings."""
-    refresh_wanted = Signal()
-    stop_wanted = Signal()
+    wanted = Signal(str)
+    """A button was pressed: open, track, refresh, stop, add or remove."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -107,16 +77,12 @@ class StudyWindow(QDialog):
         self.show_working("")
 
     def _recordings(self) -> QWidget:
-        self.model, self.proxy = _Rows(), QSortFilterProxyModel(self)
-        self.proxy.setSourceModel(self.model)
-        self.proxy.setSortRole(VALUE)
+        self.view = CellTable("Recordings of the study", (), self._cells, sorts=True, least=200)
+        self.model, self.proxy = self.view.cells, self.view.sorted
         self.proxy.setFilterKeyColumn(-1)
         self.proxy.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        self.view = new_table(self.proxy, "Recordings of the study")
-        self.view.setSortingEnabled(True)
-        self.view.horizontalHeader().setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
-        self.view.horizontalHeader().setSortIndicatorClearable(True)
-        self.view.horizontalHeader().setStretchLastSection(True)
+        self.view.header().setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.view.header().setSortIndicatorClearable(True)
         self.view.selectionModel().selectionChanged.connect(self._show_messages)
         self.filter: QLineEdit = line_edit("Filter", "", "Filter: words that a row shows")
         self.filter.setClearButtonEnabled(True)
@@ -126,37 +92,37 @@ class StudyWindow(QDialog):
         self.messages.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         told = scrolled(self.messages, "Messages about the selected recording")
         told.setMaximumHeight(5 * self.fontMetrics().lineSpacing())
-        self.add_button = push_button("&Add …", self.add_wanted.emit)
-        self.remove_button = push_button("Re&move", self._remove)
+        self.add_button = self._button("&Add …", "add")
+        self.remove_button = self._button("Re&move", "remove")
         page = QWidget()
         top = hbox(self.add_button, self.remove_button, (self.filter, 1), spacing=9)
         page.setLayout(vbox(top, (self.view, 1), (self.empty, 1), told, margins=(6, 6, 6, 6)))
         return page
 
     def _buttons(self) -> QHBoxLayout:
-        self.open_button = push_button("&Open", self._open)
-        self.track_button = push_button("&Track", lambda: self.track_wanted.emit(self.chosen()))
-        self.refresh_button = push_button("Re&fresh", self.refresh_wanted.emit)
-        self.stop_button = push_button("&Stop", self.stop_wanted.emit)
+        self.open_button = self._button("&Open", "open")
+        self.track_button = self._button("&Track", "track")
+        self.refresh_button = self._button("Re&fresh", "refresh")
+        self.stop_button = self._button("&Stop", "stop")
         buttons = (self.refresh_button, self.stop_button)
         return hbox(self.open_button, self.track_button, None, *buttons)
+
+    def _button(self, text: str, name: str) -> QPushButton:
+        return push_button(text, lambda: self.wanted.emit(name))
 
     # ---- what is shown
 
     def show_study(self, study: Study, rows: list[RowStatus]) -> None:
         """Show a study and what is known of its recordings."""
         other, same = study.path != self.study.path, study.settings == self.study.settings
-        same_columns = study.factors == self.study.factors and bool(self.model.columns)
         selected = {row.row.recording for row in self.selected()}
         self.study, self.rows = study, rows
         self.setWindowTitle(f"Study {study.stem}")
-        self.model.show_rows(study.factors, rows)
+        self.view.show_rows(rows, _columns(study.factors))
         self.view.setVisible(bool(rows))
         self.empty.setVisible(not rows)
         if other or not same:
             self.form.show_settings(study.settings)
-        if other or not same_columns:
-            self.view.resizeColumnsToContents()
         self.select(() if other else selected)
         self._hide_unknown()
         self._count()
@@ -192,6 +158,20 @@ class StudyWindow(QDialog):
         _allow(self.add_button, why_not, "Add the recordings in and below folders")
         self.form.setEnabled(not what)
         self._follow_table()
+
+    def _cells(self, row: RowStatus) -> list[Cell]:
+        unread, messages = row.frames is None and not row.findings, row.messages
+        told = messages[0] if messages else "not read yet" if unread else ""
+        values = [one.value(row) for one in COLUMNS]
+        return [
+            Cell(row.row.recording, colour="" if row.frames is not None or unread else "error"),
+            *(Cell(row.row.cell(name)) for name in self.study.factors),
+            *(
+                Cell(one.text(row), value=_UNKNOWN if value is None else value)
+                for one, value in zip(COLUMNS, values, strict=True)
+            ),
+            Cell(told, "\n".join(messages), "muted" if unread else ""),
+        ]
 
     def _hide_unknown(self) -> None:
         """Hide columns that say nothing about any recording."""
@@ -233,8 +213,7 @@ class StudyWindow(QDialog):
 
     def selected(self) -> list[RowStatus]:
         """Rows that are selected."""
-        found = self.view.selectionModel().selectedRows()
-        return [self.rows[k] for k in sorted(self.proxy.mapToSource(one).row() for one in found)]
+        return [self.rows[k] for k in self.view.selected()]
 
     def chosen(self) -> tuple[str, ...]:
         """Recordings that are selected, or all that are shown."""
@@ -253,17 +232,6 @@ class StudyWindow(QDialog):
         flags = QItemSelectionModel.SelectionFlag
         self.view.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
         self._show_messages()
-
-    # ---- what a person does
-
-    @Slot()
-    def _open(self) -> None:
-        rows = self.selected()
-        if rows:
-            self.open_wanted.emit(rows[0])
-
-    def _remove(self) -> None:
-        self.remove_wanted.emit(tuple(row.row.recording for row in self.selected()))
 
 
 def _allow(button: QPushButton, why_not: str, tip: str) -> None:

@@ -189,8 +189,7 @@ class RunsController(QObject):
 
     def _detector_hint(self, facts: RunFacts) -> str:
         """Say that the pose detector would have helped a run; empty where it is installed."""
-        settings = self._session.track.settings
-        wanted = settings.tracking.detector == "auto" and settings.follows_data
+        wanted = self._session.track.settings.uses_detector
         if facts.detector or not wanted or is_installed():
             return ""
         return f"\n{_DETECTOR_HELPS}"

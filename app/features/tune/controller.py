@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple, dataclass
 
 import numpy as np
 from PySide6.QtCore import QObject, Slot
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.stages import acts_without_depth
@@ -24,7 +23,7 @@ from ...widgets.tables.panels import TRIAL_TIP, TrialsPanel, number_cell
 from ...widgets.tables.table import Cell, CellRow
 from .presets import PresetWork
 from .runner import TrialRunner
-from .trials import TrialPresenter, settings_of
+from .trials import TrialPresenter
 
 _TRIAL_BUTTONS = ("trial_use", "trial_run", "trial_adopt", "trial_dismiss")
 _PRESET_BUTTONS = ("preset_save", "preset_load", "preset_export", "preset_delete")
@@ -77,7 +76,6 @@ class TuneController(QObject):
         self.trials.changed.connect(self.show)
         self.trials.grew.connect(self.show_progress)
         self.runner.changed.connect(self.show)
-        self.trials.arrived.connect(session.instant.tell_soon)
         for changed in (session.runs.active_changed, selected, docks.workspace_changed):
             changed.connect(self.runner.make_clouds_soon)
         self.trials.changed.connect(context.actions.refresh_soon)
@@ -190,7 +188,7 @@ class TuneController(QObject):
             base, against = preset("thesis"), "thesis"
         elif self._compared == "run":
             run = self.trials.base()
-            settings = settings_of(run) if run is not None else None
+            settings = run.made_with() if run is not None else None
             if settings is not None:
                 base, against = settings, "run"
         panel.set_settings(track.settings, base, against)
@@ -273,38 +271,6 @@ _ERROR = ("arms °", "torso °", "lost %", "unexpl. %", "untracked")
 _SIGMA = ("arms ± °", "torso ± °", "unexpl. %", "untracked")
 
 
-@dataclass(frozen=True)
-class Summary:
-    """A stretch in numbers; less is better in all of them."""
-
-    arms: float
-    torso: float
-    """`arms` and `torso`: degrees. Mean angle against the reference, or mean standard deviation."""
-    lost: float
-    """Share of the arms' segments that are lost, in percent; NaN without a reference."""
-    unexplained: float
-    """Mean share of the cloud, in percent."""
-    missing: int
-    """Frames that are not tracked."""
-
-
-def summary_of(judgement: Judgement, frames: IntArray | None = None) -> Summary:
-    """Numbers of a run over some frames, or over all that it has."""
-    inside: BoolArray = np.ones(len(judgement.frame), dtype=np.bool_)
-    if frames is not None:
-        inside = np.isin(judgement.frame, frames)
-    arms = np.array([v[inside] for limb, v in judgement.limbs.items() if "arm" in limb])
-    known = arms[np.isfinite(arms)]
-    against = judgement.measure == "error"
-    return Summary(
-        arms=_mean(known),
-        torso=_mean(judgement.limbs["torso"][inside]),
-        lost=100.0 * _mean((known > LOST_DEG).astype(np.float64)) if against else float("nan"),
-        unexplained=100.0 * _mean(judgement.unexplained_fraction[inside]),
-        missing=int(np.count_nonzero(~judgement.tracked[inside])),
-    )
-
-
 def trial_table(
     run: RunEntry | None,
     trials: Sequence[RunEntry],
@@ -357,11 +323,24 @@ def _two_lines(entry: RunEntry, *, is_run: bool) -> str:
 
 
 def _values(judgement: Judgement | None, frames: IntArray, truth: bool) -> tuple[float, ...]:
-    """Numbers over some frames in the order of the headings; NaN where nothing is known."""
+    """Means over some frames in the order of the headings, of which less is better.
+
+    Degrees of arms and torso, the share of the arms' segments that are lost (with a reference), the
+    share of the cloud that is not explained, and frames without a pose; NaN where nothing is known.
+    """
     if judgement is None or not len(frames):
         return (float("nan"),) * len(_ERROR if truth else _SIGMA)
-    arms, torso, lost, *others = map(float, astuple(summary_of(judgement, frames)))
-    return (arms, torso, *([lost] if truth else []), *others)
+    inside = np.isin(judgement.frame, frames)
+    arms = np.array([v[inside] for limb, v in judgement.limbs.items() if "arm" in limb])
+    known = arms[np.isfinite(arms)]
+    lost = 100.0 * _mean((known > LOST_DEG).astype(np.float64))
+    return (
+        _mean(known),
+        _mean(judgement.limbs["torso"][inside]),
+        *([lost] if truth else []),
+        100.0 * _mean(judgement.unexplained_fraction[inside]),
+        float(np.count_nonzero(~judgement.tracked[inside])),
+    )
 
 
 def _frames(judgement: Judgement | None) -> IntArray:

@@ -26,42 +26,6 @@ from ...session.session import Session
 _PAUSE_MS = 400
 
 
-class Tracked(QObject):
-    """A trial that is tracked; its entry gets the frames."""
-
-    grown = Signal(object)
-    """Numbers of the frames that have come, some of them again."""
-    ended = Signal()
-    """Nothing more comes; why it failed, if it did, the window has told."""
-
-    def __init__(self, entry: RunEntry, trial: Trial, task: Task) -> None:
-        super().__init__()
-        self._entry, self._count, self._task = entry, len(trial.stretch), task
-        self._task.told.connect(self._take)
-        self._task.ended.connect(self.ended)
-
-    def cancel(self) -> None:
-        """Say that it is no longer wanted: nothing more is told of it. Returns at once."""
-        self.blockSignals(True)
-        self._task.told.disconnect(self._take)
-        self._task.cancel()
-
-    @Slot(list)
-    def _take(self, words: list[Any]) -> None:
-        entry, grown = self._entry, list[int]()
-        for word in words:
-            match word:
-                case TrialBegun():
-                    entry.body, entry.origin = word.body, word.origin
-                case TrialFrame():
-                    entry.wall_seconds = word.seconds
-                    entry.frames[word.frame.frame] = word.frame
-                    grown.append(word.frame.frame)
-        if grown:
-            self._task.report(len(entry.frames) / self._count)
-            self.grown.emit(grown)
-
-
 class TrialRunner(QObject):
     """Has trials tracked in the process, and knows what that keeps for the next ones.
 
@@ -77,6 +41,10 @@ class TrialRunner(QObject):
 
     changed = Signal()
     """More is kept than before."""
+    grown = Signal(object, object)
+    """An entry and the numbers of the frames that have come, some of them again."""
+    ended = Signal(object)
+    """An entry of which nothing more comes; why it failed, if it did, the window has told."""
 
     def __init__(
         self, session: Session, tasks: TaskList, wanted: Callable[[], Trial | None]
@@ -96,15 +64,38 @@ class TrialRunner(QObject):
         deep = any(view.kind != "mono" for view in views)
         self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"), deep)
 
-    def track(self, title: str, entry: RunEntry, trial: Trial) -> Tracked:
-        """Have a trial tracked, when the one before has ended; its entry gets the frames."""
+    def track(self, title: str, entry: RunEntry, trial: Trial) -> Task:
+        """Have a trial tracked, when the one before has ended; its entry gets the frames.
+
+        Of a task that is cancelled nothing more is told.
+        """
         self.cancel()
         kept = self._session.kept
         assert kept is not None  # noqa: S101 - there are no trials without
         todo, process = TrackTrials(kept, (trial,)), self._session.processes.trials
         task = self._tasks.begin(title, lambda task: process(todo, task.tell, task.token.cancelled))
         task.told.connect(partial(self._remember, kept))
-        return Tracked(entry, trial, task)
+        task.told.connect(partial(self._take, entry, task))
+        task.ended.connect(partial(self._end, entry, task))
+        return task
+
+    def _take(self, entry: RunEntry, task: Task, words: list[Any]) -> None:
+        grown = list[int]()
+        for word in words if not task.token.cancelled() else ():
+            match word:
+                case TrialBegun():
+                    entry.body, entry.origin = word.body, word.origin
+                case TrialFrame():
+                    entry.wall_seconds = word.seconds
+                    entry.frames[word.frame.frame] = word.frame
+                    grown.append(word.frame.frame)
+        if grown:
+            task.report(len(entry.frames) / len(entry.wanted))
+            self.grown.emit(entry, grown)
+
+    def _end(self, entry: RunEntry, task: Task) -> None:
+        if not task.token.cancelled():
+            self.ended.emit(entry)
 
     @Slot()
     def make_clouds_soon(self, _what: object = None) -> None:

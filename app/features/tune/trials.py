@@ -18,9 +18,10 @@ from stereotrack_core.tracking.stored import began_of, shape_of_meta
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
 from stereotrack_core.tracking.tuning.trial import Start, Trial, start_before
 
+from ...services.tasks.task import Task
 from ...session.runs import RunEntry
 from ...session.session import Session
-from .runner import Tracked, TrialRunner
+from .runner import TrialRunner
 
 _PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
@@ -41,8 +42,6 @@ class TrialPresenter(QObject):
         Whether a change is tried at once.
     """
 
-    arrived = Signal()
-    """A trial has the frame that is shown."""
     changed = Signal()
     """What is said of the trials is different."""
     grew = Signal()
@@ -54,11 +53,13 @@ class TrialPresenter(QObject):
         self._runner, self._stretch = runner, stretch
         self.live = True
         self.running: RunEntry | None = None
-        self._trials: Tracked | None = None
+        self._task: Task | None = None
         self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self.run)
         self._runs.changed.connect(self._on_runs)
+        runner.grown.connect(self._on_grown)
+        runner.ended.connect(self._on_ended)
 
     # ---- facts
 
@@ -74,16 +75,17 @@ class TrialPresenter(QObject):
 
     def settled(self) -> bool:
         """Whether everything that was changed has been tried."""
-        return self._trials is None and not self.waits
+        return self._task is None and not self.waits
 
     def base(self) -> RunEntry | None:
         """The run that trials are compared with; None where there is none."""
         entry = self._runs.active
         return entry if entry is not None and entry.frames else None
 
-    def trial(self, settings: Settings, preset: str) -> Trial | None:
-        """The trial of the stretch with these settings; None where there is nothing to track."""
+    def wanted(self) -> Trial | None:
+        """What would be tried now; None where there is nothing to track."""
         stretch, base = self._stretch(), self.base()
+        settings, preset = self._session.track.settings, self._session.track.preset
         if self._session.not_tried() or not len(stretch):
             return None
         seen = self._session.keypoints.for_trial(settings, stretch)
@@ -93,10 +95,6 @@ class TrialPresenter(QObject):
         kept = self._session.kept
         views = () if kept is None else kept.views
         return Trial(spec) if base is None else _trial_beside(base, made, spec, views)
-
-    def wanted(self) -> Trial | None:
-        """What would be tried now; None where there is nothing to track."""
-        return self.trial(self._session.track.settings, self._session.track.preset)
 
     def words(self) -> str:
         """What is being tracked, or what a further trial would compute."""
@@ -130,11 +128,16 @@ class TrialPresenter(QObject):
     @Slot()
     def run(self) -> None:
         """Track the stretch with the settings as they are."""
-        entry = self._next()
-        if entry is not None:  # without a run to compare with it is the first one
+        self.cancel()
+        trial = self.wanted()
+        if trial is not None and not self._known(trial):
+            entry = self._new_entry(trial)
+            # without a run to compare with it is the first one
             self._runs.add(entry, active=self._runs.active is None)
-            self._begin(entry)
-            self.changed.emit()
+            self.running = entry
+            title = f"tracking the trial {entry.name}"
+            self._task = self._runner.track(title, entry, trial)
+        self.changed.emit()
 
     def cancel(self) -> None:
         """End the trial in progress, and forget it."""
@@ -168,29 +171,12 @@ class TrialPresenter(QObject):
 
     # ---- inside
 
-    def _begin(self, entry: RunEntry) -> None:
-        self.cancel()
-        self.running = entry
-        title = f"tracking the trial {entry.name}"
-        self._trials = self._runner.track(title, entry, self._made[entry])
-        self._trials.grown.connect(self._on_grown)
-        self._trials.ended.connect(self._on_ended)
-
-    def _next(self) -> RunEntry | None:
-        """A new trial with the settings as they are; None where there is one already."""
-        self.cancel()
-        trial = self.wanted()
-        if trial is None or self._known(trial):
-            self.changed.emit()
-            return None
-        return self._new_entry(trial)
-
     def _known(self, trial: Trial) -> str:
         """Which run has these settings already, as a sentence; empty where none has."""
         base = self.base()
         if base is None:
             return ""
-        if settings_of(base) == trial.settings:
+        if base.made_with() == trial.settings:
             return "These are the settings of the run. Change a parameter to see its effect."
         for entry in self._runs.entries:
             if entry is self.running or entry not in self._made or entry.kind != "trial":
@@ -206,7 +192,7 @@ class TrialPresenter(QObject):
             entry = entry_of(self._session, self._runs.next_name(as_run), trial)
             entry.kind = "run"
         else:
-            own = settings_of(base)
+            own = base.made_with()
             changes = changes_in_words(own, trial.settings) if own is not None else ""
             name = self._runs.free_name(changes or as_run)
             entry = entry_of(self._session, name, trial)
@@ -216,10 +202,10 @@ class TrialPresenter(QObject):
     def _leave(self) -> RunEntry | None:
         """Want no more of the trial in progress; its entry."""
         self._pause.stop()
-        trials, entry = self._trials, self.running
-        self._trials = self.running = None
-        if trials is not None:
-            trials.cancel()
+        task, entry = self._task, self.running
+        self._task = self.running = None
+        if task is not None:
+            task.cancel()
         return entry
 
     @Slot()
@@ -229,23 +215,23 @@ class TrialPresenter(QObject):
             self._leave()
         self.changed.emit()
 
-    @Slot(object)
-    def _on_grown(self, frames: list[int]) -> None:
+    @Slot(object, object)
+    def _on_grown(self, entry: RunEntry, frames: list[int]) -> None:
         if self._session.document.frame in frames:
-            self.arrived.emit()
-        if self.running is not None and len(self.running.frames) == len(frames):
+            self._session.instant.tell_soon()
+        if len(entry.frames) == len(frames):
             # the first frame is shown at once, those after it now and then
             self._session.judging.judge()
         self._runs.grew.emit()
         self.grew.emit()
 
-    @Slot()
-    def _on_ended(self) -> None:
-        entry = self._leave()
-        if entry is not None and entry.frames:
+    @Slot(object)
+    def _on_ended(self, entry: RunEntry) -> None:
+        self._leave()
+        if entry.frames:
             self._session.edits.close_last()  # who changes a value again may want this one back
             self._session.judging.judge()
-        elif entry is not None:
+        else:
             self._runs.remove(entry)
         self.changed.emit()
 
@@ -296,7 +282,7 @@ def _starts_alike(trial: Trial, other: Trial) -> bool:
 
 def _body_of(run: RunEntry, settings: Settings) -> tuple[BodyShape | None, Proportions | None]:
     """Shape and lengths that a run found, if these settings would find them again."""
-    own, shape = settings_of(run), None
+    own, shape = run.made_with(), None
     if own is None or stage_key(own, Stage.SHAPE) != stage_key(settings, Stage.SHAPE):
         return None, None
     if run.origin is not None:
@@ -316,7 +302,6 @@ def _unlike(
         return ("The run does not state how it was made.",)
     used = {
         "clicks": known.clicks or stored.get("clicks"),
-        "detections between frames": known.detections or stored.get("detections"),
         "colours": known.colour and p.wants_colour,
     }
     found = [f"The run used {name}; trials do not." for name, there in used.items() if there]
@@ -331,12 +316,6 @@ def _unlike(
     if not from_first and p.matching == "model_to_data" and p.sampling == "random":
         found.append("The run had drawn other random points by then.")
     return tuple(found)
-
-
-def settings_of(run: RunEntry) -> Settings | None:
-    """Settings of a run; None where a file of another version does not say."""
-    known = run.spec() if run.settings is None else None
-    return run.settings if known is None else known.settings
 
 
 def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.task_process import TaskProcess
+from stereotrack_core.worker_processes import TaskProcess
 
 
 class WorkThread(threading.Thread):

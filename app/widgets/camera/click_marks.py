@@ -71,14 +71,6 @@ class PredictionMark:
     """Whether it is within the limit of sigma up to which predictions are accepted."""
 
 
-@dataclass(frozen=True)
-class TrailMark:
-    """Where a landmark was in the frames clicked before, the last one last; raw pixels."""
-
-    colour: str
-    points: tuple[tuple[float, float], ...]
-
-
 @dataclass(frozen=True, eq=False)
 class CurveMark:
     """Where a landmark that was clicked in another view can be; (K, 2) raw pixels."""
@@ -144,8 +136,6 @@ class ClickMarks:
     """Labels of landmarks that are proposed as outside, as in the nearest clicked frames."""
     offer: Offer = Offer()
     """What the next click does."""
-    trails: tuple[TrailMark, ...] = ()
-    """Paths of the landmarks over the frames before."""
 
     def key(self, landmark: str) -> ClickKey:
         """Of a landmark's click in this picture."""

@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
 from ..style.colours import LIMB_COLOURS, OLD
-from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark, TrailMark
+from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
 
 DOT = 4.5
 RING = 10.0
@@ -42,7 +42,6 @@ def paint_marks(
     if "residuals" in shown:
         _paint_residuals(painter, marks.residuals, to_widget)
     if "predictions" in shown:
-        _paint_trails(painter, marks.trails, to_widget)
         _paint_predictions(painter, marks.predictions, to_widget)
     names = _Names(painter, bounds)
     if "clicks" in shown:
@@ -312,19 +311,6 @@ def _paint_diamond(painter: QPainter, place: QPointF, size: float, *pens: QPen) 
     for pen in pens:
         painter.setPen(pen)
         painter.drawPolygon(diamond)
-
-
-def _paint_trails(painter: QPainter, trails: Sequence[TrailMark], to_widget: QTransform) -> None:
-    """The last frame's landmarks as faint rings, and how they have come there."""
-    for trail in trails:
-        line = [to_widget.map(QPointF(*point)) for point in trail.points]
-        colour = QColor(trail.colour)
-        colour.setAlphaF(0.55)
-        painter.setPen(QPen(colour, 1.4))
-        painter.drawPolyline(QPolygonF(line))
-        for place in line[:-1]:
-            painter.drawEllipse(place, 1.5, 1.5)
-        painter.drawEllipse(line[-1], DOT, DOT)
 
 
 def _paint_curves(painter: QPainter, curves: Sequence[CurveMark], to_widget: QTransform) -> None:

@@ -6,23 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import (
-    QHeaderView,
     QListWidget,
     QListWidgetItem,
     QScrollArea,
     QSplitter,
     QStackedLayout,
-    QTableView,
     QWidget,
 )
 
 from ..style.building import ElidedLabel, action_button, hbox, label, vbox
 from ..style.colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
-from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
-from .step_plots import HeatMap, HeatMapView
+from ..tables.table import LEFT, RIGHT, STRETCH, Cell, Column, PlainTable
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,6 @@ class StepContent:
     """One or two plain sentences."""
     source: str
     """Where the thesis has it, or what it takes the place of."""
-    map: HeatMap | None = None
     tables: tuple[Table, ...] = ()
 
 
@@ -178,98 +174,34 @@ class StepPage(QScrollArea):
         self.title, self.words, self.source = label("", "heading"), label(), label("", "muted")
         for text in (self.title, self.words, self.source):
             text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.tables = [InsideTable()]
-        self.heat = HeatMapView()
-        self.pointed = label("", "muted")
-        self.pointed.setMinimumHeight(2 * self.fontMetrics().height() + 2)
-        self.pointed.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.heat.pointed.connect(self._on_pointed)
-        first, page = self.tables[0], QWidget()
-        words = (self.title, self.words, self.source, first.title, first)
-        self._column = vbox(*words, self.pointed, self.heat, None, margins=(6, 4, 4, 8), spacing=4)
+        self.tables: list[PlainTable] = []
+        self._column = vbox(
+            self.title, self.words, self.source, None, margins=(6, 4, 4, 8), spacing=4
+        )
+        page = QWidget()
         page.setLayout(self._column)
         self.setWidget(page)
-        self._shown: StepContent | None = None
 
     def show_content(self, content: StepContent) -> None:
         """Show another step."""
-        before, self._shown = self._shown, content
+        if self.title.text() != content.title:
+            self.verticalScrollBar().setValue(0)
         self.title.setText(content.title)
         self.words.setText(content.words)
         self.source.setText(content.source)
-        for each in (self.heat, self.pointed):
-            each.setVisible(content.map is not None)
-        self.heat.show_map(content.map)
-        self._show_tables(content)
-        if before is None or before.title != content.title:
-            self.verticalScrollBar().setValue(0)
-
-    def _on_pointed(self, words: str) -> None:
-        self.pointed.setText(words or "Point at the matrix to read its values.")
-
-    def _show_tables(self, content: StepContent) -> None:
         while len(self.tables) < len(content.tables):
-            table = InsideTable()
-            self.tables.append(table)
-            for part in (table.title, table):
-                self._column.insertWidget(self._column.count() - 1, part)
-        for index, table in enumerate(self.tables):
-            there = index < len(content.tables)
-            table.title.setVisible(there)
-            table.setVisible(there)
-            if there:
-                table.show_table(content.tables[index])
-
-
-_NARROWEST_WORDS = 72
-
-
-class InsideTable(QTableView):
-    """A table that is as high as its rows and scrolls with the page, not by itself."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.title = label("", "muted", margins=(0, 4, 0, 0))
-        self._rows: TableModel[Sequence[Cell]] = TableModel((), lambda cells: cells)
-        self.setModel(self._rows)
-        dress_table(self, "Numbers of the step", room=5)
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names differ at their ends
-        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.horizontalHeader().setMinimumSectionSize(24)
-        self.horizontalHeader().setStyleSheet("QHeaderView::section { padding: 2px 5px; }")
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        event.ignore()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        """Give words the room that numbers leave, and be as high as all rows."""
-        header = self.horizontalHeader()
-        if not header.count():
-            return
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        left = self.viewport().width() - header.length() + header.sectionSize(0)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
-        header.resizeSection(0, max(left, _NARROWEST_WORDS))
-        rows = self.verticalHeader().length() + header.sizeHint().height()
-        bar = self.horizontalScrollBar()
-        under = bar.sizeHint().height() if header.length() > self.width() else 0
-        self.setFixedHeight(rows + under + 4)
-
-    def show_table(self, shown: Table) -> None:
-        """Show other rows."""
-        self.title.setText(shown.title)
-        self.setAccessibleName(shown.title)
-        tips = shown.tips or shown.headings
-        columns = [
-            Column(heading, tip, RIGHT if place else LEFT)
-            for place, (heading, tip) in enumerate(zip(shown.headings, tips, strict=True))
-        ]
-        self._rows.show([_cells(shown, row) for row in range(len(shown.rows))], columns)
-        self._fit()
+            self.tables.append(PlainTable("Numbers of the step", most=1000, role="muted"))
+            self._column.insertWidget(self._column.count() - 1, self.tables[-1])
+        for table in self.tables[len(content.tables) :]:
+            table.hide()
+        for table, shown in zip(self.tables, content.tables, strict=False):
+            tips = shown.tips or shown.headings
+            columns = [
+                Column(heading, tip, RIGHT if place else LEFT, width=0 if place else STRETCH)
+                for place, (heading, tip) in enumerate(zip(shown.headings, tips, strict=True))
+            ]
+            rows = [_cells(shown, row) for row in range(len(shown.rows))]
+            table.show_cells(shown.title, columns, rows)
 
 
 def _cells(shown: Table, row: int) -> Sequence[Cell]:

@@ -13,7 +13,6 @@ from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 
 from .building import shortened
-from .theme import Theme
 
 LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot", "reference"]
 
@@ -74,7 +73,6 @@ def paint_runs_legend(
     painter.restore()
 
 
-_LOW, _HIGH = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
 _LOW_ON_DARK, _HIGH_ON_DARK = (0x3A, 0xA6, 0xF0), (0xFF, 0x8A, 0x2B)
 _PALE = (0xD2, 0xD2, 0xD2)
 
@@ -83,14 +81,6 @@ FULL_RESIDUAL = 0.06
 
 SHADES = 9
 """Shades that residuals are drawn in."""
-
-
-def diverging_rgb(values: FloatArray, theme: Theme) -> ImageArray:
-    """Colours (..., 3) of values from -1 to 1; what is not known is as the background."""
-    base = QColor(theme.base)
-    neutral = (base.red(), base.green(), base.blue())
-    low, high = (_LOW_ON_DARK, _HIGH_ON_DARK) if theme.is_dark else (_LOW, _HIGH)
-    return _mixed(np.nan_to_num(values), low, neutral, high)
 
 
 def shade_colours() -> tuple[str, ...]:

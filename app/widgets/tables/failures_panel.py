@@ -6,25 +6,9 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 import numpy as np
-from PySide6.QtCore import (
-    QModelIndex,
-    QSignalBlocker,
-    QSize,
-    QSortFilterProxyModel,
-    Qt,
-    Signal,
-    Slot,
-)
-from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
-from PySide6.QtWidgets import (
-    QComboBox,
-    QFrame,
-    QScrollArea,
-    QSizePolicy,
-    QSplitter,
-    QTreeView,
-    QWidget,
-)
+from PySide6.QtCore import QSignalBlocker, Qt, QUrl, Signal, Slot
+from PySide6.QtGui import QImage, QResizeEvent, QTextDocument
+from PySide6.QtWidgets import QComboBox, QSplitter, QTextBrowser, QWidget
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.evaluation.failure_segments.segment import (
@@ -37,7 +21,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 
 from ..style.building import choice, hbox, label, vbox
 from ..style.colours import LIMB_COLOURS, limb_words
-from .table import RIGHT, VALUE, Cell, Column, TableModel, dress_list
+from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _NONE = (
     "Select a failure to see the evidence for its cause. Press Enter to go to its worst frame; "
@@ -45,123 +29,85 @@ _NONE = (
 )
 _STRENGTH = "Evidence for causes, the strongest first. The bars show how strong it is."
 _BAR = 8
+_PICTURE = "picture"
 
 
-class EvidenceView(QScrollArea):
+class EvidenceView(QTextBrowser):
     """A heading, a line for each piece of evidence, and a picture as wide as there is room."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setAccessibleName("Evidence")
-        self.setWidgetResizable(True)
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFrameShape(QTextBrowser.Shape.NoFrame)
+        # the room for the picture must not depend on whether there is a bar
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.setMinimumHeight(80)
-        self.heading, self.label = label(_NONE), label()
-        for text in (self.heading, self.label):
-            text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.label.setTextFormat(Qt.TextFormat.RichText)
-        self.picture = ScaledPicture()
-        inside = QWidget()
-        parts = (self.heading, self.label, self.picture)
-        inside.setLayout(vbox(*parts, None, margins=(8, 6, 8, 6), spacing=6))
-        self.setWidget(inside)
+        self._words = ""
+        self.picture = QImage()
+        """Before, worst and after."""
+        self.show_words("", None)
 
     def show_words(self, heading: str, verdict: Verdict | None) -> None:
         """Show what is known of a failure and of its causes; without a verdict none is chosen."""
-        self.heading.setText(heading or _NONE)
-        self.label.setVisible(verdict is not None)
-        lines = [f"<p style='margin:0 0 2px 0'>{_STRENGTH}</p>"] if _has_evidence(verdict) else []
-        for one in verdict.evidence if verdict is not None else ():
+        evidence = verdict.evidence if verdict is not None else ()
+        lines = [escape(heading or _NONE)]
+        if verdict is not None:
+            lines.append(_STRENGTH if evidence else "No evidence for a cause.")
+        for one in evidence:
             full = round(_BAR * min(max(one.strength, 0.0), 1.0))
             bar = "█" * full + "░" * (_BAR - full)
             cause = escape(CAUSE_WORDS[one.cause])
             name = f"<b>{cause}</b>" if verdict and one.cause == verdict.cause else cause
-            lines.append(
-                f"<p style='margin:0 0 2px 0'><span style='font-family:monospace'>{bar}</span> "
-                f"{name}: {escape(one.words)}</p>"
-            )
-        if verdict is not None and not lines:
-            lines.append("<p style='margin:0'>No evidence for a cause.</p>")
-        self.label.setText("".join(lines))
+            lines.append(f"<tt>{bar}</tt> {name}: {escape(one.words)}")
+        self._words = "".join(f"<p style='margin:0 0 4px 0'>{line}</p>" for line in lines)
+        self._write()
 
     def show_picture(self, pixels: ImageArray | None) -> None:
         """Show a picture (H, W, 3) BGR, or none."""
-        self.picture.show_pixels(pixels)
-
-
-class ScaledPicture(QWidget):
-    """A picture in its own proportions, as wide as the widget, never enlarged."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._whole, self._scaled = QPixmap(), QPixmap()
-        # As a function of the width: a height that followed the present width would let a scroll
-        # bar come, which makes it narrower and lower, and go, without an end.
-        policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        policy.setHeightForWidth(True)
-        self.setSizePolicy(policy)
-        self.setAccessibleName("Before, worst and after")
-
-    @property
-    def shown(self) -> QSize:
-        """Size of the picture that is shown; empty without one."""
-        return self._whole.size()
-
-    def show_pixels(self, pixels: ImageArray | None) -> None:
-        """Show a picture (H, W, 3) BGR, or none."""
-        self._whole = self._scaled = QPixmap()
+        self.picture = QImage()
         if pixels is not None:
             whole = np.ascontiguousarray(pixels)
             height, width = whole.shape[:2]
-            image = QImage(whole.data, width, height, 3 * width, QImage.Format.Format_BGR888)
-            self._whole = QPixmap.fromImage(image)
-        self.updateGeometry()
-        self.update()
+            form = QImage.Format.Format_BGR888
+            self.picture = QImage(whole.data, width, height, 3 * width, form).copy()
+        self._write()
 
-    def hasHeightForWidth(self) -> bool:
-        return True
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._write()
 
-    def heightForWidth(self, width: int) -> int:
-        return self._size_at(width).height()
-
-    def sizeHint(self) -> QSize:
-        return self.shown
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        size = self._size_at(self.width())
-        if size.isEmpty():
-            return
-        ratio = self.devicePixelRatioF()
-        wanted = size * ratio
-        if self._scaled.size() != wanted:
-            self._scaled = self._whole.scaled(
-                wanted, mode=Qt.TransformationMode.SmoothTransformation
-            )
-            self._scaled.setDevicePixelRatio(ratio)
-        QPainter(self).drawPixmap(0, 0, self._scaled)
-
-    def _size_at(self, width: int) -> QSize:
-        room = QSize(min(width, self._whole.width()), self._whole.height())
-        return self._whole.size().scaled(room, Qt.AspectRatioMode.KeepAspectRatio)
+    def _write(self) -> None:
+        room = self.viewport().width() - 2 * round(self.document().documentMargin())
+        width = min(room, self.picture.width())
+        html = self._words
+        if width > 0:
+            smooth = Qt.TransformationMode.SmoothTransformation
+            shown = self.picture.scaledToWidth(round(width * self.devicePixelRatioF()), smooth)
+            kind = QTextDocument.ResourceType.ImageResource
+            self.document().addResource(kind.value, QUrl(_PICTURE), shown)
+            html += f"<img src='{_PICTURE}' width='{width}'>"
+        self.setHtml(html)
 
 
 _PEAKS = {
-    "error": Column("Error °", "Largest error of a limb; found with the reference.", RIGHT),
+    "error": Column(
+        "Error °", "Largest error of a limb; found with the reference.", RIGHT, width=54
+    ),
     "chance": Column(
-        "Prob. %", "Largest failure probability of a limb; found without the reference.", RIGHT
+        "Prob. %",
+        "Largest failure probability of a limb; found without the reference.",
+        RIGHT,
+        width=54,
     ),
 }
 """Columns of the peak, by its measure: none mixes units."""
 _COLUMNS = (
-    Column("Frames", "First and last frame"),
+    Column("Frames", "First and last frame", width=78),
     Column("Limbs", "Limbs that fail"),
     *_PEAKS.values(),
-    Column("Probable cause", "The cause that most of the evidence speaks for"),
-    Column("Conf. %", "Confidence in the cause: its share of all evidence", RIGHT),
+    Column("Probable cause", "The cause that most of the evidence speaks for", width=STRETCH),
+    Column("Conf. %", "Confidence in the cause: its share of all evidence", RIGHT, width=54),
 )
-_WIDEST = ("0000–0000", "", "Error °", "Prob. %", "", "Conf. %")
-"""What a column has room for; those without share the rest."""
 
 
 class FailuresPanel(QWidget):
@@ -186,10 +132,6 @@ class FailuresPanel(QWidget):
             box.currentIndexChanged.connect(self._on_filter)
         self.words = label("", "muted", margins=(8, 0, 8, 0))
         self._fps = 1.0
-        self.model: TableModel[FailureSegment] = TableModel(_COLUMNS, self._cells)
-        self.sorted = QSortFilterProxyModel(self)
-        self.sorted.setSourceModel(self.model)
-        self.sorted.setSortRole(VALUE)
         self.tree = self._tree()
         self.evidence = EvidenceView()
         both = QSplitter(Qt.Orientation.Vertical)
@@ -202,22 +144,15 @@ class FailuresPanel(QWidget):
         self.setLayout(vbox(filters, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
         self.show_rows((), 1.0, -1, "")
 
-    def _tree(self) -> QTreeView:
-        tree = QTreeView()
-        tree.setModel(self.sorted)
-        tree.setSortingEnabled(True)
+    def _tree(self) -> CellTable:
+        tree = CellTable("Failures", _COLUMNS, self._cells, least=100, sorts=True)
         tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
+        tree.setSelectionMode(CellTable.SelectionMode.SingleSelection)
         tree.setMinimumHeight(56)
-        tree.header().setMinimumSectionSize(36)
-        tree.header().setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
-        room = tree.fontMetrics().horizontalAdvance
-        # Qt would leave room for a sign of sorting in each of them
-        widths = [room(widest) + 14 if widest else None for widest in _WIDEST]
-        dress_list(tree, "Failures", widths)
         tree.selectionModel().currentRowChanged.connect(
-            lambda index: self.chosen.emit(self._place(index))
+            lambda index: self.chosen.emit(tree.place_of(index))
         )
-        tree.activated.connect(lambda index: self.activated.emit(self._place(index)))
+        tree.activated.connect(lambda index: self.activated.emit(tree.place_of(index)))
         return tree
 
     # ---- what is shown
@@ -241,28 +176,28 @@ class FailuresPanel(QWidget):
         """Show these, one of them `chosen` or -1; `words` are said about all of them."""
         self.words.setText(words)
         self.words.setVisible(bool(words))
-        if (tuple(failures), fps) != (self.model.rows, self._fps):
+        if (tuple(failures), fps) != (self.tree.cells.rows, self._fps):
             self._fps = fps
             with QSignalBlocker(self.tree.selectionModel()):
-                self.model.show(tuple(failures))
+                self.tree.show_rows(tuple(failures))
             self._fit_tree()
         self.choose(chosen)
 
     def _fit_tree(self) -> None:
         """Let the list be as high as its rows, so that the evidence has the rest."""
-        rows = max(len(self.model.rows), 1) + 1  # one spare: more may come
+        rows = max(len(self.tree.cells.rows), 1) + 1  # one spare: more may come
         row = max(self.tree.sizeHintForRow(0), self.tree.fontMetrics().height() + 2)
         self.tree.setMaximumHeight(self.tree.header().sizeHint().height() + rows * row)
 
     def choose(self, place: int) -> None:
         """Choose a row without a signal."""
-        index = self.sorted.mapFromSource(self.model.index(place, 0))
+        index = self.tree.sorted.mapFromSource(self.tree.cells.index(place, 0))
         with QSignalBlocker(self.tree.selectionModel()):
             self.tree.setCurrentIndex(index)
             self.tree.scrollTo(index)
         self.tree.viewport().update()
         if index.isValid():
-            failure = self.model.rows[place]
+            failure = self.tree.cells.rows[place]
             self.evidence.show_words(_heading(failure, self._fps), failure.verdict)
         else:
             self.evidence.show_words("", None)
@@ -292,14 +227,6 @@ class FailuresPanel(QWidget):
     @Slot()
     def _on_filter(self) -> None:
         self.filtered.emit(*(str(box.currentData() or "") for box in self._boxes))
-
-    def _place(self, index: QModelIndex) -> int:
-        """Place of a row in what was handed on."""
-        return self.sorted.mapToSource(index).row()
-
-
-def _has_evidence(verdict: Verdict | None) -> bool:
-    return verdict is not None and bool(verdict.evidence)
 
 
 def _heading(failure: FailureSegment, fps: float) -> str:

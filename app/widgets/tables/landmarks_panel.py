@@ -7,29 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import (
-    QItemSelectionModel,
-    QModelIndex,
-    QPointF,
-    QRect,
-    QSignalBlocker,
-    QSize,
-    Qt,
-    Signal,
-)
+from PySide6.QtCore import QModelIndex, QPointF, QRect, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPalette, QPen
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QStyle,
-    QStyleOptionViewItem,
-    QTableView,
-    QWidget,
-)
+from PySide6.QtWidgets import QStyle, QStyleOptionViewItem, QWidget
 
 from ..style.building import vbox
 from ..style.theme import current_theme
-from .table import RIGHT, Cell, Column, Index, RowDelegate, TableModel, new_table
+from .table import RIGHT, STRETCH, Cell, CellTable, Column, Index, RowDelegate
 
 CellState: TypeAlias = Literal["clicked", "guessed", "doubted", "outside", "predicted", "missing"]
 
@@ -44,7 +28,7 @@ CELL_WORDS: dict[CellState, str] = {
 """States of a landmark in one camera, in words."""
 
 _KEY, _LABEL = 0, 1
-_FIRST_CAMERA = 2
+_NUMBER = 50
 
 
 @dataclass(frozen=True)
@@ -76,14 +60,10 @@ class LandmarksPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._cameras: Sequence[str] = ()
-        self._model: TableModel[LandmarkRow] = TableModel((), self._cells)
-        self.table = new_table(self._model, "Landmarks", room=5)
-        self.table.setItemDelegate(_Marks(self._model, self.table))
+        self.table = CellTable("Landmarks", (), self._cells)
+        self.table.setItemDelegate(_Marks(self.table))
         self.table.setAlternatingRowColors(False)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        header = self.table.horizontalHeader()
-        header.setMinimumSectionSize(24)
-        header.setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
+        self.table.setSelectionMode(CellTable.SelectionMode.SingleSelection)
         self.setLayout(vbox(self.table))
         self.table.selectionModel().currentRowChanged.connect(self._on_row)
         self.table.pressed.connect(self._on_row)  # also the row that is chosen already
@@ -91,18 +71,11 @@ class LandmarksPanel(QWidget):
     def show_rows(self, cameras: Sequence[str], rows: Sequence[LandmarkRow]) -> None:
         """Show the landmarks; `cameras` are the headings of their cells."""
         self._cameras = cameras
-        columns = _columns(cameras)
         with QSignalBlocker(self.table.selectionModel()):
-            anew = columns != self._model.columns
-            self._model.show(rows, columns)
-            if anew:
-                self._size_columns()
+            self.table.show_rows(rows, _columns(cameras))
             place = next((i for i, row in enumerate(rows) if row.chosen), -1)
             if place >= 0 and self.table.currentIndex().row() != place:
-                flags = QItemSelectionModel.SelectionFlag
-                self.table.selectionModel().setCurrentIndex(
-                    self._model.index(place, _LABEL), flags.ClearAndSelect | flags.Rows
-                )
+                self.table.setCurrentIndex(self.table.cells.index(place, _LABEL))
         self.table.viewport().update()
 
     def _cells(self, row: LandmarkRow) -> Sequence[Cell]:
@@ -123,20 +96,9 @@ class LandmarksPanel(QWidget):
             Cell(f"{row.distance} ", tip, colour),
         )
 
-    def _size_columns(self) -> None:
-        header, columns = self.table.horizontalHeader(), self._model.columns
-        width = self.fontMetrics().horizontalAdvance
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        header.setSectionResizeMode(_LABEL, QHeaderView.ResizeMode.Stretch)
-        header.resizeSection(_KEY, 26)
-        for place, column in enumerate(columns[_FIRST_CAMERA:], start=_FIRST_CAMERA):
-            number = column.align == RIGHT
-            wanted = width("888.8") + 14 if number else max(26, width(column.heading) + 12)
-            header.resizeSection(place, wanted)
-
     def _on_row(self, current: QModelIndex, _previous: QModelIndex | None = None) -> None:
         if current.isValid():
-            self.chosen.emit(self._model.rows[current.row()].landmark)
+            self.chosen.emit(self.table.cells.rows[current.row()].landmark)
 
 
 def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
@@ -144,27 +106,28 @@ def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
     same = os.path.commonprefix(cameras).rstrip("0123456789")  # noqa: RUF071 - letters are meant
     whole = len(cameras) < 2 or any(name == same for name in cameras)
     start = 0 if whole else len(same)
+    number = (RIGHT, True, _NUMBER)
     return (
-        Column("", "Key that selects the landmark"),
-        Column("Landmark", "Select a landmark here to place it with the next click"),
+        Column("", "Key that selects the landmark", width=26),
+        Column("Landmark", "Select a landmark here to place it with the next click", width=STRETCH),
         *(
             Column(name[start:], f"Visibility in {name}", Qt.AlignmentFlag.AlignCenter)
             for name in cameras
         ),
-        Column("px", "Root mean square distance of its clicks from the fitted model", RIGHT, True),
-        Column("mm", "Distance between the triangulated clicks and the model", RIGHT, True),
+        Column("px", "Root mean square distance of its clicks from the fitted model", *number),
+        Column("mm", "Distance between the triangulated clicks and the model", *number),
     )
 
 
 class _Marks(RowDelegate):
     """Keys as coloured keycaps, states as the marks in the pictures are drawn."""
 
-    def __init__(self, model: TableModel[LandmarkRow], table: QTableView) -> None:
+    def __init__(self, table: CellTable) -> None:
         super().__init__(table)
-        self._model = model
+        self._table = table
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        cell = self._model.cell(index.row(), index.column())
+        cell = self._table.cells.cell(index.row(), index.column())
         if cell.value is None:
             super().paint(painter, option, index)
             return
@@ -186,10 +149,6 @@ class _Marks(RowDelegate):
             centre = QPointF(option.rect.center()) + QPointF(0.5, 0.5)
             _paint_state(painter, centre, text if selected else QColor(colour), state)
         painter.restore()
-
-    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        hint = super().sizeHint(option, index)
-        return QSize(26, hint.height()) if index.column() == _KEY else hint
 
 
 def _paint_key(painter: QPainter, rect: QRect, colour: QColor, text: str) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QModelIndex, QSignalBlocker, Signal, Slot
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QPushButton, QTreeView, QWidget
+from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
@@ -14,7 +14,7 @@ from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 from ..forms.numbers import NumberField
 from ..style.building import hbox, label, vbox
 from ..style.theme import Dressed, current_theme
-from .table import RIGHT, Cell, Column, RowDelegate, TableModel, dress_list
+from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _COLUMNS = (
     Column("Frame", align=RIGHT),
@@ -27,56 +27,11 @@ _COLUMNS = (
         "come last.",
         RIGHT,
     ),
-    Column("Reason"),
+    Column("Reason", width=STRETCH),
 )
-_WIDEST = ("Frame", "W_right", "right shoulder", "Gain [°]")
 _REASON = len(_COLUMNS) - 1
 _NARROW = 460
 _KEPT = 1000
-
-
-class SuggestionModel(TableModel[Suggestion]):
-    """Suggestions as rows, best first."""
-
-    def __init__(self) -> None:
-        super().__init__(_COLUMNS, self._look)
-        self.colours: Mapping[str, str] = {}
-        """Of the landmarks."""
-        self.views: Mapping[str, str] = {}
-        """How people call the cameras."""
-        self.visited: set[ClickKey] = set()
-
-    def first_unvisited(self) -> int | None:
-        """The best row that nobody went to yet; the best one where all were; None without rows."""
-        if not self.rows:
-            return None
-        rows = (row for row, one in enumerate(self.rows) if one.key not in self.visited)
-        found = next(rows, None)
-        if found is None:
-            self.visited.clear()
-            return 0
-        return found
-
-    def visit(self, row: int) -> None:
-        """Note that somebody went there."""
-        self.visited.add(self.rows[row].key)
-        self.tell(row, row)
-
-    def _look(self, one: Suggestion) -> Sequence[Cell]:
-        tip = (
-            f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
-            f"{one.over_frames_deg:.1f}° over all frames."
-        )
-        colour = "muted" if one.key in self.visited or not one.clear else ""
-        doubt = colour or ("warning" if one.click_there else "")
-        swatch = self.colours.get(one.landmark, "#808080")
-        return (
-            Cell(str(one.frame), tip, colour),
-            Cell(self.views.get(one.camera, one.camera), tip, colour),
-            Cell(one.landmark.replace("_", " "), tip, colour, swatch),
-            Cell(f"{one.over_frames_deg:.1f}", tip, colour),
-            Cell(f"check: {one.reason}" if one.click_there else one.reason, tip, doubt),
-        )
 
 
 class NextPanel(Dressed):
@@ -95,7 +50,9 @@ class NextPanel(Dressed):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.model = SuggestionModel()
+        self._colours: Mapping[str, str] = {}
+        self._views: Mapping[str, str] = {}
+        self._visited: set[ClickKey] = set()
         self.sign = label()
         tip = "Target uncertainty. Suggestions stop when all limbs are within this angle."
         self.wanted = NumberField(
@@ -112,14 +69,8 @@ class NextPanel(Dressed):
         self.fit_button.setToolTip("Fit the body model to all clicks")
         self.fit_button.clicked.connect(self.fit_requested)
         self.reason = label("", "muted", margins=(8, 3, 8, 4))
-        self.tree = QTreeView()
-        self.tree.setModel(self.model)
-        self.tree.setItemDelegate(RowDelegate(self.tree))
-        width = self.fontMetrics().horizontalAdvance
-        swatches = (0, 0, 16, 0)
-        widths = [width(text) + 20 + s for text, s in zip(_WIDEST, swatches, strict=True)]
-        dress_list(self.tree, "Suggested clicks", widths)
-        self.tree.header().setStretchLastSection(True)
+        self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells)
+        self.tree.setSelectionMode(CellTable.SelectionMode.SingleSelection)
         self.tree.clicked.connect(self._on_chosen)
         self.tree.activated.connect(self._on_chosen)
         self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
@@ -162,11 +113,11 @@ class NextPanel(Dressed):
         self._head.setVisible(sign is not None)
         self.tree.setVisible(sign is not None)
         current = self.tree.currentIndex()
-        key = self.model.rows[current.row()].key if current.isValid() else None
-        self.model.colours, self.model.views = colours, views or {}
-        self.model.show(rows)
+        key = self.tree.cells.rows[current.row()].key if current.isValid() else None
+        self._colours, self._views = colours, views or {}
+        self.tree.show_rows(rows)
         places = (place for place, one in enumerate(rows[:_KEPT]) if one.key == key)
-        self.tree.setCurrentIndex(self.model.index(next(places, -1), 0))
+        self.tree.setCurrentIndex(self.tree.cells.index(next(places, -1), 0))
         self._show_reason()
         self.reason.setVisible(sign is not None and bool(rows))
         self.next_button.setEnabled(bool(rows))
@@ -183,7 +134,7 @@ class NextPanel(Dressed):
     @Slot()
     def go_to_next(self) -> None:
         """Go to the best place that nobody went to yet; where none is known, fit to find one."""
-        row = self.model.first_unvisited()
+        row = self._first_unvisited()
         self.awaited = row is None
         if row is not None:
             self._go_to(row)
@@ -191,6 +142,29 @@ class NextPanel(Dressed):
             self.fit_requested.emit()
         else:
             self.nothing_left.emit()
+
+    def _first_unvisited(self) -> int | None:
+        """The best row that nobody went to yet; the best one where all were; None without rows."""
+        rows: Sequence[Suggestion] = self.tree.cells.rows
+        if all(one.key in self._visited for one in rows):
+            self._visited.clear()
+        return next((k for k, one in enumerate(rows) if one.key not in self._visited), None)
+
+    def _cells(self, one: Suggestion) -> Sequence[Cell]:
+        tip = (
+            f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
+            f"{one.over_frames_deg:.1f}° over all frames."
+        )
+        colour = "muted" if one.key in self._visited or not one.clear else ""
+        doubt = colour or ("warning" if one.click_there else "")
+        swatch = self._colours.get(one.landmark, "#808080")
+        return (
+            Cell(str(one.frame), tip, colour),
+            Cell(self._views.get(one.camera, one.camera), tip, colour),
+            Cell(one.landmark.replace("_", " "), tip, colour, swatch),
+            Cell(f"{one.over_frames_deg:.1f}", tip, colour),
+            Cell(f"check: {one.reason}" if one.click_there else one.reason, tip, doubt),
+        )
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -201,8 +175,8 @@ class NextPanel(Dressed):
     def _show_reason(self) -> None:
         """Write the reason of the chosen row, or of the best one, where there is room for it."""
         row = max(self.tree.currentIndex().row(), 0)
-        if row < self.model.rowCount():
-            cells = (self.model.cell(row, column).text for column in range(len(_COLUMNS)))
+        if row < len(self.tree.cells.rows):
+            cells = (self.tree.cells.cell(row, column).text for column in range(len(_COLUMNS)))
             frame, view, landmark, _, reason = cells
             self.reason.setText(f"{frame}, {landmark} in {view}: {reason}.")
 
@@ -220,7 +194,8 @@ class NextPanel(Dressed):
         self._go_to(index.row())
 
     def _go_to(self, row: int) -> None:
-        one = self.model.rows[row]
-        self.tree.setCurrentIndex(self.model.index(row, 0))
-        self.model.visit(row)
+        one = self.tree.cells.rows[row]
+        self.tree.setCurrentIndex(self.tree.cells.index(row, 0))
+        self._visited.add(one.key)
+        self.tree.cells.tell(row, row)
         self.visit_requested.emit(one.frame, one.camera, one.landmark)

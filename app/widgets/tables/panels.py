@@ -7,16 +7,8 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QCheckBox,
-    QHeaderView,
-    QStackedLayout,
-    QToolButton,
-    QTreeView,
-    QWidget,
-)
+from PySide6.QtGui import QAction, QKeyEvent
+from PySide6.QtWidgets import QCheckBox, QStackedLayout, QStyledItemDelegate, QToolButton, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.findings import Finding
@@ -29,19 +21,8 @@ from ..style.building import (
     thin_progress,
     vbox,
 )
-from ..style.colours import LIMB_COLOURS, limb_words
-from .table import (
-    RIGHT,
-    TOP,
-    Cell,
-    CellRow,
-    Column,
-    RowDelegate,
-    TableModel,
-    dress_list,
-    new_table,
-    selected_rows,
-)
+from ..style.colours import LIMB_COLOURS
+from .table import RIGHT, STRETCH, TOP, Cell, CellRow, CellTable, Column
 
 NumberRow: TypeAlias = tuple[str, str, str, str]
 """Limb (empty for none), label, value with its unit, and a hint in words."""
@@ -52,10 +33,9 @@ _VALUE_TIP = (
     "wrong points."
 )
 _NUMBERS = (
-    Column(""),
     Column("Measure"),
     Column("Value", _VALUE_TIP, RIGHT, even=True),
-    Column("Remark"),
+    Column("Remark", width=STRETCH),
 )
 
 
@@ -64,45 +44,24 @@ class NumbersPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._model = TableModel(_NUMBERS, _number_cells)
-        self.table = new_table(self._model, "Frame metrics")
-        self.table.setItemDelegate(RowDelegate(self.table))
-        header = self.table.horizontalHeader()
-        header.setMinimumSectionSize(28)
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
-        header.resizeSection(0, 28)
-        header.setSectionResizeMode(3, QHeaderView.ResizeMode.Stretch)
+        self.table = CellTable("Frame metrics", _NUMBERS, _number_cells)
         nothing = label("Run the tracker to see metrics of this frame.", "muted")
         nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(nothing)
         self._stack.addWidget(self.table)
-        copy = QAction("Copy metrics", self.table)
-        copy.setShortcut(QKeySequence.StandardKey.Copy)
-        copy.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        copy.triggered.connect(lambda: QGuiApplication.clipboard().setText(self.copied_text()))
-        self.table.addAction(copy)
-        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def show_rows(self, rows: Sequence[NumberRow]) -> None:
         """Show limb, label, value and hint of each row; selection and scroll place stay."""
-        self._model.show(tuple(rows))
+        self.table.show_rows(tuple(rows))
         self._stack.setCurrentIndex(1 if rows else 0)
-
-    def copied_text(self) -> str:
-        """Selected rows, or all, with tabs between the columns."""
-        rows = self._model.rows
-        chosen = selected_rows(self.table) or range(len(rows))
-        return "\n".join("\t".join(rows[place]) for place in chosen)
 
 
 def _number_cells(row: NumberRow) -> Sequence[Cell]:
     limb, name, value, hint = row
     tip = hint or (_VALUE_TIP if limb else name)
     return (
-        Cell(tip=tip, swatch=LIMB_COLOURS.get(limb), said=limb_words(limb)),
-        Cell(name, tip),
+        Cell(name, tip, swatch=LIMB_COLOURS.get(limb, "")),
         Cell(value, tip),
         Cell(hint, tip, "muted"),
     )
@@ -120,20 +79,14 @@ class BodyPanel(QWidget):
         )
         self.words = label(margins=(6, 2, 6, 2))
         self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        columns = (Column(""), Column("", "", RIGHT, even=True), Column(""))
-        self.model: TableModel[CellRow] = TableModel(columns)
-        self.tree = QTreeView()
-        self.tree.setModel(self.model)
-        dress_list(self.tree, "Uncertainty of the body fit", (0, 0, None))
+        columns = (Column(""), Column("", "", RIGHT, even=True), Column("", width=STRETCH))
+        self.tree = CellTable("Uncertainty of the body fit", columns)
         self.tree.setHeaderHidden(True)
         self.tree.setToolTip(
             "± is the standard deviation of the limb direction, assuming correct clicks."
         )
-        self.tree.setFrameShape(QTreeView.Shape.NoFrame)
         self.tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.tree.setSelectionMode(QTreeView.SelectionMode.NoSelection)
-        for column in (0, 1):
-            self.tree.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        self.tree.setSelectionMode(CellTable.SelectionMode.NoSelection)
         self.hint = label("", "muted", margins=(6, 2, 6, 2))
         self.hint.hide()
         self._buttons = vbox(spacing=0, margins=(4, 0, 4, 2))
@@ -157,7 +110,7 @@ class BodyPanel(QWidget):
         """Show the most important words first, then a row for every limb and length."""
         self.words.setText("\n".join(words))
         self.words.setVisible(bool(words))
-        self.model.show(rows)
+        self.tree.show_rows(rows)
 
 
 _ORDER = {"error": 0, "warning": 1, "note": 2}
@@ -178,11 +131,13 @@ class FindingsPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.verdict = label(margins=(8, 6, 8, 6))
-        columns = (Column("Where", align=TOP), Column("Problem and remedy"), Column(""))
-        self.model = TableModel(columns, _finding_cells)
-        self.tree = QTreeView()
-        self.tree.setModel(self.model)
-        dress_list(self.tree, "Recording checks", (110, None, 90))
+        columns = (
+            Column("Where", align=TOP, width=110),
+            Column("Problem and remedy", width=STRETCH),
+            Column("", width=90),
+        )
+        self.tree = CellTable("Recording checks", columns, _finding_cells, least=200)
+        self.tree.setItemDelegate(QStyledItemDelegate(self.tree))
         self.tree.setUniformRowHeights(False)
         self.tree.setWordWrap(True)
         self._top = hbox((self.verdict, 1), margins=(0, 0, 6, 0))
@@ -195,10 +150,10 @@ class FindingsPanel(QWidget):
     def show_findings(self, findings: Sequence[Finding] | None) -> None:
         """Show what was found; None while it is still being looked for."""
         rows = sorted(findings or (), key=lambda found: _ORDER[found.severity])
-        self.model.show(rows)
-        for row, finding in enumerate(rows):
-            self.tree.setIndexWidget(self.model.index(row, 2), self._button(finding))
         self.tree.setColumnHidden(2, not any(finding.correction for finding in rows))
+        self.tree.show_rows(rows)
+        for row, finding in enumerate(rows):
+            self.tree.setIndexWidget(self.tree.cells.index(row, 2), self._button(finding))
         self.verdict.setText("Checking the recording …" if findings is None else _verdict(findings))
 
     def _button(self, finding: Finding) -> QWidget:
@@ -229,7 +184,6 @@ def _verdict(findings: Sequence[Finding]) -> str:
 
 
 _WORTH_SAYING = 0.05
-_NAME_WIDTH = 172
 _COLOURS_WORDS = (
     "Green is lower than the run, so better; orange is higher. Thick curves: the selected trial."
 )
@@ -256,10 +210,8 @@ class TrialsPanel(QWidget):
         self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
         self.limits = label("", "muted", margins=(8, 0, 8, 2))
         self.progress = thin_progress()
-        self.model: TableModel[CellRow] = TableModel()
-        self.table = new_table(self.model, "Trials")
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.verticalHeader().setDefaultSectionSize(38)
+        self.table = CellTable("Trials", least=172)
+        self.table.setSelectionMode(CellTable.SelectionMode.SingleSelection)
         self.table.selectionModel().selectionChanged.connect(lambda: self.chosen.emit(self.row))
         self._nothing = empty_label(_NOTHING)
         self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
@@ -273,7 +225,7 @@ class TrialsPanel(QWidget):
     @property
     def row(self) -> int:
         """Row that is selected; -1 for none."""
-        return next(iter(selected_rows(self.table)), -1)
+        return next(iter(self.table.selected()), -1)
 
     def set_actions(self, actions: Sequence[QAction]) -> None:
         """Offer commands beside the table."""
@@ -301,27 +253,15 @@ class TrialsPanel(QWidget):
             part.setVisible(bool(rows))
         self._nothing.setVisible(not rows)
         keeps = self.row
-        numbers = (Column(heading, TRIAL_TIP, align=RIGHT) for heading in headings)
+        numbers = (Column(heading, TRIAL_TIP, RIGHT) for heading in headings)
         with QSignalBlocker(self.table.selectionModel()):
-            self.model.show(rows, (Column("Trial", TRIAL_TIP), *numbers))
+            self.table.show_rows(rows, (Column("Trial", TRIAL_TIP, width=STRETCH), *numbers))
             if 0 <= keeps < len(rows):
-                self.table.selectRow(keeps)
-        if rows:
-            header = self.table.horizontalHeader()
-            header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-            header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
-            self._fit_names()
+                self.choose(keeps)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit_names()
-
-    def _fit_names(self) -> None:
-        """Give the names what the numbers leave, and some room at least."""
-        header, count = self.table.horizontalHeader(), self.model.columnCount()
-        numbers = sum(header.sectionSize(column) for column in range(1, count))
-        least = min(self.table.sizeHintForColumn(0) + 8, _NAME_WIDTH)
-        self.table.setColumnWidth(0, max(least, self.table.viewport().width() - numbers))
+    def choose(self, row: int) -> None:
+        """Select a row."""
+        self.table.setCurrentIndex(self.table.cells.index(row, 0))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Delete and self.row >= 0:

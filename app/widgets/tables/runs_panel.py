@@ -7,14 +7,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
-from PySide6.QtGui import QIcon, QPen, QResizeEvent
-from PySide6.QtWidgets import QHeaderView, QLineEdit, QTreeWidget, QTreeWidgetItem, QWidget
+from PySide6.QtGui import QPen
+from PySide6.QtWidgets import QLineEdit, QTreeWidgetItem, QWidget
 
 from ..style.building import empty_label, label, vbox
 from ..style.colours import LIMB_COLOURS, PEN_STYLES, LineStyle, line_pixmap
-from .table import RIGHT, Cell, Column, TableModel, new_table, select_cells
+from .table import RIGHT, STRETCH, Cell, CellTable, Column
+from .trees import CellTree, TreeRow
 
-_HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Date")
+_RUNS = (
+    Column("Run", width=STRETCH),
+    Column("Frames"),
+    Column("Arm error"),
+    Column("Time"),
+    Column("Seed"),
+    Column("Date"),
+)
 _NARROWEST_NAME = 170
 
 
@@ -55,23 +63,16 @@ class RunsPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.tree = QTreeWidget()
-        self.tree.setHeaderLabels(list(_HEADINGS))
+        self.tree = CellTree("Runs", _RUNS, least=_NARROWEST_NAME)
         self.tree.setRootIsDecorated(False)
         self.tree.setIconSize(QSize(30, 14))
-        self.tree.setEditTriggers(QTreeWidget.EditTrigger.EditKeyPressed)
-        self.tree.setAccessibleName("Runs")
-        header = self.tree.header()
-        header.setStretchLastSection(False)
-        for column in range(1, len(_HEADINGS)):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        self.tree.setEditTriggers(CellTree.EditTrigger.EditKeyPressed)
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._rows: tuple[RunRow, ...] = ()
         self._noted_row = -1
         self._none = empty_label("Run the tracker or open a run to see it listed here.")
         self.setLayout(vbox(self._none, (self.tree, 1), self._make_foot()))
-        self.tree.itemChanged.connect(self._on_changed)
+        self.tree.changed.connect(self._on_changed)
         self.tree.itemClicked.connect(self._on_clicked)
         # a run that is not shown is shown, and read from the project where it has to be
         self.tree.activated.connect(lambda index: self.activated.emit(index.row()))
@@ -97,55 +98,21 @@ class RunsPanel(QWidget):
         self.foot.setVisible(bool(rows))
         self._show_foot()
         self.tree.setVisible(bool(rows))
-        with QSignalBlocker(self.tree):
-            while self.tree.topLevelItemCount() > len(rows):
-                self.tree.takeTopLevelItem(self.tree.topLevelItemCount() - 1)
-            while self.tree.topLevelItemCount() < len(rows):
-                self.tree.addTopLevelItem(QTreeWidgetItem())
-            for place, row in enumerate(rows):
-                self._fill(self.tree.topLevelItem(place), row)
         for column, heading in enumerate(("time", "seed", "when"), start=3):
             self.tree.setColumnHidden(column, not any(getattr(row, heading) for row in rows))
-        self._fit()
+        self.tree.show_rows([self._tree_row(place, row) for place, row in enumerate(rows)])
+        with QSignalBlocker(self.tree):
+            self.tree.choose(next((k for k, row in enumerate(rows) if row.active), -1))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        """Give names the room that numbers leave."""
-        tree, header = self.tree, self.tree.header()
-        others = sum(
-            max(tree.sizeHintForColumn(column), header.sectionSizeHint(column))
-            for column in range(1, len(_HEADINGS))
-            if not tree.isColumnHidden(column)
-        )
-        bar = tree.verticalScrollBar()
-        room = self.width() - 2 * tree.frameWidth() - (bar.width() if bar.isVisible() else 0)
-        header.resizeSection(0, max(_NARROWEST_NAME, room - others))
-
-    def _fill(self, item: QTreeWidgetItem | None, row: RunRow) -> None:
-        if item is None:
-            return
-        item.setFlags(
-            Qt.ItemFlag.ItemIsEnabled
-            | Qt.ItemFlag.ItemIsSelectable
-            | Qt.ItemFlag.ItemIsUserCheckable
-            | Qt.ItemFlag.ItemIsEditable
-        )
-        cells = (row.name, row.frames, row.score, row.time, row.seed, row.when)
-        for column, text in enumerate(cells):
-            item.setText(column, text)
-            item.setToolTip(column, row.hint)
-            font = item.font(column)
-            font.setBold(row.active)
-            item.setFont(column, font)
-        item.setCheckState(0, Qt.CheckState.Checked if row.visible else Qt.CheckState.Unchecked)
-        ratio = self.devicePixelRatioF()
+    def _tree_row(self, place: int, row: RunRow) -> TreeRow:
         pen = QPen(self.palette().text().color(), 1.6, PEN_STYLES[row.style])
-        item.setIcon(0, QIcon(line_pixmap(pen, ratio)))
-        if row.active:
-            self.tree.setCurrentItem(item)
+        line = line_pixmap(pen, self.devicePixelRatioF())
+        name = Cell(
+            row.name, row.hint, swatch=line, bold=row.active, value=place, ticked=row.visible,
+            editable=True,
+        )  # fmt: skip
+        others = (row.frames, row.score, row.time, row.seed, row.when)
+        return TreeRow((name, *(Cell(text, row.hint, bold=row.active) for text in others)))
 
     def _show_foot(self) -> None:
         place = next((k for k, row in enumerate(self._rows) if row.active), -1)
@@ -163,15 +130,11 @@ class RunsPanel(QWidget):
             self.note.setModified(False)
             self.noted.emit(self._noted_row, self.note.text())
 
-    @Slot(QTreeWidgetItem, int)
-    def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
-        place = self.tree.indexOfTopLevelItem(item)
-        if column == 0 and place >= 0:
-            self.shown.emit(place, item.checkState(0) == Qt.CheckState.Checked)
-            self.renamed.emit(place, item.text(0))
+    def _on_changed(self, place: int, ticked: bool, name: str) -> None:
+        self.shown.emit(place, ticked)
+        self.renamed.emit(place, name)
 
-    @Slot(QTreeWidgetItem, int)
-    def _on_clicked(self, item: QTreeWidgetItem, _column: int) -> None:
+    def _on_clicked(self, item: QTreeWidgetItem) -> None:
         if item.checkState(0) == Qt.CheckState.Checked:
             self.activated.emit(self.tree.indexOfTopLevelItem(item))
 
@@ -208,10 +171,6 @@ _COLOURS = (
     "frames do not show a difference: its 95 % interval contains 0, or there are too few frames "
     "for an interval."
 )
-_WIDEST_NAME, _ROOMY = 96, 560
-"""Widest heading with a run's name; from that width of the panel on it may be half wider."""
-_NARROWEST_VERDICT = 150
-"""With less room the verdict is only in the tips."""
 
 
 class ComparisonPanel(QWidget):
@@ -221,12 +180,8 @@ class ComparisonPanel(QWidget):
         super().__init__(parent)
         self.words = label(_NOTHING, "muted", margins=(8, 6, 8, 2))
         self._two = False
-        self.model = TableModel((), self._cells)
-        self.table = new_table(self.model, "Run comparison", room=4)
-        select_cells(self.table)
-        header = self.table.horizontalHeader()
-        header.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        header.setStretchLastSection(True)
+        self.table = CellTable("Run comparison", (), self._cells, least=150)
+        self.table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._colours = label(_COLOURS, "muted", margins=(8, 2, 8, 4))
         self.setLayout(vbox(self.words, (self.table, 1), self._colours, spacing=2))
         self._colours.hide()
@@ -245,32 +200,14 @@ class ComparisonPanel(QWidget):
         self._colours.setVisible(bool(rows) and len(runs) > 1)
         # two runs leave room for words; of more the intervals and verdicts are in the tips
         self._two = len(runs) == 2
-        columns = [Column("measure", "measure"), *(Column(run, run, align=RIGHT) for run in runs)]
+        columns = [Column("measure", "measure"), *(Column(run, run, RIGHT) for run in runs)]
         if self._two:
             between = "difference (95 %)"
-            columns += [Column(between, between, align=RIGHT), Column("conclusion", "conclusion")]
-        self.model.show(rows if runs else (), columns)
-        self._fit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        """Give numbers the room they need, long names what is left of it."""
-        table, header = self.table, self.table.horizontalHeader()
-        count = len(self.model.columns)
-        verdict, names = (4, 2) if self._two else (-1, count - 1)
-        used, widest_name = 0, _WIDEST_NAME * (1.5 if self.width() >= _ROOMY else 1.0)
-        for column in range(count):
-            if column != verdict:
-                widest = round(widest_name) if 0 < column <= names else self.width()
-                heading = min(header.sectionSizeHint(column), widest)
-                width = max(table.sizeHintForColumn(column), heading)
-                table.setColumnWidth(column, width)
-                used += width
-        if verdict > 0:
-            table.setColumnHidden(verdict, self.width() - used < _NARROWEST_VERDICT)
+            columns += [
+                Column(between, between, RIGHT),
+                Column("conclusion", "conclusion", width=STRETCH),
+            ]
+        self.table.show_rows(rows if runs else (), columns)
 
     def _cells(self, row: ComparedRow) -> Sequence[Cell]:
         name = Cell(row.label, swatch=LIMB_COLOURS.get(row.limb, ""))

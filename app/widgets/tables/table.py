@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from PySide6.QtCore import (
-    QAbstractItemModel,
     QAbstractTableModel,
     QModelIndex,
     QPersistentModelIndex,
     QSize,
+    QSortFilterProxyModel,
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFont, QFontDatabase, QPixmap
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QFontDatabase,
+    QGuiApplication,
+    QKeyEvent,
+    QKeySequence,
+    QPixmap,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHeaderView,
-    QSizePolicy,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QTableView,
     QTreeView,
     QWidget,
 )
@@ -40,7 +46,12 @@ LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 VALUE = Qt.ItemDataRole.UserRole
 """Role of what rows are sorted by."""
 
+STRETCH = -1
+"""Width of a column that has the room that others leave."""
+
 _NOWHERE = QModelIndex()
+_MEASURED_ROWS = 50
+"""Rows by whose words a column's width is found; measuring thousands would take its time."""
 _Row = TypeVar("_Row")
 
 
@@ -53,6 +64,8 @@ class Column:
     align: Qt.AlignmentFlag = LEFT
     even: bool = False
     """In letters of one width."""
+    width: int = 0
+    """Pixels; 0: as its words are wide, :data:`STRETCH`: what is left."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +76,18 @@ class Cell:
     tip: str = ""
     colour: str = ""
     """Name of the theme's colour that it is written in, such as ``muted``; empty: as text."""
-    swatch: str | None = None
-    """``#rrggbb`` of a square before the text; empty leaves room for one."""
+    swatch: str | QPixmap | None = None
+    """``#rrggbb`` of a square before the text, or a picture; empty leaves room for a square."""
     bold: bool = False
     background: str = ""
     said: str = ""
     """What a screen reader says in place of the text."""
     value: Any = None
     """What rows are sorted by where that is not the text, or what the program calls the row."""
+    ticked: bool | None = None
+    """In a tree: whether a box before it is ticked; None: it has none."""
+    editable: bool = False
+    """In a tree: whether a person can change the text."""
 
 
 CellRow: TypeAlias = Sequence[Cell]
@@ -185,120 +202,173 @@ class RowDelegate(QStyledItemDelegate):
         option.state &= ~QStyle.StateFlag.State_HasFocus
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        return QSize(super().sizeHint(option, index).width(), option.fontMetrics.height() + 6)
+        lines = str(index.data() or "").count("\n") + 1
+        height = lines * option.fontMetrics.lineSpacing() + 6
+        return QSize(super().sizeHint(option, index).width(), height)
 
 
-def dress_table(table: QTableView, name: str, room: int = 8) -> None:
-    """Make a table of rows that are read: no grid, no row numbers, `room` pixels beside words."""
-    table.setAccessibleName(name)
-    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-    table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-    table.setFrameShape(QTableView.Shape.NoFrame)
-    table.setShowGrid(False)
-    table.setAlternatingRowColors(True)
-    table.setWordWrap(False)
-    table.setTabKeyNavigation(False)
-    table.verticalHeader().hide()
-    table.verticalHeader().setDefaultSectionSize(table.fontMetrics().height() + room)
-    table.horizontalHeader().setHighlightSections(False)
-
-
-def new_table(
-    model: QAbstractItemModel, name: str, room: int = 8, view: QTableView | None = None
-) -> QTableView:
-    """Make a view of rows that are read, or dress this one; see :func:`dress_table`."""
-    table = view or QTableView()
-    table.setModel(model)
-    dress_table(table, name, room)
-    return table
-
-
-def select_cells(table: QTableView) -> None:
-    """Let blocks of cells be selected instead of rows."""
-    table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
-    table.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
-
-
-def dress_list(tree: QTreeView, name: str, widths: Sequence[int | None]) -> None:
-    """Make a list with columns of these widths in pixels; those without share the rest."""
+def dress_list(tree: QTreeView, name: str, widths: Sequence[int] = ()) -> None:
+    """Make a list of rows that are read, with columns of these widths, see :class:`Column`."""
     tree.setAccessibleName(name)
     tree.setRootIsDecorated(False)
     tree.setUniformRowHeights(True)
     tree.setAllColumnsShowFocus(True)
-    tree.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    tree.setEditTriggers(QTreeView.EditTrigger.NoEditTriggers)
     header = tree.header()
     header.setStretchLastSection(False)
+    header.setMinimumSectionSize(24)
+    header.setResizeContentsPrecision(_MEASURED_ROWS)
     for column, width in enumerate(widths):
-        if width is None:
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
-        else:
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
+        mode = QHeaderView.ResizeMode.Interactive
+        header.setSectionResizeMode(
+            column, mode if width else QHeaderView.ResizeMode.ResizeToContents
+        )
+        if width > 0:
             header.resizeSection(column, width)
 
 
-def selected_rows(view: QAbstractItemView) -> list[int]:
-    """Rows that are selected, ascending."""
-    return sorted(index.row() for index in view.selectionModel().selectedRows())
+def fit_list(tree: QTreeView, widths: Sequence[int], least: int) -> None:
+    """Give the column that stretches what the others leave, and `least` pixels at least."""
+    if STRETCH in widths:
+        header, place = tree.header(), widths.index(STRETCH)
+        others = header.length() - header.sectionSize(place)
+        header.resizeSection(place, max(least, tree.viewport().width() - others))
 
 
-def swatch(colour: str | None, size: int = 10) -> QPixmap:
+class CellTable(QTreeView):
+    """Rows of cells; Ctrl+C copies those that are selected, or all.
+
+    Parameters
+    ----------
+    name : str
+        What a screen reader calls it.
+    columns, cells
+        See :class:`TableModel`.
+    least : int
+        Pixels that the column which stretches has at least.
+    most : int
+        Rows up to which it is as high as its rows; 0: it takes the height that it is given.
+    sorts : bool
+        Whether a click on a heading sorts.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        columns: Iterable[Column] = (),
+        cells: Callable[[Any], CellRow] = _as_it_is,
+        *,
+        least: int = 72,
+        most: int = 0,
+        sorts: bool = False,
+    ) -> None:
+        super().__init__()
+        self.cells: TableModel[Any] = TableModel(columns, cells)
+        self.sorted = QSortFilterProxyModel(self)
+        """What is shown where it sorts, sorted and filtered."""
+        self._least, self._most = least, most
+        if sorts:
+            self.sorted.setSortRole(VALUE)
+            self.sorted.setSourceModel(self.cells)
+        self.setModel(self.sorted if sorts else self.cells)
+        self.setSortingEnabled(sorts)
+        self.setFrameShape(QTreeView.Shape.NoFrame)
+        self.setAlternatingRowColors(True)
+        self.setSelectionMode(QTreeView.SelectionMode.ExtendedSelection)
+        self.setItemDelegate(RowDelegate(self))
+        self._dress(name)
+
+    def show_rows(self, rows: Sequence[Any], columns: Iterable[Column] | None = None) -> None:
+        """Show these; what is selected stays where there are as many rows and columns as before."""
+        before = self.cells.columns
+        self.cells.show(rows, columns)
+        if self.cells.columns != before:
+            self._dress(self.accessibleName())
+        self._fit()
+
+    def selected(self) -> list[int]:
+        """Places of the selected rows in what was shown, ascending."""
+        return sorted(map(self.place_of, self.selectionModel().selectedRows()))
+
+    def place_of(self, index: QModelIndex) -> int:
+        """Place of a row in what was shown; -1 for none."""
+        sorts = self.model() is self.sorted
+        return self.sorted.mapToSource(index).row() if sorts else index.row()
+
+    def copied_text(self) -> str:
+        """Selected rows, or all, with tabs between the columns."""
+        return self.cells.as_text(self.selected() or range(len(self.cells.rows)))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            QGuiApplication.clipboard().setText(self.copied_text())
+        else:
+            super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _dress(self, name: str) -> None:
+        dress_list(self, name, [column.width for column in self.cells.columns])
+
+    def _fit(self) -> None:
+        fit_list(self, [column.width for column in self.cells.columns], self._least)
+        if self._most:
+            rows = min(len(self.cells.rows), self._most)
+            bar = self.horizontalScrollBar().sizeHint().height()
+            under = bar if self.header().length() > self.viewport().width() else 0
+            row = max(self.sizeHintForRow(0), 0)
+            self.setFixedHeight(self.header().sizeHint().height() + rows * row + under + 2)
+
+
+def swatch(colour: str | QPixmap, size: int = 10) -> QPixmap:
     """Return a square of that colour; a transparent one for none keeps words in line."""
+    if isinstance(colour, QPixmap):
+        return colour
     result = QPixmap(size, size)
     result.fill(QColor(colour) if colour else Qt.GlobalColor.transparent)
     return result
 
 
-class _Fitting(QTableView):
-    """As high as its rows, up to some."""
-
-    def __init__(self, most: int) -> None:
-        super().__init__()
-        self._most = most
-
-    def sizeHint(self) -> QSize:
-        model = self.model()
-        rows = min(model.rowCount() if model is not None else 0, self._most)
-        height = self.horizontalHeader().sizeHint().height() + 4
-        height += rows * self.verticalHeader().defaultSectionSize()
-        bar = self.horizontalScrollBar().sizeHint().height()
-        return QSize(super().sizeHint().width(), height + bar)
-
-
 class PlainTable(QWidget):
-    """Shows one table, `most` rows of it at once; nothing where there is none."""
+    """A table under its title, `most` rows of it at once; nothing where there is none."""
 
     chosen = Signal(str)
     """First cell of the row that a person has chosen."""
 
-    def __init__(self, name: str, most: int = 8, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.model: TableModel[list[Cell]] = TableModel()
-        self.view = new_table(self.model, name, view=_Fitting(most))
-        self.view.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
-        self.view.setHorizontalScrollMode(QTableView.ScrollMode.ScrollPerPixel)
-        self.heading = label(name, "heading")
+    def __init__(self, name: str, most: int = 8, role: str = "heading") -> None:
+        super().__init__()
+        self.view = CellTable(name, most=most)
+        self.heading = label(name, role)
         self.setLayout(vbox(self.heading, self.view, spacing=2))
         self.view.selectionModel().currentRowChanged.connect(self._on_row)
         self.hide()
 
     def show_table(self, table: Table | None) -> None:
         """Show this table."""
-        self.setVisible(table is not None)
         if table is None:
+            self.hide()
             return
-        self.heading.setText(table.title)
+        right = [one.startswith(">") for one in table.columns]
         columns = [
-            Column(one.removeprefix(">"), align=RIGHT if one.startswith(">") else LEFT)
-            for one in table.columns
+            Column(one.removeprefix(">"), align=RIGHT if number else LEFT)
+            for one, number in zip(table.columns, right, strict=True)
         ]
-        self.model.show([[Cell(text, text) for text in row] for row in table.rows], columns)
-        header = self.view.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setStretchLastSection(not table.columns[-1].startswith(">"))
-        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.view.updateGeometry()
+        if not right[-1]:
+            columns[-1] = replace(columns[-1], width=STRETCH)
+        self.show_cells(
+            table.title, columns, [[Cell(text, text) for text in row] for row in table.rows]
+        )
+
+    def show_cells(self, title: str, columns: Sequence[Column], rows: Sequence[CellRow]) -> None:
+        """Show rows of cells under a title."""
+        self.heading.setText(title)
+        self.view.setAccessibleName(title)
+        self.view.show_rows(rows, columns)
+        self.show()
 
     def _on_row(self) -> None:
         row = self.view.currentIndex().row()
-        if 0 <= row < len(self.model.rows):
-            self.chosen.emit(self.model.cell(row, 0).text)
+        if 0 <= row < len(self.view.cells.rows):
+            self.chosen.emit(self.view.cells.cell(row, 0).text)

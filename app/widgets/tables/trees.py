@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
+from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 
 from ..style.building import vbox
 from ..style.theme import current_theme
-from .table import Cell, CellRow, Column, dress_list, swatch
+from .table import STRETCH, VALUE, Cell, CellRow, Column, dress_list, fit_list, swatch
 
 
 @dataclass(frozen=True)
@@ -29,64 +29,115 @@ class TreeRow:
 
 
 class CellTree(QTreeWidget):
-    """Rows under rows; what a person has opened or closed stays so."""
+    """Rows under rows; what a person has opened or closed stays so.
 
-    def __init__(self, name: str) -> None:
+    What the program calls a row is the value of its first cell; None for a row that it never asks
+    about.
+    """
+
+    changed = Signal(object, bool, str)
+    """A person has ticked or renamed a row: what it is called, whether ticked, and its text."""
+    chosen = Signal(object)
+    """What the current row is called."""
+
+    def __init__(self, name: str, columns: Sequence[Column], least: int = 72) -> None:
         super().__init__()
-        self._columns: tuple[Column, ...] = ()
+        self._columns, self._least = tuple(columns), least
         self._rows: tuple[TreeRow, ...] = ()
-        dress_list(self, name, ())
+        self.setHeaderLabels([column.heading for column in columns])
+        for place, column in enumerate(columns):
+            self.headerItem().setToolTip(place, column.tip)
+            self.headerItem().setTextAlignment(place, column.align)
+        dress_list(self, name, [column.width for column in columns])
         self.setRootIsDecorated(True)
+        self.setIndentation(14)
+        self.itemChanged.connect(self._on_changed)
+        self.currentItemChanged.connect(self._on_current)
 
-    def show_rows(self, columns: Sequence[Column], rows: Sequence[TreeRow]) -> bool:
-        """Show these; tells whether the columns are others than before."""
-        anew = tuple(columns) != self._columns
-        if anew:
-            self._columns = tuple(columns)
-            self.setColumnCount(len(columns))
-            self.setHeaderLabels([column.heading for column in columns])
-            for place, column in enumerate(columns):
-                self.headerItem().setToolTip(place, column.tip)
-                self.headerItem().setTextAlignment(place, column.align)
-        if anew or tuple(rows) != self._rows:
+    def show_rows(self, rows: Sequence[TreeRow]) -> None:
+        """Show these; items stay where they are, so that the current one does."""
+        if tuple(rows) != self._rows:
             self._rows = tuple(rows)
             self._write()
-        return anew
+
+    def item_of(self, key: object) -> QTreeWidgetItem | None:
+        """The row that the program calls so."""
+        every = self.findItems("", Qt.MatchFlag.MatchContains | Qt.MatchFlag.MatchRecursive)
+        return next((one for one in every if one.data(0, VALUE) == key), None)
+
+    def choose(self, key: object) -> None:
+        """Make a row the current one."""
+        item = self.item_of(key)
+        if item is not None:
+            self.setCurrentItem(item)
 
     def _write(self) -> None:
-        heads = [self.topLevelItem(place) for place in range(self.topLevelItemCount())]
-        was_open = {head.text(0): head.isExpanded() for head in heads if head is not None}
-        self.clear()
-        for row in self._rows:
-            item = self._item(row)
-            self.addTopLevelItem(item)
-            item.setFirstColumnSpanned(len(row.cells) == 1)
-            item.setExpanded(was_open.get(item.text(0), row.open))
+        with QSignalBlocker(self):
+            self._fill(self.invisibleRootItem(), self._rows)
+        self._fit()
 
-    def _item(self, row: TreeRow) -> QTreeWidgetItem:
-        item = QTreeWidgetItem([cell.text for cell in row.cells])
-        for place, (cell, column) in enumerate(zip(row.cells, self._columns, strict=False)):
-            item.setToolTip(place, cell.tip)
-            item.setTextAlignment(place, column.align)
-            if cell.swatch:
-                item.setData(place, Qt.ItemDataRole.DecorationRole, swatch(cell.swatch))
-            if cell.colour:
-                item.setForeground(place, QColor(getattr(current_theme(), cell.colour)))
-            if cell.bold:
-                font = self.font()
-                font.setBold(True)
-                item.setFont(place, font)
-        item.addChildren([self._item(child) for child in row.rows])
-        return item
+    def _fill(self, parent: QTreeWidgetItem, rows: Sequence[TreeRow]) -> None:
+        while parent.childCount() > len(rows):
+            parent.takeChild(parent.childCount() - 1)
+        known = parent.childCount()
+        parent.addChildren([QTreeWidgetItem() for _ in range(len(rows) - known)])
+        items = [item for place in range(len(rows)) if (item := parent.child(place)) is not None]
+        for place, (item, row) in enumerate(zip(items, rows, strict=True)):
+            for column, cell in enumerate(row.cells):
+                _write_cell(item, column, cell, self._columns[column].align)
+            self._fill(item, row.rows)
+            item.setFirstColumnSpanned(len(row.cells) == 1)
+            if place >= known:
+                item.setExpanded(row.open)
+
+    def _fit(self) -> None:
+        fit_list(self, [column.width for column in self._columns], self._least)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:
             self._write()
         super().changeEvent(event)
 
+    def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
+        key = item.data(0, VALUE)
+        if column == 0 and key is not None:
+            self._rows = ()  # what is shown now may be refused
+            self.changed.emit(key, item.checkState(0) == Qt.CheckState.Checked, item.text(0))
+
+    def _on_current(self, item: QTreeWidgetItem | None, _before: object) -> None:
+        key = None if item is None else item.data(0, VALUE)
+        if key is not None:
+            self.chosen.emit(key)
+
+
+def _write_cell(item: QTreeWidgetItem, place: int, cell: Cell, align: Qt.AlignmentFlag) -> None:
+    item.setText(place, cell.text)
+    item.setToolTip(place, cell.tip)
+    item.setTextAlignment(place, align)
+    item.setData(place, VALUE, cell.value)
+    picture = None if cell.swatch is None else swatch(cell.swatch)
+    item.setData(place, Qt.ItemDataRole.DecorationRole, picture)
+    colour = QColor(getattr(current_theme(), cell.colour)) if cell.colour else None
+    item.setData(place, Qt.ItemDataRole.ForegroundRole, colour)
+    font = item.font(place)
+    font.setBold(cell.bold)
+    item.setFont(place, font)
+    flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+    if cell.editable:
+        flags |= Qt.ItemFlag.ItemIsEditable
+    if place == 0:
+        on = Qt.CheckState.Checked if cell.ticked else Qt.CheckState.Unchecked
+        ticks = cell.ticked is not None
+        item.setFlags(flags | Qt.ItemFlag.ItemIsUserCheckable if ticks else flags)
+        item.setData(0, Qt.ItemDataRole.CheckStateRole, on if ticks else None)
+
 
 _RIG = tuple(
-    Column(heading, tip)
+    Column(heading, tip, width=STRETCH if heading == "Direction" else 0)
     for heading, tip in {
         "Camera": "View and its cameras",
         "Size": "Image size in pixels",
@@ -105,34 +156,21 @@ class RigPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._found: dict[str, str] = {}
+        self._found: Mapping[str, str] = {}
         self._recording: Recording | None = None
-        self.tree = CellTree("Cameras of the rig")
-        self.tree.setIndentation(14)
-        self.tree.header().setStretchLastSection(True)
-        self.tree.show_rows(_RIG, ())
+        self.tree = CellTree("Cameras of the rig", _RIG)
         self.setLayout(vbox((self.tree, 1)))
 
     def show_findings(self, found: Mapping[str, str]) -> None:
         """Mark cameras that something is wrong with: what it is, by name."""
-        self._found = dict(found)
-        self._show()
+        self._found = found
+        self.show_rig(self._recording)
 
     def show_rig(self, recording: Recording | None) -> None:
         """Show the cameras of a recording."""
         self._recording = recording
-        self._show()
-        if recording is None:
-            return
-        for column in range(1, len(_RIG)):
-            self.tree.resizeColumnToContents(column)
-        widest = max(self.fontMetrics().horizontalAdvance(name) for name in recording.cameras)
-        self.tree.setColumnWidth(0, widest + 3 * self.tree.indentation() + 8)
-
-    def _show(self) -> None:
-        recording = self._recording
         views = () if recording is None else recording.views
-        self.tree.show_rows(_RIG, [self._view_row(view, recording) for view in views if recording])
+        self.tree.show_rows([self._view_row(view, recording) for view in views if recording])
 
     def _view_row(self, view: View, recording: Recording) -> TreeRow:
         reference = recording.reference_camera(view)
@@ -180,157 +218,3 @@ def _direction_words(camera: Camera) -> str:
     wind = _WINDS[round(bearing / 45.0) % 8]
     tilt = np.degrees(np.arcsin(np.clip(axis[2], -1.0, 1.0)))
     return f"{wind}, {abs(tilt):.0f}° {'up' if tilt > 0 else 'down'}"
-
-
-_HEADINGS = ("Picture", "Corners", "Error (px)", "Remark")
-_WIDTHS = (150, 64, 80, None)
-_KEY = Qt.ItemDataRole.UserRole
-
-
-@dataclass(frozen=True)
-class PictureRow:
-    """One picture; without corners it has no tick."""
-
-    frame: int
-    name: str
-    ticked: bool = True
-    corners: str = ""
-    error: str = ""
-    remark: str = ""
-    colour: str = ""
-    """Name of the theme's colour of its error; empty: as text."""
-
-
-@dataclass(frozen=True)
-class CameraRows:
-    """The pictures of a camera, and what is said of them together."""
-
-    camera: str
-    summary: tuple[str, str, str]
-    """Corners, error and remark."""
-    rows: tuple[PictureRow, ...] = ()
-
-
-class PictureTree(QTreeWidget):
-    """A row per picture under a row per camera."""
-
-    ticked = Signal(str, int, bool)
-    """Camera and picture that a person has ticked or unticked."""
-    chosen = Signal(str, int)
-    """Camera and picture that is the current row."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._shown: tuple[CameraRows, ...] = ()
-        self.setColumnCount(len(_HEADINGS))
-        self.setHeaderLabels(_HEADINGS)
-        dress_list(self, "Pictures of the board", _WIDTHS)
-        self.setRootIsDecorated(True)
-        self.setIndentation(14)
-        self.setAlternatingRowColors(True)
-        self.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
-        self.headerItem().setToolTip(0, "Untick a picture to calculate without it")
-        self.headerItem().setToolTip(2, "Root mean square error of its corners in pixels")
-        self.itemChanged.connect(self._on_changed)
-        self.currentItemChanged.connect(self._on_current)
-
-    def show_pictures(self, cameras: Sequence[CameraRows]) -> None:
-        """Show these; the current row, and what is closed, stays."""
-        shown = tuple(cameras)
-        if shown == self._shown:
-            return
-        before, self._shown = self._shown, shown
-        with QSignalBlocker(self):
-            if _keys(before) != _keys(shown):
-                self._write()
-            for camera, head in zip(shown, self._heads(), strict=True):
-                _fill_head(head, camera)
-                for item, row in zip(_children(head), camera.rows, strict=True):
-                    _fill(item, row)
-
-    def choose(self, camera: str, frame: int) -> None:
-        """Make a picture the current row."""
-        item = self.item_of(camera, frame)
-        if item is not None:
-            self.setCurrentItem(item)
-
-    def item_of(self, camera: str, frame: int) -> QTreeWidgetItem | None:
-        """The row of a picture."""
-        children = (one for head in self._heads() for one in _children(head))
-        return next((one for one in children if one.data(0, _KEY) == (camera, frame)), None)
-
-    def _heads(self) -> list[QTreeWidgetItem]:
-        found = (self.topLevelItem(k) for k in range(self.topLevelItemCount()))
-        return [one for one in found if one is not None]
-
-    def _write(self) -> None:
-        current = self.currentItem()
-        key = None if current is None else current.data(0, _KEY)
-        closed = {head.text(0) for head in self._heads() if not head.isExpanded()}
-        self.clear()
-        for camera in self._shown:
-            head = QTreeWidgetItem(self, [camera.camera])
-            head.addChildren([_item(camera.camera, row) for row in camera.rows])
-            head.setExpanded(camera.camera not in closed)
-        if key is not None and (item := self.item_of(*key)) is not None:
-            self.setCurrentItem(item)
-
-    def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
-        key = item.data(0, _KEY)
-        if column == 0 and key is not None:
-            self.ticked.emit(*key, item.checkState(0) == Qt.CheckState.Checked)
-
-    def _on_current(self, item: QTreeWidgetItem | None, _before: object) -> None:
-        key = None if item is None else item.data(0, _KEY)
-        if key is not None:
-            self.chosen.emit(*key)
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            shown, self._shown = self._shown, ()
-            self.show_pictures(shown)
-        super().changeEvent(event)
-
-
-def _children(head: QTreeWidgetItem) -> list[QTreeWidgetItem]:
-    found = (head.child(k) for k in range(head.childCount()))
-    return [one for one in found if one is not None]
-
-
-def _keys(cameras: Sequence[CameraRows]) -> list[tuple[str, int, bool]]:
-    return [(one.camera, row.frame, bool(row.corners)) for one in cameras for row in one.rows]
-
-
-def _item(camera: str, row: PictureRow) -> QTreeWidgetItem:
-    item = QTreeWidgetItem([row.name])
-    item.setData(0, _KEY, (camera, row.frame))
-    item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    item.setTextAlignment(2, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    if row.corners:
-        item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
-    return item
-
-
-def _fill_head(item: QTreeWidgetItem, camera: CameraRows) -> None:
-    for column, text in enumerate(camera.summary, start=1):
-        item.setText(column, text)
-        item.setToolTip(column, text)
-        if column < 3:
-            item.setTextAlignment(
-                column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            )
-    font = item.font(0)
-    font.setBold(True)
-    item.setFont(0, font)
-
-
-def _fill(item: QTreeWidgetItem, row: PictureRow) -> None:
-    theme = current_theme()
-    for column, text in enumerate((row.name, row.corners, row.error, row.remark)):
-        item.setText(column, text)
-        item.setToolTip(column, text)
-        usual = theme.text if row.corners and row.ticked else theme.muted
-        own = getattr(theme, row.colour) if row.colour and column == 2 else usual
-        item.setForeground(column, QColor(own))
-    if row.corners:
-        item.setCheckState(0, Qt.CheckState.Checked if row.ticked else Qt.CheckState.Unchecked)

@@ -104,29 +104,6 @@ _NEAR = (0.05, 10.0, 15.0)
 """How far a pose fitted to clicks may be off: metres; degrees of the torso, of a joint."""
 
 
-def _clicked_shape(
-    stretch: Stretch,
-    data: Sequence[FrameData],
-    poses: Sequence[Pose],
-    known: IntArray,
-    proportions: Proportions,
-    shape: BodyShape,
-) -> BodyShape:
-    """Surface and outline of the person; the given one where too few frames show them."""
-    if len(known) < _FEWEST:
-        return shape
-    chosen = known[np.linspace(0, len(known) - 1, min(_FRAMES, len(known))).round().astype(int)]
-    sigma = pose_sigmas(stretch.freedom, *_NEAR)
-    seen = []
-    for k in chosen:
-        depth = data[k].depth
-        assert depth is not None  # noqa: S101 - the caller asked for frames with depth
-        found = stretch.fit([data[k]], [poses[k]], poses[k], sigma, rounds=_ROUNDS)
-        seen.append(SeenPose(depth.points, found.states[0].pose, depth.edges()))
-    parameters, joints = TrackingParameters(), stretch.freedom.joints
-    return fitted_shape(body_model(proportions, shape), seen, parameters, joints)
-
-
 CLICKED_SHAPE = BodyShape(girdle=False)
 """Surface to begin with. Clicks shift the joints of the shoulders themselves, which says more."""
 
@@ -135,17 +112,22 @@ CLICKED_SHAPE = BodyShape(girdle=False)
 class FitContext:
     """Cameras, person and parameters.
 
-    The set of landmarks that is `asked` for is clicked; `shape` is the body's surface, where it is
-    known; `views` say how people call the cameras.
+    The set of landmarks that is `asked` for is clicked; `fps` are frame sets per second; `views`
+    say how people call the cameras; `shape` is the body's surface, where it is known.
     """
 
     cameras: Mapping[str, Camera]
     asked: LandmarkSet
-    body: BodyModel
-    shape: BodyShape | None
-    settings: FitSettings
-    fps: float
+    proportions: Proportions
+    settings: FitSettings = field(default_factory=FitSettings)
+    fps: float = 10.0
     views: Mapping[str, str] = field(default_factory=dict)
+    shape: BodyShape | None = None
+
+    @cached_property
+    def body(self) -> BodyModel:
+        """The person's body, as far as it is known."""
+        return body_model(self.proportions, self.shape or CLICKED_SHAPE)
 
     @cached_property
     def whole(self) -> LandmarkSet:
@@ -189,6 +171,22 @@ class FitContext:
         if self.shape is not None or not self.settings.fit_shape:
             return self
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
-        lengths = self.body.skeleton.proportions
-        shape = _clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
-        return replace(self, body=body_model(lengths, shape), shape=shape)
+        return replace(self, shape=_clicked_shape(self, data, poses, deep))
+
+
+def _clicked_shape(
+    context: FitContext, data: Sequence[FrameData], poses: Sequence[Pose], deep: IntArray
+) -> BodyShape:
+    """Surface and outline of the person; the usual one where too few `deep` frames show them."""
+    if len(deep) < _FEWEST:
+        return CLICKED_SHAPE
+    chosen = deep[np.linspace(0, len(deep) - 1, min(_FRAMES, len(deep))).round().astype(int)]
+    stretch = context.by_depth
+    sigma = pose_sigmas(stretch.freedom, *_NEAR)
+    seen = []
+    for k in chosen:
+        depth = data[k].depth
+        assert depth is not None  # noqa: S101 - the caller asked for frames with depth
+        found = stretch.fit([data[k]], [poses[k]], poses[k], sigma, rounds=_ROUNDS)
+        seen.append(SeenPose(depth.points, found.states[0].pose, depth.edges()))
+    return fitted_shape(context.body, seen, TrackingParameters(), stretch.freedom.joints)

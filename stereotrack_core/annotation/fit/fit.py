@@ -10,7 +10,7 @@ from stereotrack_core.annotation.click import (
     Click,
     measurements,
 )
-from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
+from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -18,37 +18,15 @@ from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_dept
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 
-class ClickFit:
-    """Fits one person's body to clicks.
-
-    `fps`: frame sets per second. `views` mapping from camera name to view name, how people call the
-    cameras.
-    """
-
-    def __init__(
-        self,
-        cameras: Mapping[str, Camera],
-        landmark_set: LandmarkSet,
-        proportions: Proportions,
-        settings: FitSettings | None = None,
-        *,
-        fps: float = 10.0,
-        views: Mapping[str, str] | None = None,
-    ) -> None:
-        self.settings = FitSettings() if settings is None else settings
-        body = body_model(proportions, CLICKED_SHAPE)
-        self._context = FitContext(
-            cameras, landmark_set, body, None, self.settings, fps, views or {}
-        )
+class ClickFit(FitContext):
+    """Fits one person's body to clicks."""
 
     def frame(
         self, measurements: Sequence[Click], *, cloud: Cloud | MeasuredDepth | None = None
@@ -62,7 +40,7 @@ class ClickFit:
         Raises KeyError for a camera that is not known.
         """
         with one_blas_thread():
-            return fitted_frame(self._context, measurements, cloud)
+            return fitted_frame(self, measurements, cloud)
 
     def trajectory(
         self,
@@ -88,7 +66,7 @@ class ClickFit:
         """
         with one_blas_thread():
             return fitted_trajectory(
-                self._context, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
+                self, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
             )
 
 
@@ -152,7 +130,7 @@ def fit_reference(
             remedy="Click a few frames first, or choose other frames or views.",
         )
     known = proportions_of(recording.subject) if proportions is None else proportions
-    fitting = ClickFit(recording.cameras, landmarks, known, settings, fps=recording.fps)
+    fitting = ClickFit(recording.cameras, landmarks, known, settings, recording.fps)
     with recorded_depth(recording, settings, views) as depth:
         return fitting.trajectory(
             by_frame, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stereotrack_core.annotation.fit.residuals import (
     BiasedSurface,
@@ -53,7 +53,7 @@ from stereotrack_core.tracking.residuals.surface import (
     surface_residual,
 )
 
-_FARTHEST = 1.0e4  # pixels and metres beyond what half precision must hold
+_FARTHEST = 1.0e4  # pixels and metres up to which half precision must hold them
 _POINTS = 1000  # of a cloud that are kept
 
 
@@ -62,37 +62,29 @@ class MeasuredDepth:
     """Points (N, 3), world, of one instant, small enough that those of a recording are kept."""
 
     points: FloatArray
-    _edges: tuple[EdgeMap, ...]
-    _halves: tuple[tuple[NDArray[np.float16], NDArray[np.float16]], ...]
+    _halves: tuple[EdgeMap, ...]
+    """Edges in half precision, which is enough near an edge."""
 
     def edges(self) -> tuple[EdgeMap, ...]:
         """Edges of the person in the views that know them."""
-        return tuple(
-            replace(edge, distance=distance.astype(np.float32), range_z=range_z.astype(np.float32))
-            for edge, (distance, range_z) in zip(self._edges, self._halves, strict=True)
-        )
+        return tuple(_as_type(edge, np.float32) for edge in self._halves)
+
+
+def _as_type(edge: EdgeMap, kind: type[np.floating[Any]]) -> EdgeMap:
+    distance, range_z = (
+        np.clip(one, -_FARTHEST, _FARTHEST).astype(kind) for one in (edge.distance, edge.range_z)
+    )
+    return replace(edge, distance=distance, range_z=range_z)
 
 
 def measured_depth(cloud: Cloud, *, silhouettes: bool) -> MeasuredDepth:
-    """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame.
-
-    Edges, for outlines, are kept in half precision, which is enough near an edge.
-    """
+    """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame."""
     points = cloud.points
     if len(points) > _POINTS:
         rng = np.random.default_rng(cloud.frame)
         points = points[np.sort(rng.choice(len(points), _POINTS, replace=False))]
     maps = edge_maps(cloud) if silhouettes else ()
-    nothing = np.empty((0, 0), dtype=np.float32)
-    halves = tuple(
-        (
-            np.clip(edge.distance, -_FARTHEST, _FARTHEST).astype(np.float16),
-            np.clip(edge.range_z, -_FARTHEST, _FARTHEST).astype(np.float16),
-        )
-        for edge in maps
-    )
-    bare = tuple(replace(edge, distance=nothing, range_z=nothing) for edge in maps)
-    return MeasuredDepth(points, bare, halves)
+    return MeasuredDepth(points, tuple(_as_type(edge, np.float16) for edge in maps))
 
 
 @contextmanager

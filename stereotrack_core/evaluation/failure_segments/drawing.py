@@ -13,12 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.annotation.click_gains import hidden_landmarks
+from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
-from stereotrack_core.body.model import landmarks
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.limbs import limb_bgr, limb_ends, seen_shares
+from stereotrack_core.evaluation.limbs import limb_bgr, limb_ends
 from stereotrack_core.evaluation.summary import errors_against, points_at
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
@@ -180,21 +181,23 @@ def best_view(
 ) -> str:
     """Name of the view in which some limbs are seen best; the first one where nothing tells.
 
-    A limb counts with the length at which it appears times the share of it that the view sees: what
-    is inside the picture and has no other part of the body before it. Both arms count where no
+    A limb counts with the length at which it appears times the share of its ends that the view
+    sees: inside the picture, with no other part of the body before them. Both arms count where no
     limbs, names in ``LIMBS``, are given.
     """
     wanted = [LIMBS.index(limb) for limb in (limbs or LIMBS[2:])]
-    body = body_of_run(run)
+    nine = run.landmarks[np.isin(run.frame, np.asarray(frames)) & run.tracked]
     cameras = [recording.reference_camera(view) for view in recording.views]
+    places = np.array([camera.position_world for camera in cameras])
+    hidden = hidden_landmarks(nine, LANDMARKS, nine, places)
+    of_limbs = np.array([np.isin(LANDMARKS, sum(LIMB_ENDS[limb], ())) for limb in LIMBS])
     seen = np.zeros(len(cameras))
-    for i in np.flatnonzero(np.isin(run.frame, np.asarray(frames))):
-        pose = pose_of_run(run, int(i))
-        if pose is not None:
-            ends = limb_ends(landmarks(body, pose)[None])[0]
-            spans = [np.diff(camera.project(ends), axis=1)[:, 0] for camera in cameras]
-            lengths = np.nan_to_num(np.linalg.norm(spans, axis=-1))
-            seen += (seen_shares(body, pose, cameras) * lengths)[:, wanted].sum(axis=1)
+    for v, camera in enumerate(cameras):
+        shown = in_image(camera, camera.project(nine)) & ~hidden[:, v]
+        shares = shown @ of_limbs.T / of_limbs.sum(axis=1)
+        spans = np.diff(camera.project(limb_ends(nine)), axis=2)[:, :, 0]
+        lengths = np.nan_to_num(np.linalg.norm(spans, axis=-1))
+        seen[v] = (shares * lengths)[:, wanted].sum()
     return recording.views[int(np.argmax(seen))].name
 
 
@@ -288,10 +291,9 @@ class Shown:
             known = errors.frame
             values = {one: np.degrees(errors.of_limb(one)) for one in named}
         result = {limb: np.full(len(frames), np.nan) for limb in named}
-        for i, frame in enumerate(frames):
-            for place in np.flatnonzero(known == frame):
-                for limb in named:
-                    result[limb][i] = values[limb][place]
+        _, asked, own = np.intersect1d(frames, known, return_indices=True)
+        for limb in named:
+            result[limb][asked] = values[limb][own]
         return result, unit
 
 

@@ -9,13 +9,12 @@ import numpy as np
 
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.evaluation.failure_segments.causes import (
-    Whereabouts,
     geometry_evidence,
     look_evidence,
     verdict_of,
     whereabouts,
 )
-from stereotrack_core.evaluation.failure_segments.looks import Look, Looker
+from stereotrack_core.evaluation.failure_segments.looks import Looker
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.failure_segments.stretches import (
     FailureRules,
@@ -97,24 +96,14 @@ def find_failures(
 
 def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
     """The failures without their causes; a matter of milliseconds."""
-    if not len(search.run.frame):
-        return ()
-    found = failures_by_signs(search.run, search.fps, search.rules)
-    return tuple(
-        sorted(
-            (*found, *stretches_by_truth(search)),
-            key=lambda e: (e.first, e.last, e.found, e.limbs),
-        )
-    )
-
-
-def stretches_by_truth(search: FailureSearch) -> tuple[FailureSegment, ...]:
-    """Those of them that the reference tells; none without one."""
     run, reference = search.run, search.reference
-    if reference is None or not len(run.frame):
+    if not len(run.frame):
         return ()
-    errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
-    return failures_by_error(errors, search.fps, search.rules)
+    found = failures_by_signs(run, search.fps, search.rules)
+    if reference is not None:
+        errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
+        found = (*found, *failures_by_error(errors, search.fps, search.rules))
+    return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
 
 
 def explained(
@@ -125,58 +114,33 @@ def explained(
 ) -> tuple[FailureSegment, ...]:
     """Failures with their probable causes.
 
-    Where there is a recording, clouds are made of at most six frames of each failure and of ten
-    frames outside of all; see :func:`find_failures` for the parameters.
+    Where there is a recording with depth, clouds are made of at most six frames of each failure
+    and of ten frames outside of all; see :func:`find_failures` for the parameters.
     """
     places = {
         "truth": whereabouts(search.run, search.fps, search.reference),
         "signs": whereabouts(search.run, search.fps, None),
     }
-    if search.recording is None or not _looks_for_causes(search) or not failures:
-        return tuple(_judged(e, places[e.found], (), {}, []) for e in failures)
-    usual_frames = _outside(search, failures)
-    with Looker(search.recording, search.run) as looker:
-        done = 0
-        total = len(usual_frames) + sum(len(_inside(search, e)) for e in failures)
+    evidence = [geometry_evidence(one, places[one.found]) for one in failures]
+    recording = search.recording
+    if failures and search.pictures and recording is not None and gives_depth(recording):
+        asked = [(_outside(search, failures), places["signs"])]
+        asked += [(_inside(search, one), places[one.found]) for one in failures]
+        total, done, looks = sum(len(frames) for frames, _ in asked), 0, []
+        with Looker(recording, search.run) as looker:
+            for frames, where in asked:
 
-        def look(frames: list[int], where: Whereabouts) -> list[Look]:
-            nonlocal done
+                def each(count: int, before: int = done) -> None:
+                    report((before + count) / max(total, 1), "analysing frames")
 
-            def each(count: int) -> None:
-                report((done + count) / max(total, 1), "analysing frames")
-
-            points = where.at(np.array(frames, dtype=np.int64))
-            looks = looker.looks(frames, points, each, cancelled)
-            done += len(frames)
-            return looks
-
-        usual = {"signs": look(usual_frames, places["signs"])}
-        usual["truth"] = usual["signs"]
-        return tuple(
-            _judged(
-                e, places[e.found], looker.view_names, usual,
-                look(_inside(search, e), places[e.found]),
-            )
-            for e in failures
-        )  # fmt: skip
-
-
-def _looks_for_causes(search: FailureSearch) -> bool:
-    """Whether clouds of frames are made: mono views have none."""
-    return search.pictures and search.recording is not None and gives_depth(search.recording)
-
-
-def _judged(
-    failure: FailureSegment,
-    where: Whereabouts,
-    views: Sequence[str],
-    usual: dict[str, list[Look]],
-    inside: Sequence[Look],
-) -> FailureSegment:
-    evidence = geometry_evidence(failure, where)
-    if inside:
-        evidence += look_evidence(failure, views, inside, usual[failure.found])
-    return replace(failure, verdict=verdict_of(evidence))
+                points = where.at(np.array(frames, dtype=np.int64))
+                looks.append(looker.looks(frames, points, each, cancelled))
+                done += len(frames)
+        for one, told, inside in zip(failures, evidence, looks[1:], strict=True):
+            told += look_evidence(one, looker.view_names, inside, looks[0])
+    return tuple(
+        replace(one, verdict=verdict_of(told)) for one, told in zip(failures, evidence, strict=True)
+    )
 
 
 def _inside(search: FailureSearch, failure: FailureSegment) -> list[int]:

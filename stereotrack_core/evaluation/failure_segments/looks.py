@@ -52,11 +52,10 @@ class Look:
     """(V,). Points of each view in the cloud."""
     agreed: FloatArray
     before: FloatArray
-    absent: FloatArray
     unknown: FloatArray
-    """`agreed`, `before`, `absent` and `unknown`: (V, 6). Of places along each limb's axis, the
-    shares that a view measures where they are, before which it measures something, behind which it
-    does, and where it measures nothing. NaN for limbs whose place is not known."""
+    """`agreed`, `before` and `unknown`: (V, 6). Of places along each limb's axis, the shares that a
+    view measures where they are, before which it measures something, and where it measures
+    nothing. NaN for limbs whose place is not known."""
     stray: FloatArray
     """(6,). Points near each limb that are not the person's, over all points of the cloud."""
     offset: FloatArray
@@ -125,7 +124,7 @@ class Looker:
     def _look(self, cloud: Cloud, landmarks: FloatArray) -> Look:
         names = cloud.view_names
         start, end = np.moveaxis(limb_ends(landmarks[None])[0], 1, 0)
-        shares = np.full((4, len(names), len(LIMBS)), np.nan)
+        shares = np.full((3, len(names), len(LIMBS)), np.nan)
         for v, name in enumerate(names):
             depth = cloud.depths.get(name)
             for limb in range(len(LIMBS)):
@@ -136,8 +135,7 @@ class Looker:
             points=np.bincount(cloud.view, minlength=len(names)).astype(np.float64),
             agreed=shares[0],
             before=shares[1],
-            absent=shares[2],
-            unknown=shares[3],
+            unknown=shares[2],
             stray=_stray(cloud.points, start, end),
             offset=self._offsets(cloud),
         )
@@ -182,9 +180,9 @@ def _movement(direction: FloatArray, distance: FloatArray) -> FloatArray:
 
 
 def _shares(depth: ViewDepth | None, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Shares (4,) of places along an axis: measured there, before it, behind it, not at all."""
+    """Shares (3,) of places along an axis: measured there, before it, not at all."""
     if depth is None:
-        return np.array([0.0, 0.0, 0.0, 1.0])
+        return np.array([0.0, 0.0, 1.0])
     g = depth.geometry
     places = start + _ALONG[:, None] * (end - start)
     seen = g.world_from_depth.inverse().apply(places)
@@ -195,7 +193,7 @@ def _shares(depth: ViewDepth | None, start: FloatArray, end: FloatArray) -> Floa
     measured = np.full(len(places), np.nan)
     measured[inside] = depth.range_z[v[inside], u[inside]]
     off = measured - (z - _THICK)
-    counts = (np.abs(off) <= _AGREES, off < -_AGREES, off > _AGREES, np.isnan(off))
+    counts = (np.abs(off) <= _AGREES, off < -_AGREES, np.isnan(off))
     return np.array([float(np.mean(each)) for each in counts])
 
 

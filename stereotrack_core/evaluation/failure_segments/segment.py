@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, TypeAlias
-
-import numpy as np
-import scipy
 
 from stereotrack_core.body.limbs import LIMBS
 
@@ -133,9 +130,6 @@ class Agreement:
     """Found without truth."""
     right: int = 0
     """Those of them that overlap one found with truth, on the same limb."""
-    pairs: int = 0
-    """Most of either that can be matched when each belongs to one other only: a long one that is
-    called and overlaps several true ones finds all of them, but makes one pair."""
 
     @property
     def precision(self) -> float:
@@ -157,43 +151,15 @@ class Agreement:
 
 
 def agreement_of(failures: Iterable[FailureSegment]) -> Agreement:
-    """Compare the failures of a run that were found by truth with the others."""
-    every = list(failures)
-    return agreement(
-        [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
-    )
+    """Compare the failures of a run that were found by truth with the others.
 
-
-def agreement(
-    truth: Sequence[FailureSegment],
-    called: Sequence[FailureSegment],
-    right: Sequence[FailureSegment] | None = None,
-) -> Agreement:
-    """Match failures: two belong together where they share a frame and a limb.
-
-    What is called without truth is `right` where it meets one of those that may be found, which may
-    be more than those that shall be: failures by a lower threshold.
+    Two belong together where they share a frame and a limb.
     """
-    allowed = truth if right is None else right
-    overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)
-    overlap = overlap.reshape(len(truth), len(called))
-    matched = scipy.sparse.csgraph.maximum_bipartite_matching(scipy.sparse.csr_array(overlap))
+    every = list(failures)
+    truth, called = ([e for e in every if e.found == how] for how in ("truth", "signs"))
     return Agreement(
         true=len(truth),
-        found=int(overlap.any(axis=1).sum()),
+        found=sum(any(one.overlaps(other) for other in called) for one in truth),
         called=len(called),
-        right=sum(any(one.overlaps(other) for other in allowed) for one in called),
-        pairs=int((matched >= 0).sum()),
-    )
-
-
-def pooled(parts: Iterable[Agreement]) -> Agreement:
-    """Counts of several runs together."""
-    every = list(parts)
-    return Agreement(
-        sum(part.true for part in every),
-        sum(part.found for part in every),
-        sum(part.called for part in every),
-        sum(part.right for part in every),
-        sum(part.pairs for part in every),
+        right=sum(any(one.overlaps(other) for other in truth) for one in called),
     )

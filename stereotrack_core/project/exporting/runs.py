@@ -13,12 +13,13 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.counting import counted
-from stereotrack_core.evaluation.joint_angles.motion import frame_columns, frame_rows, motion_of
-from stereotrack_core.evaluation.joint_angles.series import (
+from stereotrack_core.evaluation.joint_angles import (
     JointAngles,
     angles_of_reference,
     angles_of_run,
     angles_of_trajectory,
+    frame_columns,
+    frame_rows,
 )
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
@@ -118,16 +119,9 @@ def export_reference(
 
 
 def export_angles(path: Path, angles: JointAngles, fps: float) -> Exported:
-    """Write joint angles of every frame."""
-    write_angles(path, angles, fps)
+    """Write joint angles of every frame as CSV."""
+    write_file(path, csv_text(frame_columns(), frame_rows(angles, fps)))
     return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
-
-
-def write_angles(path: Path, angles: JointAngles, fps: float) -> int:
-    """Write the angles of every frame as CSV; the number of frames."""
-    motion = motion_of(angles, fps)
-    write_file(path, csv_text(frame_columns(), frame_rows(angles, motion)))
-    return len(angles.frame)
 
 
 def export_clicks(

@@ -14,6 +14,7 @@ from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.match import Region
+from stereotrack_core.depth.mono_silhouettes import silhouette_views
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.sources import DepthSource, StereoFrame, StereoSource
@@ -40,11 +41,15 @@ class CloudKey:
     depth: DepthParameters
     learned_from: range
     """Frames from which the background is learned where there are no images of the empty scene."""
+    detector: bool = False
+    """Whether the pose detector makes the empty scene of mono views without a picture of it."""
 
     def until(self, stage: Stage) -> Hashable:
         """What the result of a stage depends on."""
         learned = (
-            () if stage is Stage.MATCHING else (self.learned_from.start, self.learned_from.stop)
+            ()
+            if stage is Stage.MATCHING
+            else (self.learned_from.start, self.learned_from.stop, self.detector)
         )
         return stage_key(self.depth, stage), learned
 
@@ -211,9 +216,9 @@ class CloudStore:
             return _RememberingStereo(self._rectified[place], p, of, self)
 
         views = None if self.has_depth or not self._mono else ()
-        chain = DepthChain(
-            self.recording, self._settled(key), views=views, mono=self._mono, sources=source
-        )
+        mono = silhouette_views(self.recording, self._mono, detector=key.detector)
+        depth = self._settled(key)
+        chain = DepthChain(self.recording, depth, views=views, mono=mono, sources=source)
         learned = self._learned(key)
         try:
             if learned is not None:

@@ -144,7 +144,8 @@ class RecordStep:
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""
         store = self.of.store(asker)
-        key = CloudKey(self.settings.depth, range(store.reader.frame_count))
+        frames = range(store.reader.frame_count)
+        key = CloudKey(self.settings.depth, frames, self.settings.uses_detector)
         cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
         seen = keypoints_in_views(store.recording, self.of.views, self.keypoints).at(self.frame)
         if self.seen is not None:

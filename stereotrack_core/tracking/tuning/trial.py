@@ -127,7 +127,7 @@ class Trial:
     @property
     def key(self) -> CloudKey:
         """What its clouds depend on."""
-        return CloudKey(self.settings.depth, self.known)
+        return CloudKey(self.settings.depth, self.known, self.settings.uses_detector)
 
     def work(self, kept: Holdings) -> str:
         """What it has to do beyond what is kept; see :meth:`Holdings.work`."""

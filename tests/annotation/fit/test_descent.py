@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from stereotrack_core.annotation.fit.context import FitContext, standing
 from stereotrack_core.annotation.fit.live import Descent, Expected
-from stereotrack_core.annotation.fit.state import FitSettings, pose_sigmas
+from stereotrack_core.annotation.fit.state import pose_sigmas
 from stereotrack_core.annotation.landmark_set import NINE
 from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, moved_click, places
 
@@ -21,7 +21,7 @@ NO_TRUNK = ("left_elbow", "right_elbow", "left_hand", "right_hand", "head")
 
 @cache
 def context():
-    return FitContext(CAMERAS, NINE, BODY, None, FitSettings(), 10.0)
+    return FitContext(CAMERAS, NINE, BODY.skeleton.proportions)
 
 
 def descent(seed, usual):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import agreement, pooled
+from stereotrack_core.evaluation.failure_segments.segment import agreement_of
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.evaluation.failure_segments.runs import FPS, made, untracked
@@ -95,14 +95,9 @@ def test_agreement_counts_failures_that_share_a_frame_and_a_limb():
         ],
         lost=[("left_forearm", 12, 24, LOST), ("left_forearm", 42, 52, LOST)],
     )
-    found = failures(run, truth)
-    by = {how: [e for e in found if e.found == how] for how in ("truth", "signs")}
-    counted = agreement(by["truth"], by["signs"])
+    counted = agreement_of(failures(run, truth))
     assert (counted.true, counted.found, counted.called, counted.right) == (2, 1, 2, 1)
     assert counted.precision == counted.recall == 0.5
-    assert counted.pairs == 1
-    nothing = agreement([], [])
+    nothing = agreement_of([])
     assert np.isnan(nothing.precision)
     assert np.isnan(nothing.recall)
-    assert pooled([counted, counted]).true == 4
-    assert pooled([counted, counted]).pairs == 2

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
@@ -15,8 +16,7 @@ from stereotrack_core.evaluation.failure_segments.export import (
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.looks import Looker
-from stereotrack_core.evaluation.limbs import seen_shares
-from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.evaluation.failure_segments.runs import recorded
 
 
@@ -54,11 +54,14 @@ def test_wrong_wishes_are_refused(seen):
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
     recording, run, _ = seen
-    name = best_view(recording, run, range(2, 8), ("left_forearm",))
-    cameras = [recording.reference_camera(view) for view in recording.views]
-    seen = seen_shares(body_of_run(run), pose_of_run(run, 5), cameras)[:, 4]
-    shares = dict(zip([view.name for view in recording.views], seen, strict=True))
-    assert shares[name] > 0.5
+    camera = recording.reference_camera(
+        recording.view(best_view(recording, run, range(2, 8), ("left_forearm",)))
+    )
+    nine = run.landmarks[5:6]
+    hand = LANDMARKS.index("left_hand")
+    hidden = hidden_landmarks(nine, LANDMARKS, nine, camera.position_world[None])
+    assert not hidden[0, 0, hand]
+    assert np.isfinite(camera.project(nine[0, hand])).all()
 
 
 def test_a_strip_shows_a_failure_from_before_to_after(seen):
@@ -78,8 +81,8 @@ def test_looks_tell_what_the_views_measure(seen):
         with pytest.raises(Cancelled):
             looker.looks([2], truth.points[2:3], cancelled=lambda: True)
     assert (look.points > 100).all()
-    shares = look.agreed + look.before + look.absent + look.unknown
-    np.testing.assert_allclose(shares[:, 2:], 1.0)
+    shares = look.agreed + look.before + look.unknown
+    assert (shares[:, 2:] < 1.0 + 1e-9).all()
     assert look.agreed[:, 2:].max(axis=0).min() > 0.7
     assert look.stray.max() < 0.02
     assert np.nanmax(np.linalg.norm(look.offset, axis=1)) < 0.012

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.joint_angles.definitions import (
+from stereotrack_core.evaluation.joint_angles import (
     NAMES,
     angles_of_landmarks,
 )

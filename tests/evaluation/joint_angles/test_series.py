@@ -1,24 +1,26 @@
-"""Angles over time: without jumps, and how far off they are."""
+"""Angles over time: without jumps, their ranges, and how far off they are."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.joint_angles.definitions import NAMES
-from stereotrack_core.evaluation.joint_angles.motion import angle_errors
-from stereotrack_core.evaluation.joint_angles.series import JointAngles, unwrapped
-
-TURN, PLANE, FLEXION = (
-    NAMES.index(n) for n in ("torso_turn", "left_shoulder_plane", "left_elbow_flexion")
+from stereotrack_core.evaluation.joint_angles import (
+    NAMES,
+    JointAngles,
+    angle_errors,
+    angle_ranges,
+    unwrapped,
 )
+from stereotrack_core.recording.description import Segment
+
+TURN, PLANE = (NAMES.index(name) for name in ("torso_turn", "left_shoulder_plane"))
 
 
-def angles(values, name, frame=None, sigma=np.nan):
+def angles(values, name, frame=None):
     table = np.full((len(values), len(NAMES)), np.nan)
     table[:, NAMES.index(name)] = values
-    frame = np.arange(len(values)) if frame is None else np.asarray(frame)
-    return JointAngles(frame, table, np.where(np.isnan(table), np.nan, sigma))
+    return JointAngles(np.arange(len(values)) if frame is None else np.asarray(frame), table)
 
 
 def wrap(values):
@@ -41,14 +43,24 @@ def test_turns_are_counted_on_over_a_gap_and_planes_are_not():
     np.testing.assert_allclose(np.diff(plane[33:]), np.diff(way[33:]), atol=1e-12)
 
 
-def test_errors_go_the_short_way_round_and_are_held_against_what_is_stated():
+def test_errors_go_the_short_way_round():
     truth = angles(np.radians([179.0, 10.0, 20.0, 30.0]), "torso_turn", [0, 1, 2, 3])
-    found = angles(np.radians([-179.0, 13.0, 20.0]), "torso_turn", [0, 1, 7], np.radians(1.2))
-    error = angle_errors(found, truth)[TURN]
-    assert error.frames == 2
-    assert np.degrees([error.mean_error, error.p95, error.stated_sigma]) == pytest.approx(
-        [2.5, 2.95, 1.2]
-    )
-    assert error.within_two_sigma == 0.5
-    nothing = angle_errors(found, truth)[FLEXION]
-    assert (nothing.frames, np.isnan(nothing.rms)) == (0, True)
+    found = angles(np.radians([-179.0, 13.0, 20.0]), "torso_turn", [0, 1, 7])
+    errors = angle_errors(found, truth)
+    error = errors["torso_turn"]
+    assert (error["frames"], error["mean_error"], error["p95"]) == pytest.approx((2, 2.5, 2.95))
+    nothing = errors["left_elbow_flexion"]
+    assert (nothing["frames"], np.isnan(nothing["rms"])) == (0, True)
+
+
+def test_ranges_are_taken_per_segment():
+    name = "left_elbow_flexion"
+    bent = angles(np.radians(60.0 + 20.0 * np.sin(np.linspace(0.0, 4.0 * np.pi, 401))), name)
+    named = [Segment("quarter", 0, 50), Segment("late", 380, 500), Segment("after", 900, 950)]
+    whole, quarter, late, after = angle_ranges(bent, named)
+    ends = [(one.first, one.end) for one in (whole, quarter, late, after)]
+    assert ends == [(0, 401), (0, 50), (380, 401), (900, 950)]
+    assert whole.degrees[name]["range"] == pytest.approx(40.0)
+    assert whole.degrees[name]["mean"] == pytest.approx(60.0)
+    assert quarter.degrees[name]["minimum"] == pytest.approx(60.0)
+    assert (after.frames[name], np.isnan(after.degrees[name]["range"])) == (0, True)

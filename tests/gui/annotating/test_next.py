@@ -125,7 +125,7 @@ def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
     for _ in range(4):
         qtbot.mouseClick(panel.next_button, LEFT)
     assert [where[0] for where in went] == [17, 30, 5, 17]
-    area = panel.tree.visualRect(panel.model.index(1, 4))
+    area = panel.tree.visualRect(panel.tree.cells.index(1, 4))
     qtbot.mouseClick(panel.tree.viewport(), LEFT, pos=area.center())
     assert went[-1] == (30, "W", "head")
     qtbot.keyClick(panel.tree, Qt.Key.Key_Down)

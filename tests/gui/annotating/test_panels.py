@@ -91,7 +91,7 @@ def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage
     project.undo()
     settled(qtbot, stage)
     assert lane(stage, "head")[5] == Mark.NONE
-    assert stage.panels.next_panel.model.rowCount() == 0
+    assert stage.panels.next_panel.tree.cells.rowCount() == 0
 
 
 def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path):

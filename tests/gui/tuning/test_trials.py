@@ -65,10 +65,9 @@ def begin(runner):
     def made(one):
         told = []
         entry = RunEntry("trial", "", one.settings, body_model(AVERAGE), one.stretch)
-        work = runner.track("tracking", entry, one)
-        work.grown.connect(told.append)
-        work.ended.connect(lambda: told.append("ended"))
-        return entry, told, work
+        runner.grown.connect(lambda of, frames: told.append(frames) if of is entry else None)
+        runner.ended.connect(lambda of: told.append("ended") if of is entry else None)
+        return entry, told, runner.track("tracking", entry, one)
 
     return made
 

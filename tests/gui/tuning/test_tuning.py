@@ -76,7 +76,7 @@ def test_an_edit_by_keys_leads_to_a_trial_beside_the_run(tuning, qtbot, quick_ru
     assert trial.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
     styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
     assert styles[run.name] == "solid" != styles[trial.name]
-    model = tuning.features.tune.panel.model
+    model = tuning.features.tune.panel.table.cells
     assert model.cell(1, 0).text.splitlines()[1] == "frames 0 – 7"
     assert [model.cell(k, 0).text.splitlines()[0] for k in range(2)] == ["quick", trial.name]
     assert "(" in model.cell(1, 1).text, "the difference from the run is stated"
@@ -117,7 +117,7 @@ def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
     for text in ("20", "25", "30"):
         tried(tuning, qtbot, text=text)
     assert names(tuning) == [f"sigma joint {value} deg" for value in (20, 25, 30)]
-    tuning.features.tune.panel.table.selectRow(2)
+    tuning.features.tune.panel.choose(2)
     tuning.features.tune.panel.table.setFocus()
     trigger(tuning, "trial_dismiss")
     assert names(tuning) == ["sigma joint 20 deg", "sigma joint 30 deg"]
@@ -135,7 +135,7 @@ def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
 
 def test_differences_are_from_the_run(tuning, qtbot):
     tried(tuning, qtbot, text="20")
-    model = tuning.features.tune.panel.model
+    model = tuning.features.tune.panel.table.cells
     run, trial = (model.cell(k, 1).text for k in range(2))
     assert "(" not in run
     value, change = trial.split(" ")
@@ -168,7 +168,7 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     trial = tried(tuning, qtbot)
     typed(tuning, "sigma_joint", "40")
     tuning.features.tune.trials.cancel()
-    tuning.features.tune.panel.table.selectRow(1)
+    tuning.features.tune.panel.choose(1)
     trigger(tuning, "trial_adopt")
     shelf = tuning.features.tune.presets
     shelf.keep("fast", trial.settings)

@@ -188,7 +188,7 @@ class ClickController(QObject):
         self._show_offers()
         if self.active:
             cameras, fit = self._all_cameras(), facts.fit
-            names = [(facts.views or {}).get(name, name) for name in cameras]
+            names = [facts.views.get(name, name) for name in cameras]
             self.landmarks.show_rows(names, landmark_rows(facts, cameras))
             rows = (*limb_rows(facts), *camera_rows(facts), *length_rows(facts))
             self.body.show_body(fit_words(facts), rows)

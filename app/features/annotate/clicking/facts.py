@@ -27,7 +27,7 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accepted_sigma
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.task_process import TaskProcess
+from stereotrack_core.worker_processes import TaskProcess
 
 from ....services.tasks.newest import NewestAnswer
 from ....session.camera_doubts import CameraDoubts
@@ -148,7 +148,6 @@ class AnnotationFacts(QObject):
             at_hand=at_hand.key if at_hand is not None else None,
             held=annotating.held(),
             predictions=(*self._kept(frame), *self.proposals.now()),
-            trail=self.proposals.trail(),
             hints=self._hints.at(frame),
             fit=self._best_fit(),
             views=self.view_names(),

@@ -83,7 +83,7 @@ def camera_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     return tuple(
         _body_cells(
             "",
-            (facts.views or {}).get(one.camera, one.camera),
+            facts.views.get(one.camera, one.camera),
             f"{one.median_px:.1f} px",
             "disagrees with the others"
             if one.camera in doubtful
@@ -144,7 +144,7 @@ def _disagreement(facts: FrameMarks) -> tuple[str, ...]:
 
 def _frame_words(facts: FrameMarks, fit: ShownFit) -> tuple[str, ...]:
     """What the fit says, without what a camera that contradicts the others makes look wrong."""
-    views = facts.views or {}
+    views = facts.views
     blamed = {
         outlier_words(
             key.landmark,

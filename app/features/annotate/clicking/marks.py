@@ -35,7 +35,6 @@ from ....widgets.camera.click_marks import (
     Offer,
     PredictionMark,
     ResidualMark,
-    TrailMark,
 )
 from ....widgets.camera.overlays import limb_paths, part_shapes
 
@@ -67,15 +66,14 @@ class FrameMarks:
     """Kept in the project."""
     hints: ClickHints | None = None
     fit: ShownFit | None = None
-    views: Mapping[str, str] | None = None
+    views: Mapping[str, str] = field(default_factory=dict)
+    """How people call the cameras, by name."""
     offers: Mapping[str, str | None] = field(default_factory=dict)
     """The landmark that the next click in an image that is shown places; None: it places none."""
     doubtful: Disagreement | None = None
     """A camera that contradicts the others over all clicks."""
     residuals: tuple[CameraResidual, ...] = ()
     """How far the clicks of each camera lie from the points that the cameras agree on."""
-    trail: tuple[Click, ...] = ()
-    """Clicks of the frames before, the newest last."""
     accepted_sigma: float = ACCEPTED_SIGMA
     """Largest standard deviation of predictions that are accepted, pixels at 480 lines."""
 
@@ -146,7 +144,6 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
             if one.visibility == Visibility.OUTSIDE and one.key not in said
         ),
         offer=_offer(facts, camera.name, own),
-        trails=_trail_marks(facts, camera.name),
     )
 
 
@@ -168,7 +165,7 @@ def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
     if not clicked.issuperset(names):  # the chosen landmark waits for the other views
         there = {click.key for click in facts.clicks}
         views = [
-            (facts.views or {}).get(camera, camera)
+            facts.views.get(camera, camera)
             for camera in facts.offers
             if ClickKey(facts.frame, camera, facts.chosen) not in there
         ]
@@ -230,20 +227,11 @@ def _prediction_marks(
     return tuple(found)
 
 
-def _trail_marks(facts: FrameMarks, camera: str) -> tuple[TrailMark, ...]:
-    """Where the landmarks were in the frames before, up to what is proposed or clicked now."""
-    places: dict[str, list[tuple[float, float]]] = {}
-    for one in facts.trail:
-        if one.camera == camera and one.position is not None:
-            places.setdefault(one.landmark, []).append(one.position)
-    return tuple(TrailMark(_colour(facts, name), tuple(own)) for name, own in places.items())
-
-
 def _curve_marks(facts: FrameMarks, camera: str) -> tuple[CurveMark, ...]:
     """Curves of the chosen landmark; those of the one before it are out of date."""
     if facts.hints is None or facts.hints.question.landmark != facts.chosen:
         return ()
-    views = facts.views or {}
+    views = facts.views
     return tuple(
         CurveMark(
             _colour(facts, curve.landmark),

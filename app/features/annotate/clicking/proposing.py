@@ -33,8 +33,6 @@ from ....session.runs import RunEntry
 from .annotating import Annotating
 
 _SOON_MS = 20
-_TRAIL = 4
-"""Clicked frames that the trail shows."""
 _CHAIN = 4
 """Clicked frames before and after from which the body is followed, one to the next."""
 
@@ -138,15 +136,6 @@ class ProposalPresenter(QObject):
             return ()
         clicks = self._annotating.clicks()
         return tuple(one for one in known.predictions if one.key not in clicks)
-
-    def trail(self) -> tuple[Click, ...]:
-        """Clicks of the frames before, the newest frame last; nothing while clicking blindly."""
-        if not self._wanted():
-            return ()
-        frame = self._document.frame
-        before = [one for one in self._clicks_around() if one.frame < frame]
-        frames = sorted({one.frame for one in before})[-_TRAIL:]
-        return tuple(sorted((o for o in before if o.frame in frames), key=lambda o: o.frame))
 
     def ahead(self) -> dict[int, frozenset[str]]:
         """Landmarks that are proposed, by frame: in the one that is shown and the one after it."""

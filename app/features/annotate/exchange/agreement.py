@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QDialog, QHeaderView, QWidget
+from PySide6.QtWidgets import QDialog, QWidget
 
 from stereotrack_core.annotation.agreement import (
     Agreement,
@@ -25,7 +25,7 @@ from stereotrack_core.geometry.camera import Camera
 
 from ....widgets.forms.form_dialog import push_button
 from ....widgets.style.building import hbox, label, vbox
-from ....widgets.tables.table import LEFT, RIGHT, Cell, CellRow, Column, TableModel, new_table
+from ....widgets.tables.table import LEFT, RIGHT, Cell, CellRow, CellTable, Column
 
 GOOD_PX, FAIR_PX = 3.0, 8.0
 """Up to these standard deviations of a click two readings agree well, or well enough."""
@@ -180,10 +180,7 @@ class AgreementDialog(QDialog):
             self.other_project_requested.emit,
             "Compare with another annotator's project of this recording",
         )
-        self.model: TableModel[CellRow] = TableModel(COLUMNS)
-        self.table = new_table(self.model, "Agreement by landmark")
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.table = CellTable("Agreement by landmark", COLUMNS)
         self.copy_button = push_button("&Copy table", self._copy)
         below = hbox(self.copy_button, None, push_button("Close", self.reject))
         top = hbox((self._words, 1), again_button, self.other_button)
@@ -197,9 +194,9 @@ class AgreementDialog(QDialog):
         self.verdict.setText(report.verdict)
         self.remedy.setText(report.remedy)
         self.remedy.setVisible(bool(report.remedy))
-        self.model.show(report.rows)
+        self.table.show_rows(report.rows)
 
     def _copy(self) -> None:
         headings = "\t".join(column.heading for column in COLUMNS)
-        rows = self.model.as_text(range(len(self.model.rows)))
+        rows = self.table.cells.as_text(range(len(self.table.cells.rows)))
         QGuiApplication.clipboard().setText(f"{headings}\n{rows}")

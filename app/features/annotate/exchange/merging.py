@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 
-from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import QCheckBox, QPlainTextEdit, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.merging import Incoming
+from stereotrack_core.project.merging import Decision, Incoming
 from stereotrack_core.project.project import Project
 
 from ....services.tasks.task import Task, TaskList
@@ -57,47 +56,40 @@ class TakeInDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(f"Merge clicks from {shown.source}", "Merge", self._take, parent)
-        self._project, self._compare, self.shown = project, compare, shown
+        self._project, self._compare, self._shown = project, compare, shown
         self._tasks = tasks
         problems = tuple(problems)
-        self.summary = label("", "heading")
+        self.summary = label(_summary(shown), "heading")
         self.problems = QPlainTextEdit("\n".join(_problem_words(problems)), readOnly=True)
         self.problems.setMaximumHeight(92)
         self.problems.setAccessibleName("Lines that cannot be read")
         verb = "cannot be read and is" if len(problems) == 1 else "cannot be read and are"
         problem_words = label(f"{counted(len(problems), 'line')} {verb} skipped:")
-        self.with_new = QCheckBox()
+        self.with_new = QCheckBox(f"Add {counted(len(shown.new), 'new click')}")
         self.with_new.setChecked(True)
-        self.with_new.toggled.connect(self._tell_outcome)
-        self._conflict_words = label()
+        self.with_new.toggled.connect(self._show_outcome)
+        conflict_words = label(_conflict_words(shown))
         self.decision = choice("Clicks that differ", _DECISIONS)
-        self.decision.currentIndexChanged.connect(self._tell_outcome)
+        self.decision.currentIndexChanged.connect(self._show_outcome)
         self.outcome = label()
         self.lay_out(
-            self.summary, problem_words, self.problems, self.with_new, self._conflict_words,
+            self.summary, problem_words, self.problems, self.with_new, conflict_words,
             self.decision, None, self.outcome, size=(560, 240),
         )  # fmt: skip
-        for widget in (problem_words, self.problems):
-            widget.setVisible(bool(problems))
-        self._show(shown)
-
-    def _show(self, shown: Incoming) -> None:
-        self.shown = shown
-        self.summary.setText(_summary(shown))
-        self.with_new.setText(f"Add {counted(len(shown.new), 'new click')}")
-        self.with_new.setVisible(bool(shown.new))
-        self._conflict_words.setText(_conflict_words(shown))
-        for widget in (self._conflict_words, self.decision):
-            widget.setVisible(bool(shown.conflicts))
-        self._tell_outcome()
-
-    def _edit(self) -> PlaceClicks:
-        return self.shown.edit(self.decision.currentData(), with_new=self.with_new.isChecked())
+        for there, widgets in (
+            (problems, (problem_words, self.problems)),
+            (shown.new, (self.with_new,)),
+            (shown.conflicts, (conflict_words, self.decision)),
+        ):
+            for widget in widgets:
+                widget.setVisible(bool(there))
+        self._show_outcome()
 
     @Slot()
-    def _tell_outcome(self) -> None:
-        taken = len(self._edit().clicks)
-        kept = len(self.shown.conflicts) + len(self.shown.new) * self.with_new.isChecked() - taken
+    def _show_outcome(self) -> None:
+        shown, with_new = self._shown, self.with_new.isChecked()
+        taken = len(shown.edit(self.decision.currentData(), with_new=with_new).clicks)
+        kept = len(shown.conflicts) + len(shown.new) * with_new - taken
         verb = "keeps" if kept == 1 else "keep"
         left = f", {counted(kept, 'conflict')} {verb} the project's click" if kept else ""
         words = f"{counted(taken, 'click')} will be written{left}." if taken else ""
@@ -106,49 +98,26 @@ class TakeInDialog(FormDialog):
         self.say("")
 
     def _take(self) -> None:
-        """Compare once more and write, beside the window's thread."""
-        project, compare, shown = self._project, self._compare, self.shown
-        edit = self._edit()
+        """Compare once more, as the project may have changed, and write in the background."""
+        project, compare, with_new = self._project, self._compare, self.with_new.isChecked()
+        decision: Decision = self.decision.currentData()
 
-        def work(_task: Task) -> Incoming | str:
-            now = compare()
-            if now != shown:
-                return now
+        def work(_task: Task) -> str:
+            edit = compare().edit(decision, with_new=with_new)
             project.apply(edit)
             return edit.words()
 
-        self._set_busy(busy=True)
-        task = self._tasks.write("merging clicks", work, self._on_worked)
-        task.failed.connect(self._on_failed)
-
-    @Slot(object)
-    def _on_worked(self, result: Incoming | str) -> None:
-        self._set_busy(busy=False)
-        if isinstance(result, str):
-            self.taken_in.emit(result)
+        def done(words: str) -> None:
+            self.taken_in.emit(words)
             self.accept()
-        else:
-            self._show(result)
-            self._complain(
-                "The project has changed in the meantime. Check the comparison again, then merge."
-            )
 
-    @Slot(object)
-    def _on_failed(self, error: Exception) -> None:
-        self._set_busy(busy=False)
-        self._complain(str(error))
+        def failed(error: Exception) -> None:
+            self._show_outcome()
+            self.say(str(error), error=True)
 
-    def _set_busy(self, *, busy: bool) -> None:
-        for widget in (self.decision, self.with_new):
-            widget.setEnabled(not busy)
-        self._tell_outcome()
-        if busy:
-            self.accept_button.setEnabled(False)
-            self.outcome.setText("Writing …")
-
-    def _complain(self, text: str) -> None:
-        self.say(text, error=True)
-        self.words.setFocus(Qt.FocusReason.OtherFocusReason)
+        self.accept_button.setEnabled(False)
+        self.outcome.setText("Writing …")
+        self._tasks.write("merging clicks", work, done).failed.connect(failed)
 
 
 def _summary(incoming: Incoming) -> str:

@@ -24,7 +24,7 @@ from stereotrack_core.project.fitting import (
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.task_process import TaskProcess
+from stereotrack_core.worker_processes import TaskProcess
 
 from ....services.tasks.task import Task, TaskList
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
@@ -16,6 +17,7 @@ from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.repeating import StoredSpec, stored_spec
 from stereotrack_core.tracking.retrack import Beginning, Retrack, Retracked
 from stereotrack_core.tracking.stored import shape_of_meta
+from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from ....context import Context
 from ....services.actions import Command, Menu
@@ -135,15 +137,10 @@ class Retracking(QObject):
         if run is None:
             return
         todo = self._task_of(entry, run, stretch, recording)
-        process, done = self._session.processes.trials, 0
+        process = self._session.processes.trials
 
         def work(task: Task) -> tuple[Retracked, Run]:
-            def hear(more: int) -> None:
-                nonlocal done
-                done += more
-                task.report(done / len(stretch), f"frame {done} of {len(stretch)}")
-
-            found: Retracked = process(todo, hear, task.token.cancelled)
+            found: Retracked = in_process(process, todo, task, len(stretch))
             return found, found.into(run, list(entry.ordered()))
 
         title = f"re-tracking {frames_in_words(stretch)}"
@@ -208,6 +205,18 @@ class Retracking(QObject):
         self.changed.emit()
 
 
+def in_process(process: TaskProcess, todo: ProcessTask, task: Task, frames: int) -> Any:
+    """Do something in a process that tells its frames, and report how many of them are done."""
+    done = 0
+
+    def hear(more: int) -> None:
+        nonlocal done
+        done += more
+        task.report(done / frames, f"tracking frame {done} of {frames}")
+
+    return process(todo, hear, task.token.cancelled)
+
+
 def _stored(entry: RunEntry) -> StoredSpec:
     """How a run was made; raises InputError where that is not known."""
     run = entry.run()
@@ -225,8 +234,8 @@ def _why_not_with_clicks(entry: RunEntry) -> str:
     if stored.spec.settings.tracking.matching != "data_to_model":
         return f"The tracker of preset {entry.preset} does not use clicks."
     elsewhere = stored.keypoints is not None and stored.spec.keypoints is None
-    if entry.origin is None and (elsewhere or stored.detections is not None):
-        return "The run used keypoints or detections of a file. Track the recording again first."
+    if entry.origin is None and elsewhere:
+        return "The run used keypoints of a file. Track the recording again first."
     return ""
 
 

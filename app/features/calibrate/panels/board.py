@@ -211,10 +211,11 @@ def _source_list() -> QTreeWidget:
     tree = QTreeWidget()
     tree.setColumnCount(2)
     tree.setHeaderLabels(["Camera", "Pictures"])
-    dress_list(tree, "Pictures of each camera", (120, None))
+    dress_list(tree, "Pictures of each camera", (120, 0))
     tree.setEditTriggers(
         QTreeWidget.EditTrigger.DoubleClicked | QTreeWidget.EditTrigger.EditKeyPressed
     )
+    tree.header().setStretchLastSection(True)
     tree.setMinimumHeight(80)
     tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
     tree.headerItem().setToolTip(0, "Double-click a name to change it")

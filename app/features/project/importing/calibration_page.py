@@ -19,7 +19,7 @@ from stereotrack_core.recording.importing.making import cameras_for
 
 from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, scrolled, vbox
-from .preview import Looked
+from .sources_page import Looked
 
 _FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
 

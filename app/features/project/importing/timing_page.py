@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QWizardPage
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
-from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.importing.synchronise import (
     METHODS,
     Lead,
@@ -22,21 +21,12 @@ from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import push_button, say_in
 from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import choice, hbox, label, label_of, vbox
-from .preview import Looked, SyncPreview
+from .sources_page import Looked
 
 _WORDS = (
     "Frame k of every source must show the same instant. Where the cameras were started one after "
     "the other, let the offsets be estimated."
 )
-
-
-def _rate_field(name: str) -> NumberField:
-    """The frame rate of a source whose file does not state it, beside others that do."""
-    field = NumberField(maximum=1000.0, digits=0)
-    field.setSpecialValueText("as the recording")
-    field.setAccessibleName(f"Frames per second of {name}")
-    field.setToolTip("The file does not state its frame rate. Enter it if it is another.")
-    return field
 
 
 class TimingPage(QWizardPage):
@@ -69,11 +59,6 @@ class TimingPage(QWizardPage):
         self.distance, self._middle = label("", "muted"), looked.middle_m
         self.unit.valueChanged.connect(self._say_distance)
         self._say_distance()
-        self.rates = {
-            source.name: _rate_field(source.name)
-            for source in looked.found.sources
-            if source.fps is None and looked.found.fps is not None
-        }
         self.resample = QCheckBox("&Resample sources of another or an uneven frame rate")
         self.resample.setChecked(True)
         self.resample.setToolTip(
@@ -82,9 +67,8 @@ class TimingPage(QWizardPage):
         )
         self.resample.toggled.connect(self._forget)
         self.offsets, self.words = label("", "muted"), label()
-        self.preview = SyncPreview()
         form = self._form(looked)
-        self.setLayout(vbox(label(_WORDS, "muted"), form, (self.preview, 20), self.words, None))
+        self.setLayout(vbox(label(_WORDS, "muted"), form, self.words, None))
         self.fps.valueChanged.connect(self._forget)
         self.method.currentIndexChanged.connect(self._forget)
 
@@ -92,9 +76,6 @@ class TimingPage(QWizardPage):
         """The fields in their rows."""
         form = QFormLayout()
         form.addRow("&Frames per second", self.fps)
-        for name, field in self.rates.items():
-            form.addRow(f"Of {name}", field)
-            field.valueChanged.connect(self._forget)
         form.addRow(label_of(self.method, "&Synchronise by"), hbox((self.method, 1), self.estimate))
         form.addRow("", self.offsets)
         form.addRow("", self.resample)
@@ -113,18 +94,12 @@ class TimingPage(QWizardPage):
     def chosen(self, choices: Choices) -> Choices:
         """The choices with what is written and was estimated here."""
         uses = tuple(
-            replace(use, source=self._rated(use.source), lead=self._leads.get(use.source.name, 0.0))
-            for use in choices.uses
+            replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
         )
         fps, unit = self.fps.stored() or None, self.unit.stored()
         return replace(
             choices, uses=uses, fps=fps, depth_unit=unit, resample=self.resample.isChecked()
         )
-
-    def _rated(self, source: Source) -> Source:
-        """The source with the frame rate that is written here, if its file states none."""
-        field = self.rates.get(source.name)
-        return source if field is None else replace(source, fps=field.stored() or None)
 
     def timed(self, choices: Choices) -> Choices:
         """The choices with what is written here, and all sources at one rate.
@@ -150,11 +125,6 @@ class TimingPage(QWizardPage):
             f"Guessed from the scene, whose middle is then {metres:.1f} m away. Check it."
         )
 
-    def close_reading(self) -> None:
-        """Estimate and preview no longer."""
-        self.stop()
-        self.preview.close_reading()
-
     @Slot()
     def _forget(self) -> None:
         """Offsets of other settings are not kept."""
@@ -168,8 +138,6 @@ class TimingPage(QWizardPage):
         if self.fps.value() <= 0:
             problem = "The files do not state their frame rate. Enter it."
         doubts, together = self._doubts()
-        if not problem and not together:
-            self.preview.show_choices(self.timed(self._choices))
         problem = problem or together
         if problem or self.isComplete():
             say_in(self.words, problem or "\n".join(doubts), error=bool(problem))
@@ -195,11 +163,10 @@ class TimingPage(QWizardPage):
                 choices, method, on_progress=task.report, cancelled=task.token.cancelled
             )
 
-        self._work = Task("synchronising the sources", work)
+        self._work = self._tasks.begin(
+            "synchronising the sources", work, self._on_found, self._on_failed
+        )
         self._work.progressed.connect(self._on_progress)
-        self._work.finished.connect(self._on_found)
-        self._work.failed.connect(self._on_failed)
-        self._tasks.start(self._work)
 
     @Slot(float, str)
     def _on_progress(self, _share: float, words: str) -> None:

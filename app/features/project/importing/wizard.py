@@ -18,8 +18,7 @@ from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import ask_for_folder, say_in
 from ....widgets.forms.numbers import refusal_in
 from .calibration_page import CalibrationPage
-from .preview import Looked, look
-from .sources_page import PlacePage, SourcesPage
+from .sources_page import Looked, PlacePage, SourcesPage, look
 from .timing_page import TimingPage
 
 
@@ -81,19 +80,16 @@ class ImportWizard(QWizard):
             make_recording(choices, folder, on_progress=task.report, cancelled=task.token.cancelled)
             return folder
 
-        self._work = Task("making the recording", work)
+        self._work = self._tasks.begin("making the recording", work, self._on_made, self._on_failed)
         self._work.progressed.connect(self._on_progress)
-        self._work.finished.connect(self._on_made)
-        self._work.failed.connect(self._on_failed)
         self._work.stopped.connect(self._on_stopped)
-        self._tasks.start(self._work)
 
     def reject(self) -> None:
         """Stop making the recording, or close."""
         if self._work is not None:
             self._work.cancel()
             return
-        self.timing.close_reading()
+        self.timing.stop()
         super().reject()
 
     def _show_working(self, *, working: bool) -> None:
@@ -112,7 +108,7 @@ class ImportWizard(QWizard):
     @Slot(object)
     def _on_made(self, folder: Path) -> None:
         self._work = None
-        self.timing.close_reading()
+        self.timing.stop()
         super().accept()
         self.made.emit(folder)
 

@@ -1,4 +1,4 @@
-"""Which joint angles there are, and exactly what each means.
+"""Joint angles of runs, references and landmarks: what each means, its range and its errors.
 
 As far as nine landmarks have them, the angles are those that the International Society of
 Biomechanics recommends: Wu et al., J. Biomech. 38 (2005) 981-992,
@@ -8,13 +8,21 @@ that the same movement of either arm has the same numbers.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.skeleton import HEAD, PARTS
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import upright_run
 
 Side: TypeAlias = Literal["", "left", "right"]
 
@@ -118,76 +126,49 @@ ANGLES: tuple[AngleDefinition, ...] = (
 NAMES: tuple[str, ...] = tuple(angle.name for angle in ANGLES)
 
 
-def place_of(name: str) -> int:
-    """Place of an angle in arrays. Raises ValueError for a name that no angle has."""
-    return NAMES.index(name)
-
-
 _TURNS = np.array([angle.lowest is not None for angle in ANGLES])
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 """Mirrors a vector of the torso's frame at the person's plane of symmetry."""
 
 
 def angles_of_landmarks(points: FloatArray) -> FloatArray:
-    """Joint angles (..., A) in radians of landmarks (..., 9, 3), world, metres.
+    """Joint angles (..., A) in radians of landmarks (..., 9, 3), world, metres; not unwrapped.
 
     NaN where a landmark that the angle needs is not known, and where the angle is not defined
-    (see :data:`ANGLES`); not unwrapped.
+    (see :data:`ANGLES`).
     """
-    return within_limits(raw_angles(points))
-
-
-def raw_angles(points: FloatArray) -> FloatArray:
-    """The same without the limits near singular places, where values are wild but finite."""
     at = {name: points[..., i, :] for i, name in enumerate(LANDMARKS)}
     hips = 0.5 * (at["left_hip"] + at["right_hip"])
     shoulders = 0.5 * (at["left_shoulder"] + at["right_shoulder"])
     torso = _torso_frames(hips, shoulders, at["right_shoulder"] - at["left_shoulder"])
-    result: FloatArray = np.full((*points.shape[:-2], len(NAMES)), np.nan)
-
-    def put(name: str, value: FloatArray) -> None:
-        result[..., place_of(name)] = value
-
-    for name, value in zip(("turn", "forward", "sideways"), _torso_angles(torso), strict=True):
-        put(f"torso_{name}", value)
+    turn, forward, sideways = _torso_angles(torso)
+    leaning = np.abs(sideways) > NEARLY_SIDEWAYS
     head = _in_frame(torso, unit(at["head"] - shoulders))
-    put("head_forward", np.arctan2(head[..., 1], head[..., 2]))
-    put("head_sideways", np.arctan2(head[..., 0], np.hypot(head[..., 1], head[..., 2])))
+    head_sideways = np.arctan2(head[..., 0], np.hypot(head[..., 1], head[..., 2]))
+    head_leaning = np.abs(head_sideways) > NEARLY_SIDEWAYS
+    found = {
+        "torso_turn": np.where(leaning, np.nan, turn),
+        "torso_forward": np.where(leaning, np.nan, forward),
+        "torso_sideways": sideways,
+        "head_forward": np.where(head_leaning, np.nan, np.arctan2(head[..., 1], head[..., 2])),
+        "head_sideways": head_sideways,
+    }
     for side in ("left", "right"):
         elbow = at[f"{side}_elbow"]
         upper = _in_frame(torso, unit(elbow - at[f"{side}_shoulder"]))
         fore = _in_frame(torso, unit(at[f"{side}_hand"] - elbow))
         if side == "left":
             upper, fore = upper * _MIRROR, fore * _MIRROR
-        for name, value in zip(("plane", "elevation"), _shoulder_angles(upper), strict=True):
-            put(f"{side}_shoulder_{name}", value)
-        put(f"{side}_shoulder_rotation", _axial_rotation(upper, fore))
-        put(f"{side}_elbow_flexion", _between(upper, fore))
-    return result
-
-
-def within_limits(angles: FloatArray) -> FloatArray:
-    """Angles (..., A) with NaN in place of those that the others leave undefined."""
-    result = angles.copy()
-
-    def blank(name: str, undefined: FloatArray) -> None:
-        values = result[..., place_of(name)]
-        result[..., place_of(name)] = np.where(undefined, np.nan, values)
-
-    def of(name: str) -> FloatArray:
-        values: FloatArray = angles[..., place_of(name)]
-        return values
-
-    leaning = np.abs(of("torso_sideways")) > NEARLY_SIDEWAYS
-    blank("torso_turn", leaning)
-    blank("torso_forward", leaning)
-    blank("head_forward", np.abs(of("head_sideways")) > NEARLY_SIDEWAYS)
-    for side in ("left", "right"):
-        at_pole = np.sin(of(f"{side}_shoulder_elevation")) < np.sin(NEAR_POLE)
-        straight = np.sin(of(f"{side}_elbow_flexion")) < np.sin(NEARLY_STRAIGHT)
-        blank(f"{side}_shoulder_plane", at_pole)
-        blank(f"{side}_shoulder_rotation", at_pole | straight)
-    return result
+        plane, elevation = _shoulder_angles(upper)
+        flexion = _between(upper, fore)
+        at_pole = np.sin(elevation) < np.sin(NEAR_POLE)
+        straight = np.sin(flexion) < np.sin(NEARLY_STRAIGHT)
+        found[f"{side}_shoulder_plane"] = np.where(at_pole, np.nan, plane)
+        found[f"{side}_shoulder_elevation"] = elevation
+        rotation = _axial_rotation(upper, fore)
+        found[f"{side}_shoulder_rotation"] = np.where(at_pole | straight, np.nan, rotation)
+        found[f"{side}_elbow_flexion"] = flexion
+    return np.stack([found[name] for name in NAMES], axis=-1)
 
 
 def wrapped(difference: FloatArray) -> FloatArray:
@@ -273,4 +254,159 @@ def _between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     result: FloatArray = np.einsum("...i,...i->...", a, b)
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class JointAngles:
+    """Angles over frames; F frames, A angles in the order of :data:`ANGLES`."""
+
+    frame: IntArray
+    """(F,). Ascending."""
+    angle: FloatArray
+    """(F, A), radians. Unwrapped; NaN where not known or not defined."""
+
+    def between(self, first: int, end: int) -> JointAngles:
+        """The frames of a half-open stretch."""
+        inside = (self.frame >= first) & (self.frame < end)
+        return JointAngles(self.frame[inside], self.angle[inside])
+
+
+def angles_of_trajectory(trajectory: LandmarkTrajectory) -> JointAngles:
+    """Angles of landmarks."""
+    angle = unwrapped(trajectory.frame, angles_of_landmarks(trajectory.points))
+    return JointAngles(trajectory.frame, angle)
+
+
+def angles_of_run(run: Run) -> JointAngles:
+    """Angles of a run, against the vertical of its world, whichever of its axes that is.
+
+    The head's are not known where the run does not track it.
+    """
+    run = upright_run(run)
+    found = angles_of_trajectory(run.trajectory())
+    if f"{PARTS[HEAD]}_alpha" in run.state_names:
+        return found
+    tracked = np.array([angle.joint != "head" for angle in ANGLES])
+    return JointAngles(found.frame, np.where(tracked, found.angle, np.nan))
+
+
+def angles_of_reference(reference: Reference, max_sigma: float = MAX_SIGMA) -> JointAngles:
+    """Angles of the landmarks that are known within a standard deviation, in metres."""
+    return angles_of_trajectory(reference.trajectory(max_sigma))
+
+
+def unwrapped(frame: IntArray, angle: FloatArray) -> FloatArray:
+    """Take away jumps by whole turns of angles (F, A) in any range, radians.
+
+    Over successive frames an angle goes the short way round. Where it is not known for some
+    frames, it begins anew in the range of one turn that its definition states; only turns of the
+    torso are counted on, to the value nearest to the last one. More than half a turn between two
+    frames cannot be told from less than half a turn the other way.
+    """
+    result = angle.copy()
+    for column, definition in enumerate(ANGLES):
+        if definition.lowest is not None:
+            begin = definition.lowest
+            for stretch in _stretches(frame, np.isfinite(angle[:, column])):
+                values = np.unwrap(angle[stretch, column])
+                turns = np.floor((values[0] - begin) / (2.0 * np.pi))
+                result[stretch, column] = values - 2.0 * np.pi * turns
+                if definition.continues:
+                    begin = result[stretch, column][-1] - np.pi
+    return result
+
+
+def _stretches(frame: IntArray, known: BoolArray) -> list[slice]:
+    """Places of successive frames (F,) that are all known (F,), as slices."""
+    places = np.flatnonzero(known)
+    if not len(places):
+        return []
+    follows = (np.diff(places) == 1) & (np.diff(frame[places]) == 1)
+    ends = [0, *(np.flatnonzero(~follows) + 1), len(places)]
+    return [slice(int(places[a]), int(places[b - 1]) + 1) for a, b in pairwise(ends)]
+
+
+_DIGITS = 4
+
+
+def frame_columns() -> tuple[str, ...]:
+    """Headings: ``frame``, ``seconds``, then one for every angle."""
+    return ("frame", "seconds", *(f"{name}_deg" for name in NAMES))
+
+
+def frame_rows(angles: JointAngles, fps: float) -> list[list[str | float | int]]:
+    """Rows under :func:`frame_columns`, seconds since frame 0; what is not known is empty."""
+    rows: list[list[str | float | int]] = []
+    degrees = np.degrees(angles.angle).round(_DIGITS).tolist()
+    for frame, values in zip(angles.frame.tolist(), degrees, strict=True):
+        cells = ["" if math.isnan(value) else value for value in values]
+        rows.append([frame, round(frame / fps, 6), *cells])
+    return rows
+
+
+RANGES = ("minimum", "maximum", "range", "mean")
+"""What is told of each angle in a stretch."""
+
+
+@dataclass(frozen=True)
+class StretchRanges:
+    """Ranges of the angles in one stretch of frames."""
+
+    name: str
+    """The segment, or ``"all"``."""
+    first: int
+    end: int
+    """`first` and `end`: frames of it that there are, half-open; as the segment has them where
+    there is none."""
+    frames: dict[str, int]
+    """Frames in which each angle is known, by its name."""
+    degrees: dict[str, dict[str, float]]
+    """Values of each angle by its name and those of :data:`RANGES`; NaN where nothing is known."""
+
+
+def angle_ranges(angles: JointAngles, segments: Sequence[Segment] = ()) -> list[StretchRanges]:
+    """Ranges of the angles: over all frames first, then in every segment."""
+    ends = (int(angles.frame[0]), int(angles.frame[-1]) + 1) if len(angles.frame) else (0, 0)
+    found = []
+    for stretch in (Segment("all", *ends), *segments):
+        part = angles.between(stretch.first, stretch.end)
+        first, end = stretch.first, stretch.end
+        if len(part.frame):
+            first, end = int(part.frame[0]), int(part.frame[-1]) + 1
+        columns = [values[np.isfinite(values)] for values in np.degrees(part.angle).T]
+        frames = {name: len(values) for name, values in zip(NAMES, columns, strict=True)}
+        degrees = {name: _range(values) for name, values in zip(NAMES, columns, strict=True)}
+        found.append(StretchRanges(stretch.name, first, end, frames, degrees))
+    return found
+
+
+def _range(values: FloatArray) -> dict[str, float]:
+    if not len(values):
+        return dict.fromkeys(RANGES, math.nan)
+    low, high = float(values.min()), float(values.max())
+    return dict(zip(RANGES, (low, high, high - low, float(values.mean())), strict=True))
+
+
+ERRORS = ("mean_error", "median", "rms", "p95")
+"""Mean error with its sign; median, root mean square and 95th percentile of its size."""
+
+
+def angle_errors(found: JointAngles, truth: JointAngles) -> dict[str, dict[str, float]]:
+    """Errors of each angle by its name, in degrees, over the frames in which both know it.
+
+    ``frames`` is their number; the :data:`ERRORS` are NaN where there are none.
+    """
+    _, own, other = np.intersect1d(found.frame, truth.frame, return_indices=True)
+    errors = np.degrees(wrapped(found.angle[own] - truth.angle[other]))
+    result = {}
+    for name, column in zip(NAMES, errors.T, strict=True):
+        known = column[np.isfinite(column)]
+        values = [math.nan] * 4
+        if len(known):
+            size = np.abs(known)
+            values = [known.mean(), np.median(size), np.sqrt(np.mean(size**2))]
+            values.append(np.percentile(size, 95))
+        told = {key: float(value) for key, value in zip(ERRORS, values, strict=True)}
+        result[name] = {"frames": len(known), **told}
     return result

@@ -1,1 +1,0 @@
-"""Joint angles as a laboratory reports them, with velocities, ranges and uncertainty."""
