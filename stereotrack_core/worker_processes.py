@@ -146,7 +146,7 @@ class _Worker:
             self.pipe.send((is_order, word))
 
     def word(self) -> Any:
-        """What it tells next. Raises :class:`Lost` where it has ended."""
+        """Receive the next message. Raises :class:`Lost` if the process has ended."""
         try:
             return self.pipe.recv()
         except (EOFError, OSError):  # the latter in the middle of a word

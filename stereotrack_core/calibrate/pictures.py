@@ -119,7 +119,7 @@ class Pictures:
         return max(self.source.count() - self.first, 0)
 
     def name(self, k: int) -> str:
-        """What a person calls picture k."""
+        """File name of picture k, or the number of its frame."""
         return self.files[k] if self.files else f"frame {k}"
 
     def read(self, k: int) -> ImageArray:

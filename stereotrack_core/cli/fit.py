@@ -210,7 +210,6 @@ def _fit(args: Namespace, recording: Recording) -> int:
             frames=frames,
             views=views,
             settings=settings,
-            proportions=proportions_of(recording.subject),
             sigma=sigma,
             source=str(args.clicks),
             on_frame=lambda frame: show(frame - frames.start + 1),

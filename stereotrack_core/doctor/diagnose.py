@@ -18,11 +18,19 @@ from stereotrack_core.depth.lost_points import LEAST_POINTS, LostPoints
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.reach import is_changed, reach_of
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.doctor.clocks import check_clocks, motion_signals
+from stereotrack_core.doctor.clocks import (
+    STEP,
+    check_clocks,
+    check_delays,
+    motion_signals,
+    stretch_of,
+)
+from stereotrack_core.doctor.displacements import Places
 from stereotrack_core.doctor.light import check_light, check_pictures
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.reference import bodies, check_reference
 from stereotrack_core.doctor.views import (
+    Instants,
     check_views,
     measurable,
     measured_frames,
@@ -95,9 +103,11 @@ def diagnose(
         tell("light")
         found += check_light(recording, reader)
         tell("clocks")
-        found += check_clocks(recording, motion_signals(reader))
+        signals = motion_signals(reader)
+        found += check_clocks(recording, signals)
         tell("depths of the views")
-        found += _measured(recording, reader, found)
+        stretch = stretch_of(list(signals.values()), reader.frame_count)
+        found += _measured(recording, reader, found, stretch[::STEP])
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
 
@@ -128,22 +138,35 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
 
 
 def _measured(
-    recording: Recording, reader: FrameReader, before: Sequence[Finding]
+    recording: Recording,
+    reader: FrameReader,
+    before: Sequence[Finding],
+    stretch: range,
 ) -> Iterator[Finding]:
     """Findings by the points of the person, of views about which nothing was found before."""
     views = measurable(recording, _views_of(before))
-    if not views or (len(views) < 2 and recording.reference is None):
-        return
-    try:
-        instants, places = measured_views(recording, reader, views)
-    except InputError as error:
-        yield Finding.of(error)
-        return
-    found = list(check_views(recording, instants, places))
+    frames = measured_frames(reader)
+    every = np.union1d(frames, stretch) if len(views) > 1 else frames
+    instants: Instants = []
+    places: Places = {}
+    if views and (len(views) > 1 or recording.reference is not None):
+        try:
+            instants, places = measured_views(recording, reader, views, frames=every)
+        except InputError as error:
+            yield Finding.of(error)
+            return
+    at = dict(zip(every.tolist(), instants, strict=False))
+    late = []
+    if len(places) > 1:
+        in_a_row = [at[k] for k in stretch]
+        late = list(check_delays(in_a_row, places, recording.fps, STEP))
+    yield from late
+    in_step = {name: one for name, one in places.items() if name not in _views_of(late)}
+    spread = [at[k] for k in frames.tolist()] if in_step else []
+    found = list(check_views(recording, spread, in_step))
     yield from found
-    sound = {name: one for name, one in places.items() if name not in _views_of(found)}
-    measured = bodies(instants, sound, measured_frames(reader)) if sound else ()
-    yield from check_reference(recording, measured)
+    sound = {name: one for name, one in in_step.items() if name not in _views_of(found)}
+    yield from check_reference(recording, bodies(spread, sound, frames) if sound else ())
 
 
 def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:

@@ -75,8 +75,9 @@ def measured_views(
     reader: FrameReader,
     views: Sequence[str],
     parameters: DepthParameters | None = None,
+    frames: Sequence[int] | IntArray | None = None,
 ) -> tuple[Instants, Places]:
-    """What some views measure of the person, in frames spread over the recording.
+    """Measure points of the person in some views, in frames spread over the recording or others.
 
     Raises InputError for stereo cameras that cannot be rectified.
     """
@@ -85,10 +86,11 @@ def measured_views(
         volume_x=_EVERYWHERE, volume_y=_EVERYWHERE, volume_z=_EVERYWHERE,
         volume_bottom=-0.5 * _EVERYWHERE, disparity_from_volume=False, subpixel="matcher",
     )  # fmt: skip
+    frames = measured_frames(reader) if frames is None else frames
     chain = DepthChain(recording, everywhere, views=views)
     try:
         chain.learn_background(reader, range(reader.frame_count))
-        clouds = [chain.process(reader.frame_set(int(k))) for k in measured_frames(reader)]
+        clouds = [chain.process(reader.frame_set(int(k))) for k in frames]
         places = {name: one.world_from_depth for name, one in chain.geometry.items()}
     finally:
         chain.close()

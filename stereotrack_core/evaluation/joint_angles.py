@@ -346,7 +346,7 @@ def frame_rows(angles: JointAngles, fps: float) -> list[list[str | float | int]]
 
 
 RANGES = ("minimum", "maximum", "range", "mean")
-"""What is told of each angle in a stretch."""
+"""Statistics of each angle in a stretch."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -122,7 +122,6 @@ def plan_import(
     all_people: bool = False,
     person: str | None = None,
     propose: bool = False,
-    go_on: Callable[[], object] = lambda: None,
 ) -> DetectorImport:
     """Read files of a detector and work out what they change; the project stays as it is.
 
@@ -138,19 +137,13 @@ def plan_import(
         Name or number of the one; the surest of all frames where it is not given.
     propose : bool
         Propose landmarks as clicks. Otherwise what the detector has proposed before stays.
-    go_on : callable
-        Called before every file; may raise :class:`Cancelled`.
 
     Raises
     ------
     InputError
         Where a file cannot be read, or the detector's name is taken.
     """
-    read = []
-    for source in sources:
-        go_on()
-        read.append(read_keypoints(source, frames))
-    every = joined(read)
+    every = joined([read_keypoints(source, frames) for source in sources])
     people = [
         every.people.get(number, str(number))
         for number in np.unique(every.keypoints.person).tolist()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -34,7 +34,6 @@ from stereotrack_core.annotation.reference import (
     without_gaps,
 )
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
 from stereotrack_core.geometry.camera_agreement import Disagreement
@@ -80,12 +79,11 @@ def fit_project(
     fit = do(
         partial(
             fit_reference,
-            recording,
+            replace(recording, subject=subject),
             clicks,
             frames=frames,
             settings=settings,
             landmarks=landmarks,
-            proportions=proportions_of(subject),
             sigma=sigma,
             source=project.path.name,
             gaps=gaps_of(project),

@@ -36,8 +36,7 @@ class StoredSpec:
     """What a run says about how it was made."""
 
     spec: RunSpec
-    """Where `init` is :data:`UNSTATED`, the run began with a pose that it does
-    not state."""
+    """Where `init` is :data:`UNSTATED`, the run began with a pose that it does not state."""
     count: int
     """How many of the frames were tracked; fewer where the run was stopped."""
     subject: Subject | None
@@ -92,24 +91,6 @@ class StoredSpec:
         stated = None if self.holds_detected else self.keypoints
         return dataclasses.replace(self, spec=spec, keypoints=stated)
 
-    def check_without_clicks(self) -> None:
-        """Refuse where clicks would have to be read again.
-
-        Raises InputError where the run used any.
-        """
-        if self.retracked:
-            raise InputError(
-                "stretches of the run were tracked again around clicks",
-                where="clicks",
-                remedy="Reproduce the run that it was made from, which is in the list of runs.",
-            )
-        if self.clicks is not None:
-            raise InputError(
-                f"the run used clicks of {self.clicks.get('source', '')}",
-                where="--clicks",
-                remedy="Reproduce it with `stereotrack track --like`, which reads them again.",
-            )
-
 
 def stored_spec(run: Run) -> StoredSpec:
     """Read how a run was made.
@@ -134,7 +115,7 @@ def stored_spec(run: Run) -> StoredSpec:
         init=_first_pose(meta),
         smooth=bool(meta.get("smoothed", False)),
         colour=meta.get("colour"),
-        detector=bool(meta.get("detector")),
+        detector=bool(meta.get("detector") or meta.get(DETECTED_SCENES)),
         keypoints=run.keypoints if meta.get("keypoints") else None,
         seen=_seen_in(run),
     )

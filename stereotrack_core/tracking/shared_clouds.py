@@ -59,7 +59,9 @@ def chain_of(
     colour = coloured if spec.colour is None else spec.colour
     reader = reader or FrameReader(recording, views=views, colour=colour)
     depth = settled(recording, spec.settings.depth, reader, deep)
-    mono = silhouette_views(recording, views, detector=spec.settings.uses_detector)
+    mono = silhouette_views(
+        recording, views, detector=spec.detector and spec.settings.uses_detector
+    )
     return DepthChain(recording, depth, views=deep, mono=mono, colour=coloured), reader
 
 

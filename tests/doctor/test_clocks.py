@@ -35,8 +35,16 @@ def test_the_view_that_is_late_or_early_is_named(late):
     assert f"{'larger' if late > 0 else 'smaller'} by {abs(late)}" in finding.remedy
 
 
-def test_of_two_views_nobody_knows_which_is_late():
-    assert not list(check_lags({"N": motion(), "O": motion(8, seed=1)}, 30.0))
+@pytest.mark.parametrize("late", [8, -5])
+def test_two_views_that_differ_are_named_and_corrected_by_nobody(late):
+    [finding] = check_lags({"N": motion(), "O": motion(late, seed=1)}, 30.0)
+    assert (finding.severity, finding.where, finding.correction) == ("warning", "views N, O", None)
+    frames = float(re.search(r"O shows everything ([0-9.]+) frames", finding.what)[1])
+    assert frames == pytest.approx(abs(late), abs=0.3)
+    assert f"view {'O' if late > 0 else 'N'} larger by {abs(late)}" in finding.remedy
+    assert not list(check_lags({"N": motion(), "O": motion(seed=1)}, 30.0))
+    short = {"N": motion(length=90), "O": motion(late, seed=1, length=90)}
+    assert not list(check_lags(short, 30.0))
 
 
 def test_stillness_proves_nothing():

@@ -14,7 +14,6 @@ from stereotrack_core.body.model import body_model, body_of_subject, landmarks
 from stereotrack_core.body.offsets import offsets_by_landmark
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.detections import Detection, Detections
@@ -23,7 +22,6 @@ from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repair import repaired
-from stereotrack_core.tracking.repeating import StoredSpec
 from stereotrack_core.tracking.residuals.clicks import (
     ClickObservation,
     contradicted,
@@ -189,11 +187,3 @@ def test_a_whole_run_is_repaired_once_its_last_frame_is_there(tmp_path):
     assert away[0][3:7].min() > 0.15, "without the search the arms are lost"
     assert run.meta["repaired"] == [3, 4, 5, 6]
     assert away[1][3:].max() < 0.1
-
-
-def test_who_cannot_read_the_clicks_again_is_refused():
-    spec = StoredSpec(RunSpec(SETTINGS), 3, None)
-    spec.check_without_clicks()
-    used = dataclasses.replace(spec, clicks={"source": "my.csv", "count": 9})
-    with pytest.raises(InputError, match=r"clicks of my.csv.*--like"):
-        used.check_without_clicks()

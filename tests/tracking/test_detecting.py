@@ -120,6 +120,8 @@ def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording,
     assert other_files(run, recording) == other_files(without, recording) == ()
     scenes = dataclasses.replace(without, meta={**without.meta, DETECTED_SCENES: ["N"]})
     assert other_files(scenes, recording) == (missing,)
+    made = [stored_spec(one).spec.detector for one in (run, without, scenes)]
+    assert made == [True, False, True]
 
 
 def test_a_run_holds_what_was_seen_and_is_repeated_without_the_detector(
@@ -163,4 +165,6 @@ def test_a_run_and_a_trial_have_silhouettes_of_plain_videos_where_the_detector_i
     names, wanted = [view.name for view in views], spec(detector=wish)
     with FrameReader(recording) as reader, closing(CloudStore(mono, reader, mono=names)) as store:
         assert bool(chain_of(mono, wanted, names, reader)[0].silhouettes) == expected
+        repeated = dataclasses.replace(wanted, detector=False)  # the run before had no detector
+        assert not chain_of(mono, repeated, names, reader)[0].silhouettes
         assert bool(store.chain(Trial(wanted).key).silhouettes) == expected

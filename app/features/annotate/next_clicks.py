@@ -44,7 +44,7 @@ class Ranking:
 
 @dataclass(frozen=True, eq=False)
 class _Order:
-    """What a ranking is made of; `build` from all clicks, else with those of `edited` frames."""
+    """Inputs of one ranking: all clicks if `build`, else those of the `edited` frames."""
 
     fit: TrajectoryFit
     run: LandmarkTrajectory | None

@@ -55,7 +55,7 @@ AxesWay: TypeAlias = Literal["first", "board", "floor", "recording"]
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """What a person chose to turn the world by."""
+    """Chosen origin and axes of the world."""
 
     way: AxesWay = "first"
     board_frame: int = -1
@@ -65,7 +65,7 @@ class Axes:
     north: str = ""
     """Camera in the north for the floor; empty for that of the first view."""
     floor: Alignment | None = None
-    """That of the floor in the depth of the open recording."""
+    """Alignment by the floor in the recording's depth; None until it is found."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,7 +83,7 @@ class TrialPresenter(QObject):
         return entry if entry is not None and entry.frames else None
 
     def wanted(self) -> Trial | None:
-        """What would be tried now; None where there is nothing to track."""
+        """Trial of the present settings; None if there is nothing to track."""
         stretch, base = self._stretch(), self.base()
         settings, preset = self._session.track.settings, self._session.track.preset
         if self._session.not_tried() or not len(stretch):

@@ -265,7 +265,7 @@ class CellTable(QTreeView):
         super().__init__()
         self.cells: TableModel[Any] = TableModel(columns, cells)
         self.sorted = QSortFilterProxyModel(self)
-        """What is shown where it sorts, sorted and filtered."""
+        """The rows, sorted and filtered; shown if the table sorts."""
         self._least, self._most = least, most
         if sorts:
             self.sorted.setSortRole(VALUE)

@@ -36,9 +36,9 @@ class CellTree(QTreeWidget):
     """
 
     changed = Signal(object, bool, str)
-    """A person has ticked or renamed a row: what it is called, whether ticked, and its text."""
+    """A person has ticked or renamed a row: its key, whether it is ticked, and its text."""
     chosen = Signal(object)
-    """What the current row is called."""
+    """Key of the row that has become the current one."""
 
     def __init__(self, name: str, columns: Sequence[Column], least: int = 72) -> None:
         super().__init__()

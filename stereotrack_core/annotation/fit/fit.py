@@ -18,7 +18,7 @@ from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_dept
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
@@ -78,7 +78,6 @@ def fit_reference(
     views: Sequence[str] | None = None,
     settings: FitSettings | None = None,
     landmarks: LandmarkSet = NINE,
-    proportions: Proportions | None = None,
     sigma: Mapping[str, float] | float = USUAL_SIGMA,
     source: str = "clicks",
     gaps: Sequence[range] = (),
@@ -95,7 +94,6 @@ def fit_reference(
     ----------
     frames : frames to fit; all when not given
     views : clicks and depth of these views alone count; all when not given
-    proportions : the person's; those of the recording's subject when not given
     sigma : float, or mapping from landmark to float, pixels; standard deviation of a click along
         each axis
     source : where the clicks come from, for messages
@@ -129,8 +127,8 @@ def fit_reference(
             where=source,
             remedy="Click a few frames first, or choose other frames or views.",
         )
-    known = proportions_of(recording.subject) if proportions is None else proportions
-    fitting = ClickFit(recording.cameras, landmarks, known, settings, recording.fps)
+    person = proportions_of(recording.subject)
+    fitting = ClickFit(recording.cameras, landmarks, person, settings, recording.fps)
     with recorded_depth(recording, settings, views) as depth:
         return fitting.trajectory(
             by_frame, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled

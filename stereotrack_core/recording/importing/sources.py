@@ -38,7 +38,7 @@ class Found:
 
     sources: tuple[Source, ...]
     problems: tuple[InputError, ...] = ()
-    """What could not be read."""
+    """Errors of the files that could not be read."""
     backgrounds: tuple[Path, ...] = ()
     """Single images beside the streams, some of which may show the empty scene."""
     notes: tuple[str, ...] = ()

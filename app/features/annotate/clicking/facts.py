@@ -164,7 +164,7 @@ class AnnotationFacts(QObject):
         return ACCEPTED_SIGMA if project is None else accepted_sigma(project)
 
     def view_names(self) -> Mapping[str, str]:
-        """How people call the cameras, by name."""
+        """Names that people know the cameras by, by camera."""
         recording = self._document.recording
         return recording.camera_names() if recording is not None else {}
 

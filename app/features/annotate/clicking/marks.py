@@ -67,7 +67,7 @@ class FrameMarks:
     hints: ClickHints | None = None
     fit: ShownFit | None = None
     views: Mapping[str, str] = field(default_factory=dict)
-    """How people call the cameras, by name."""
+    """Names that people know the cameras by, by camera."""
     offers: Mapping[str, str | None] = field(default_factory=dict)
     """The landmark that the next click in an image that is shown places; None: it places none."""
     doubtful: Disagreement | None = None

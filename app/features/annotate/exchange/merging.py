@@ -40,7 +40,7 @@ class TakeInDialog(FormDialog):
     shown : Incoming
         The comparison that was made last.
     problems : iterable of InputError
-        What could not be read at all.
+        Why files, or parts of them, could not be read.
     """
 
     taken_in = Signal(str)

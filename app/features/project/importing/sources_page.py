@@ -60,7 +60,7 @@ class Looked:
     pictures: Mapping[str, ImageArray]
     """First picture by the source's name; absent where it cannot be decoded."""
     problems: tuple[InputError, ...]
-    """What could not be read."""
+    """Errors of the files that could not be read."""
     middle_m: float
     """Metres to the middle of the depth scene for each metre of a count; NaN without depth."""
     place: Path
