@@ -103,9 +103,9 @@ _PEAKS = {
 """Columns of the peak, by its measure: none mixes units."""
 _COLUMNS = (
     Column("Frames", "First and last frame", width=78),
-    Column("Limbs", "Limbs that fail"),
+    Column("Limbs", "Limbs that fail", width=STRETCH),
     *_PEAKS.values(),
-    Column("Probable cause", "The cause that most of the evidence speaks for", width=STRETCH),
+    Column("Probable cause", "The cause that most of the evidence speaks for"),
     Column("Conf. %", "Confidence in the cause: its share of all evidence", RIGHT, width=54),
 )
 
@@ -145,7 +145,7 @@ class FailuresPanel(QWidget):
         self.show_rows((), 1.0, -1, "")
 
     def _tree(self) -> CellTable:
-        tree = CellTable("Failures", _COLUMNS, self._cells, least=100, sorts=True)
+        tree = CellTable("Failures", _COLUMNS, self._cells, least=96, sorts=True)
         tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
         tree.setSelectionMode(CellTable.SelectionMode.SingleSelection)
         tree.setMinimumHeight(56)

@@ -180,8 +180,7 @@ class ComparisonPanel(QWidget):
         super().__init__(parent)
         self.words = label(_NOTHING, "muted", margins=(8, 6, 8, 2))
         self._two = False
-        self.table = CellTable("Run comparison", (), self._cells, least=150)
-        self.table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.table = CellTable("Run comparison", (), self._cells, least=280)
         self._colours = label(_COLOURS, "muted", margins=(8, 2, 8, 4))
         self.setLayout(vbox(self.words, (self.table, 1), self._colours, spacing=2))
         self._colours.hide()
