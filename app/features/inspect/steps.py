@@ -65,9 +65,9 @@ _THESIS: dict[StepKind, tuple[str, str, str]] = {
     ),
     "cross": (
         "Cross-covariance",
-        "P_xz: how a change of each state (rows) goes along with the number of each pair "
-        "(columns). Orange: they grow together; blue: one grows as the other falls; none: that "
-        "pair says nothing about that state.",
+        "P_xz: how a change of each state goes along with the residual of each pair. The table has "
+        "the strongest correlation of a state (row) with the pairs of a part (column); at 0 the "
+        "part says nothing about the state.",
         "Equations (2.9) and (2.18), figure 3.14",
     ),
     "correct": (
