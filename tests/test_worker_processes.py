@@ -181,7 +181,7 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
         if __name__ == "__main__":
             workers = [TaskProcess(2) for _ in range(2)]
             try:
-                print(*(worker._given(print) and worker.pid for worker in workers), flush=True)
+                print(*(worker._given(id) and worker.pid for worker in workers), flush=True)
                 while True:  # a signal just before a sleep does not end it
                     time.sleep(0.1)
             except KeyboardInterrupt:
