@@ -11,7 +11,6 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
-from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import pairwise
@@ -48,8 +47,10 @@ from stereotrack_core.evaluation.summary import (
 from stereotrack_core.recording.description import LENGTHS, Recording, Subject
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.tables import markdown_text
+from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import Run, TrackedFrame, run_of
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.prepare import prepare
+from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
 
 THESIS = "thesis"
@@ -174,14 +175,13 @@ def _starts(recording: Recording) -> dict[int, Pose]:
 def restarted(recording: Recording, spec: RunSpec, starts: Mapping[int, Pose]) -> Run:
     """Track a recording; before each frame of `starts` the tracker is set to a pose."""
     found: list[TrackedFrame] = []
-    with Pipeline(recording, replace(spec, init=starts[0])) as pipeline:
-        frames = range(pipeline.reader.frame_count)
-        pipeline.prepare(frames)
-        for first, end in pairwise([*starts, frames.stop]):
-            pipeline.tracker.start(starts[first])
-            with closing(pipeline.frames(range(first, end))) as stretch:
-                found += [frame.without_cloud() for frame in stretch]
-        return run_of(found, pipeline.origin())
+    with Clouds(recording, replace(spec, init=starts[0])) as clouds:
+        run = prepare(clouds)
+        for first, end in pairwise([*starts, clouds.frames.stop]):
+            run = replace(run, state=run.model.first(starts[first]))
+            for advance in advances(run, range(first, end)):
+                run, found = advance.run, advance.gained.into(found)
+        return run_of(found, run.origin())
 
 
 def _track_and_write(recording: Recording, way: Way, seed: int, path: Path) -> None:

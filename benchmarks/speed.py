@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import sys
@@ -28,13 +29,14 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tables import number
+from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.initialise.first_pose import FIT_FRAMES
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
+from stereotrack_core.tracking.model import TrackState, cameras_of, model_for, step
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shared_clouds import read_cloud
-from stereotrack_core.tracking.tracker import cameras_of, tracker_for
+from stereotrack_core.tracking.prepare import prepare
+from stereotrack_core.tracking.run import advances
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 
 PARTS = ("chain", "growth")
 DISPARITIES, WINDOW = 64, 15
@@ -106,15 +108,19 @@ def _chain_seconds(recording: Recording, spec: RunSpec, frames: int) -> tuple[fl
     The clouds that the shape was fitted to are used again for the first frames, so the clock
     starts after these.
     """
-    with Pipeline(recording, spec) as pipeline:
-        begun = max(0, min(FIT_FRAMES, pipeline.reader.frame_count - frames))
-        once = seconds_of(lambda: pipeline.prepare(range(begun + frames)))
-        for _ in pipeline.frames(range(begun)):
-            pass
-        found: list[bool] = []
-        timed = pipeline.frames(range(begun, begun + frames))
-        seconds = seconds_of(lambda: found.extend(frame.tracked for frame in timed))
-    return once, seconds / frames, sum(found)
+    with FrameReader(recording) as reader:
+        begun = max(0, min(FIT_FRAMES, reader.frame_count - frames))
+    spec = dataclasses.replace(spec, frames=range(begun + frames))
+    with Clouds(recording, spec) as clouds:
+        clock = time.perf_counter()
+        run = prepare(clouds)
+        once, tracked = time.perf_counter() - clock, list[bool]()
+        for stretch in (range(begun), range(begun, begun + frames)):
+            clock, tracked = time.perf_counter(), []
+            for advance in advances(run, stretch):
+                run = advance.run
+                tracked += [frame.tracked for frame in advance.gained.frames]
+        return once, (time.perf_counter() - clock) / frames, sum(tracked)
 
 
 # Growth
@@ -142,10 +148,10 @@ def cost_of_points(
     """
     samples = settings.tracking.matching == "model_to_data"
     dense = settings.replaced(fit_shape=False, **({} if samples else {"pixel_step": 1}))
-    with Pipeline(recording, RunSpec(dense, init="tpose")) as pipeline:
-        count = min(frames, pipeline.reader.frame_count)
-        pipeline.chain.learn_background(pipeline.reader, range(count))
-        clouds = [read_cloud(pipeline.chain, pipeline.reader, k)[0] for k in range(count)]
+    with Clouds(recording, RunSpec(dense, init="tpose")) as chain:
+        count = min(frames, chain.reader.frame_count)
+        chain.learn(range(count), Hooks())
+        clouds = [chain.take(k)[0] for k in range(count)]
     clouds = [cloud for cloud in clouds if len(cloud.points) >= settings.tracking.least_points]
     most = min((len(cloud.points) for cloud in clouds), default=0)
     for size in sizes:
@@ -158,14 +164,14 @@ def _step_ms(recording: Recording, settings: Settings, clouds: Sequence[Cloud]) 
     """Median processor time of the tracker's step, without its failure probability."""
     positions = cameras_of(recording, usable_views(recording, None))
     body = body_model(proportions_of(recording.subject), settings.body)
-    tracker = tracker_for(body, settings, positions, recording.fps, 0)
-    tracker.start(t_pose_in_cloud(body, clouds[0].points))
+    model = model_for(body, settings, positions, recording.fps, 0)
+    state: TrackState = model.first(t_pose_in_cloud(body, clouds[0].points))
     spent = []
     with one_blas_thread():
-        tracker.step(clouds[0])
+        state, _ = step(model, state, clouds[0])
         for cloud in clouds:
             begun = time.process_time()
-            estimate = tracker.step(cloud)
+            state, estimate = step(model, state, cloud)
             seconds, whole = time.process_time() - begun, sum(estimate.seconds.values())
             spent.append(seconds * (estimate.seconds.get("track", whole) / whole if whole else 1.0))
     return 1000.0 * float(np.median(spent))

@@ -4,19 +4,23 @@ import sys
 from pathlib import Path
 
 import stereotrack_core as stereotrack
-from stereotrack_core.tracking.inspection import look_inside
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.clouds import Clouds
+from stereotrack_core.tracking.inspection import explain
+from stereotrack_core.tracking.prepare import prepare
+from stereotrack_core.tracking.run import advances
 
 
 def main(folder: Path, frame: int, preset: str = "accurate") -> None:
     recording = stereotrack.open_recording(folder)
     spec = stereotrack.RunSpec(stereotrack.preset(preset))
-    with Pipeline(recording, spec) as pipeline:
-        before = list(pipeline.frames(range(frame)))
-        cloud = pipeline.chain.process(pipeline.reader.frame_set(frame))
-        trace = look_inside(pipeline.tracker, cloud)  # the tracker stays as it is
+    with Clouds(recording, spec) as clouds:
+        run = prepare(clouds)
+        for advance in advances(run, range(frame)):
+            run = advance.run
+        cloud, _ = clouds.take(frame)
+        trace = explain(run.model, run.state, cloud)
 
-    print(f"{len(before)} frames were tracked before; frame {trace.frame} by {trace.method}")
+    print(f"{frame} frames were tracked before; frame {trace.frame} by {trace.method}")
     for correction in trace.corrections:
         residual_mm = 1000.0 * abs(correction.points.residual).mean()
         print(

@@ -15,7 +15,7 @@ from stereotrack_core.simulation.rig import SceneOptions
 
 
 def test_decorating_does_not_load_numba():
-    script = "import sys, stereotrack_core.tracking.tracker; print('numba' in sys.modules)"
+    script = "import sys, stereotrack_core.tracking.model; print('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.stdout == "False\n"
 

@@ -23,7 +23,7 @@ from logistic import fitted
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, agreement_of
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.failure_segments.stretches import (
     ARM_HALVES,
     SIGNS,
@@ -181,18 +181,16 @@ def fitted_by_limb(examples: Sequence[Example]) -> dict[str, FloatArray]:
 
 def left_out(examples: Sequence[Example]) -> str:
     """How well failures of each recording are found by coefficients fitted on all others."""
-    parts = []
+    counts = np.zeros(4)  # true, true and found, found, found and true
     for name in sorted({each.recording for each in examples}):
         fit = fitted_by_limb([each for each in examples if each.recording != name])
         coefficients = {half: slopes.tolist() for half, slopes in fit.items()}
-        parts += [
-            agreement_of((*each.truth, *failures_by_signs(each.run, each.fps, None, coefficients)))
-            for each in examples
-            if each.recording == name
-        ]
-    precision = sum(one.right for one in parts) / sum(one.called for one in parts)
-    recall = sum(one.found for one in parts) / sum(one.true for one in parts)
-    return f"precision {precision:.2f}, recall {recall:.2f}"
+        for each in (one for one in examples if one.recording == name):
+            called = failures_by_signs(each.run, each.fps, None, coefficients)
+            for k, these, others in ((0, each.truth, called), (2, called, each.truth)):
+                both = sum(any(one.overlaps(other) for other in others) for one in these)
+                counts[k : k + 2] += len(these), both
+    return f"precision {counts[3] / counts[2]:.2f}, recall {counts[1] / counts[0]:.2f}"
 
 
 def written(coefficients: Mapping[str, FloatArray]) -> str:

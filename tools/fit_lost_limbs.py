@@ -151,7 +151,7 @@ def judged_run(place: Path, used: str, views: str, init: str) -> tuple[FloatArra
         run = track(
             blind,
             RunSpec(settings, views=tuple(views), init=init),
-            on_frame=lambda frame: frames.update({frame.frame: frame}),
+            on_advance=lambda new: frames.update({one.frame: one for one in new.gained.frames}),
         )
     errors = errors_against(run.trajectory(), recording.reference)
     found = {k: one.estimate.limb_features for k, one in frames.items()}

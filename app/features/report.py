@@ -88,7 +88,6 @@ class ReportController(QObject):
             reference_name="" if truth is None else truth.words,
             states=None if truth is None else truth.reference,
             repeat="" if file is None else repeat_command(recording.folder.name, str(file)),
-            note=entry.facts.note if entry.facts is not None else "",
         )
 
 
@@ -99,7 +98,7 @@ def register(context: Context) -> ReportController:
         "report",
         "Report …",
         "Write a report on the active run as a web page: errors, curves, failures with "
-        "images, calibration, parameters, and how to reproduce it.",
+        "images, parameters, and how to reproduce it.",
         reports.ask_where,
         "Ctrl+Shift+R",
         "export",

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
-from itertools import zip_longest
 from pathlib import Path
 
 from PySide6.QtCore import QMimeData, QObject, QSettings, Signal, Slot
@@ -25,68 +23,12 @@ from .project import ProjectPresenter
 from .tracking import TrackPresenter
 
 _PATHS = "recent"
-_DATES = "recent_dates"
 MOST_RECENT = 10
-
-
-@dataclass(frozen=True)
-class Recent:
-    """A recording folder or project file, and when it was opened last."""
-
-    path: Path
-    opened: datetime | None = None
-    """None where that is not known."""
-
-    @property
-    def when(self) -> str:
-        """``2026-11-25 14:10``; empty where it is not known."""
-        return f"{self.opened:%Y-%m-%d %H:%M}" if self.opened is not None else ""
-
-    def says(self) -> str:
-        """Name, date and folder, in one line."""
-        return "   ".join(
-            part for part in (self.path.name, self.when, str(self.path.parent)) if part
-        )
-
-
-def recents_in(settings: QSettings) -> list[Recent]:
-    """What was opened last and is still there, the newest first."""
-    paths = stored_texts(settings, _PATHS) or []
-    dates = stored_texts(settings, _DATES) or []
-    known = [
-        Recent(Path(path), _date(date or ""))
-        for path, date in zip_longest(paths, dates[: len(paths)])
-    ]
-    return [one for one in known if os.path.isdir(one.path) or is_project(one.path)]
-
-
-def remember(settings: QSettings, path: Path, now: datetime) -> None:
-    """Put a recording or project at the head of the list."""
-    others = [one for one in recents_in(settings) if one.path != path]
-    _store(settings, [Recent(path, now), *others][:MOST_RECENT])
-
-
-def forget_all(settings: QSettings) -> None:
-    """Empty the list."""
-    _store(settings, [])
 
 
 def is_project(path: Path) -> bool:
     """Whether a path looks like a project file."""
     return path.suffix == SUFFIX and os.path.isfile(path)
-
-
-def _store(settings: QSettings, recents: list[Recent]) -> None:
-    settings.setValue(_PATHS, [str(one.path) for one in recents])
-    dates = [one.opened.isoformat("T", "seconds") if one.opened else "" for one in recents]
-    settings.setValue(_DATES, dates)
-
-
-def _date(text: str) -> datetime | None:
-    try:
-        return datetime.fromisoformat(text).replace(tzinfo=None)
-    except ValueError:
-        return None
 
 
 @dataclass(frozen=True)
@@ -140,17 +82,14 @@ class Opening(QObject):
         self.asked = self._due = Asked()
         document.opened.connect(self._remember)
 
-    def recents(self) -> list[Recent]:
+    def recents(self) -> list[Path]:
         """Recordings and projects opened last that are still there, the newest first."""
-        return recents_in(self._settings)
-
-    def recent(self) -> list[Path]:
-        """Their paths."""
-        return [one.path for one in self.recents()]
+        known = [Path(path) for path in stored_texts(self._settings, _PATHS) or ()]
+        return [path for path in known if os.path.isdir(path) or is_project(path)]
 
     def forget_recents(self) -> None:
         """Empty the list of what was opened last."""
-        forget_all(self._settings)
+        self._settings.setValue(_PATHS, [])
         self.recent_changed.emit()
 
     def open(
@@ -237,7 +176,8 @@ class Opening(QObject):
         if recording is None:
             return
         opened = self.asked.project or recording.folder.resolve()
-        remember(self._settings, opened, datetime.now())
+        others = [path for path in self.recents() if path != opened]
+        self._settings.setValue(_PATHS, [str(path) for path in (opened, *others)][:MOST_RECENT])
         self.recent_changed.emit()
 
 

@@ -88,10 +88,6 @@ class TrackControl(QObject):
         track = self._track
         self.take(Chosen(track.preset, track.base, settings), words)
 
-    def use_preset(self, name: str, settings: Settings) -> None:
-        """Take all values from a preset."""
-        self.take(Chosen(name, settings, settings), f"use preset {name}")
-
     def take(self, chosen: Chosen, words: str = "") -> None:
         """Use other settings, perhaps of another preset; `words` say what that is."""
         before = self._track.chosen

@@ -181,11 +181,6 @@ class TrackPresenter(QObject):
         """What the next run or step is tracked with."""
         return Chosen(self.preset, self.base, self.settings)
 
-    @property
-    def differs_from_preset(self) -> bool:
-        """Whether the settings are no longer those of the preset."""
-        return self.settings != self.base
-
     def name_of(self, settings: Settings) -> str:
         """What a run with these settings is called: ``fast, iterations 3``."""
         changes = changes_in_words(self.base, settings)

@@ -126,8 +126,7 @@ class MainWindow(QMainWindow):
 
     @Slot()
     def _list_recent(self) -> None:
-        recents = self.context.session.opening.recents()
-        self.welcome.set_recent([(one.path, one.when) for one in recents])
+        self.welcome.set_recent(self.context.session.opening.recents())
 
     @Slot()
     def write_title(self) -> None:

@@ -157,14 +157,13 @@ class AgreementInSpace:
     """Distances of a landmark (mm), and angles of the limb that it tells (degrees), between
     readings.
 
-    The counts are the frames in which both readings place the landmark in at least two cameras, and
-    in which both give the limb a direction; without any, median and 95th percentile are NaN.
+    The count is the frames in which both readings place the landmark in at least two cameras;
+    without any, median and 95th percentile are NaN.
     """
 
     count: int
     median_mm: float
     p95_mm: float
-    limb_count: int
     median_deg: float
     p95_deg: float
 
@@ -192,7 +191,7 @@ def agreement_in_space(
     for place, landmark in enumerate(landmarks.landmarks):
         count, median, p95 = _statistics(distance[:, place])
         result[landmark.name] = AgreementInSpace(
-            count, median, p95, *_statistics(axes[landmark.limb])
+            count, median, p95, *_statistics(axes[landmark.limb])[1:]
         )
     return result
 

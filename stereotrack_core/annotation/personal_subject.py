@@ -30,7 +30,7 @@ from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run, subject_of_meta
 from stereotrack_core.worker_processes import Asker
 
@@ -92,7 +92,10 @@ def tracked_for(
     unaided = dataclasses.replace(recording, reference=None, subject=known)
     spec = RunSpec(preset(PRESET, ()), preset=PRESET, frames=range(end))
     return track(
-        unaided, spec, on_frame=lambda tracked: on_frame(tracked.frame), cancelled=cancelled
+        unaided,
+        spec,
+        on_advance=lambda advance: on_frame(advance.gained.first),
+        hooks=Hooks(cancelled=cancelled),
     )
 
 

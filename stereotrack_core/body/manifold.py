@@ -7,8 +7,9 @@ of freedom is lost.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.pose import PartFrames, Pose, displace
 from stereotrack_core.body.skeleton import CARRIERS, PARENTS, PARTS
 from stereotrack_core.compiled import compiled
-from stereotrack_core.geometry.rotation import vector_from_rotation
 
 
 def error_names(joints: tuple[int, ...]) -> tuple[str, ...]:
@@ -45,24 +45,51 @@ def difference(to: Pose, origin: Pose, joints: tuple[int, ...]) -> FloatArray:
 
     A turn of a limb about its own axis, which displacements never make alone, is left out.
     """
-    torso = vector_from_rotation(to.torso @ np.swapaxes(origin.torso, -1, -2))
-    parts = list(joints)
-    turned = np.swapaxes(origin.rotations[parts], -1, -2) @ to.rotations[parts]
-    tangents = tangents_to_axis(turned[..., :, 2])
-    return np.concatenate([to.position - origin.position, torso, tangents.reshape(-1)])
+    delta = np.zeros(6 + 2 * len(joints))
+    if to is not origin:
+        delta[:3] = to.position - origin.position
+        _difference(to.rotations, origin.rotations, np.array(joints, dtype=np.int64), delta)
+    return delta
 
 
-def tangents_to_axis(axis: FloatArray) -> FloatArray:
-    """Tangents (..., 2) whose rotation turns (0, 0, 1) to the unit vectors `axis` (..., 3).
-
-    Half a turn, which many rotations give, is made about x.
-    """
-    sine = np.hypot(axis[..., 0], axis[..., 1])
-    angle = np.arctan2(sine, axis[..., 2])
-    aside = sine > 1e-12
-    factor = np.where(aside, angle / np.where(aside, sine, 1.0), 1.0)
-    half_turn = np.where(~aside & (axis[..., 2] < 0), np.pi, 0.0)
-    return np.stack([half_turn - axis[..., 1] * factor, axis[..., 0] * factor], axis=-1)
+@compiled()
+def _difference(to: Any, origin: Any, joints: Any, out_delta: Any) -> None:
+    """Fill the torso's rotation vector and the joints' tangents."""
+    turn = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            turn[i, j] = to[0, i, 0] * origin[0, j, 0] + to[0, i, 1] * origin[0, j, 1]
+            turn[i, j] += to[0, i, 2] * origin[0, j, 2]
+    # The column of the quaternion's outer product with the largest diagonal: exact for any angle.
+    trace = turn[0, 0] + turn[1, 1] + turn[2, 2]
+    k = 0
+    for i in range(1, 3):
+        k = i if turn[i, i] > turn[k, k] else k
+    a, b = (k + 1) % 3, (k + 2) % 3
+    q = np.empty(3)
+    if trace > turn[k, k]:
+        w = 1.0 + trace
+        for i in range(3):
+            q[i] = turn[(i + 2) % 3, (i + 1) % 3] - turn[(i + 1) % 3, (i + 2) % 3]
+    else:
+        w = turn[b, a] - turn[a, b]
+        q[k] = 1.0 + 2.0 * turn[k, k] - trace
+        q[a], q[b] = turn[a, k] + turn[k, a], turn[b, k] + turn[k, b]
+    sine, sign = math.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2), -1.0 if w < 0.0 else 1.0
+    factor = 2.0 * math.atan2(sine, abs(w)) / sine if sine > 0.0 else 0.0
+    for i in range(3):
+        out_delta[3 + i] = sign * factor * q[i]
+    for k in range(joints.shape[0]):
+        R, z = origin[joints[k]], to[joints[k]]
+        x = R[0, 0] * z[0, 2] + R[1, 0] * z[1, 2] + R[2, 0] * z[2, 2]
+        y = R[0, 1] * z[0, 2] + R[1, 1] * z[1, 2] + R[2, 1] * z[2, 2]
+        cosine = R[0, 2] * z[0, 2] + R[1, 2] * z[1, 2] + R[2, 2] * z[2, 2]
+        sine = math.hypot(x, y)
+        if sine > 1e-12:
+            factor = math.atan2(sine, cosine) / sine
+            out_delta[6 + 2 * k], out_delta[7 + 2 * k] = -y * factor, x * factor
+        elif cosine < 0.0:  # half a turn, which many rotations give, is made about x
+            out_delta[6 + 2 * k] = math.pi
 
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
@@ -88,101 +115,117 @@ def columns_of(joints: tuple[int, ...]) -> Columns:
     return Columns(6 + 2 * len(joints), first)
 
 
-def point_jacobian(
-    points: FloatArray,
-    directions: FloatArray,
-    part: IntArray,
-    frames: PartFrames,
-    columns: Columns,
-) -> FloatArray:
-    """Derivatives (m, n) of n . p(x) for points that move rigidly with their parts, in one pose.
+_WHICH = [(name, "i8") for name in ("kind", "part", "until", "other")]
+_WHERE = [(name, "f8", (3,)) for name in ("point", "other_point", "direction")]
+ROW = np.dtype([*_WHICH, *_WHERE, ("innovation", "f8"), ("variance", "f8")], align=True)
+"""One number that depends on the pose, linearised: n . (p - q), with its innovation z - z_hat.
 
-    Points and directions are (m, 3), world. The torso turns about its origin by a left rotation
-    vector, a limb about the x and y axes of its own frame: a turn about an axis a through o moves n
-    . p by a . ((p - o) x n). What carries a limb's joint moves the limb as it moves the joint.
+The `point` p moves rigidly with its `part`, q with the part `other` unless that is -1; both and the
+`direction` n are in the world. Joints count from the part up to, but without, the part `until`,
+against which the number is stated; -1 is the world. `kind` is an index in :data:`KINDS`.
+"""
+
+Rows: TypeAlias = np.ndarray[Any, np.dtype[np.void]]
+"""Records ``ROW`` (m,)."""
+
+KINDS = ("surface", "outline", "rest", "elbow", "torso", "arms", "detection", "pixel")
+SURFACE, OUTLINE, REST_ROW, ELBOW, TORSO_ROW, ARMS, DETECTION, PIXEL = range(len(KINDS))
+
+
+def rows_of(
+    kind: int, part: IntArray, point: FloatArray, direction: FloatArray, off: tuple[Any, Any]
+) -> Rows:
+    """Rows (m,) of points (m, 3) of parts (m,) on directions (m, 3), world.
+
+    `off` are their innovations and their variances, (m,) each.
     """
-    J = np.zeros((len(points), columns.n))
-    _fill(
-        np.ascontiguousarray(points),
-        np.ascontiguousarray(directions),
-        part,
-        np.ascontiguousarray(frames.rotations),
-        np.ascontiguousarray(frames.origins),
-        _PARENTS,
-        _CARRIERS,
-        columns.first,
-        J,
-    )
+    rows = np.empty(len(point), dtype=ROW)
+    rows["kind"], rows["part"], rows["until"], rows["other"] = kind, part, -1, -1
+    rows["point"], rows["direction"] = point, direction
+    rows["innovation"], rows["variance"] = off
+    return rows
+
+
+def jacobian(rows: Rows, frames: PartFrames, columns: Columns) -> FloatArray:
+    """Derivatives (m, n) of the rows' numbers by the error state, at one pose.
+
+    The torso turns about its origin by a left rotation vector, a limb about the x and y axes of its
+    own frame: a turn about an axis a through o moves n . p by a . ((p - o) x n). What carries a
+    limb's joint moves the limb as it moves the joint.
+    """
+    J = np.zeros((len(rows), columns.n))
+    _fill(rows, frames.rotations, frames.origins, columns.first, J)
     return J
 
 
-def points_along(
-    points: FloatArray, directions: FloatArray, part: IntArray, frames: PartFrames
+def point_jacobian(
+    points: FloatArray, directions: FloatArray, part: IntArray, frames: PartFrames, columns: Columns
 ) -> FloatArray:
-    """Places n . p(x) (S, m) in metres of points on fixed directions, for S stacked poses.
+    """Derivatives (m, n) of n . p(x) for points that move rigidly with their parts, in one pose."""
+    return jacobian(rows_of(SURFACE, part, points, directions, (0.0, 1.0)), frames, columns)
 
-    Points (m, 3) are in the frames of their parts, directions (m, 3) in the world.
+
+@compiled()
+def gather(rows: Any, rotations: Any, origins: Any, first: Any, out_A: Any, out_b: Any) -> None:
+    """Add H' R^-1 H (n, n) and H' R^-1 nu (n,) of rows; H is never made.
+
+    A row depends on 6 to 18 of the numbers of the error state; only their products are added.
     """
-    along = np.empty((len(frames.origins), len(part)))
-    _project(
-        np.ascontiguousarray(points),
-        np.ascontiguousarray(directions),
-        part,
-        np.ascontiguousarray(frames.rotations),
-        np.ascontiguousarray(frames.origins),
-        along,
-    )
-    return along
+    h, at = np.zeros(out_b.shape[0]), np.empty(out_b.shape[0], dtype=np.int64)
+    for i in range(rows.shape[0]):
+        _derive(rows[i], rotations, origins, first, h)
+        count = 0
+        for j in range(h.shape[0]):
+            if h[j] != 0.0:
+                at[count] = j
+                count += 1
+        for j in range(count):
+            weighted = h[at[j]] / rows[i].variance
+            out_b[at[j]] += weighted * rows[i].innovation
+            for k in range(j + 1):
+                out_A[at[j], at[k]] += weighted * h[at[k]]
+        for j in range(count):
+            h[at[j]] = 0.0
+    for j in range(h.shape[0]):
+        for k in range(j):
+            out_A[k, j] = out_A[j, k]
 
 
 @compiled()
-def _project(
-    points: Any, directions: Any, part: Any, rotations: Any, origins: Any, along: Any
-) -> None:
-    turned = np.empty(9)
-    for i in range(points.shape[0]):
-        p = part[i]
-        for j in range(3):
-            for k in range(3):
-                turned[3 * j + k] = directions[i, j] * points[i, k]
-        for s in range(rotations.shape[0]):
-            total = 0.0
-            for j in range(3):
-                total += directions[i, j] * origins[s, p, j]
-                for k in range(3):
-                    total += turned[3 * j + k] * rotations[s, p, j, k]
-            along[s, i] = total
+def _fill(rows: Any, rotations: Any, origins: Any, first: Any, out_J: Any) -> None:
+    for i in range(rows.shape[0]):
+        _derive(rows[i], rotations, origins, first, out_J[i])
 
 
 @compiled()
-def _fill(
-    points: Any,
-    directions: Any,
-    part: Any,
-    rotations: Any,
-    origins: Any,
-    parents: Any,
-    carriers: Any,
-    first: Any,
-    J: Any,
-) -> None:
-    for i in range(points.shape[0]):
-        n = directions[i]
-        J[i, 0], J[i, 1], J[i, 2] = n[0], n[1], n[2]
-        p = part[i]
-        while p >= 0:
-            tx, ty, tz = _moment(points[i], origins[p], n)
+def _derive(row: Any, rotations: Any, origins: Any, first: Any, out_h: Any) -> None:
+    """Add the derivatives (n,) of one row's number to zeros."""
+    for end in range(2):
+        point, n, sign = row.point, row.direction, 1.0
+        p = row.part
+        if end:
+            if row.other < 0:
+                return
+            point, p, sign = row.other_point, row.other, -1.0
+        while p != row.until:
+            tx, ty, tz = _moment(point, origins[p], n)
             if p == 0:
-                J[i, 3], J[i, 4], J[i, 5] = tx, ty, tz
+                out_h[0] += sign * n[0]
+                out_h[1] += sign * n[1]
+                out_h[2] += sign * n[2]
+                out_h[3] += sign * tx
+                out_h[4] += sign * ty
+                out_h[5] += sign * tz
             elif first[p] >= 0:
                 for axis in range(2):
-                    J[i, first[p] + axis] = _along_axis(rotations[p], axis, tx, ty, tz)
-            carrier = carriers[p]
+                    out_h[first[p] + axis] += sign * _along_axis(rotations[p], axis, tx, ty, tz)
+            carrier = _CARRIERS[p]
             if carrier >= 0 and first[carrier] >= 0:
                 tx, ty, tz = _moment(origins[p], origins[carrier], n)
                 for axis in range(2):
-                    J[i, first[carrier] + axis] = _along_axis(rotations[carrier], axis, tx, ty, tz)
-            p = parents[p]
+                    moved = _along_axis(rotations[carrier], axis, tx, ty, tz)
+                    out_h[first[carrier] + axis] += sign * moved
+            p = _PARENTS[p]
 
 
 @compiled(inline="always")

@@ -39,7 +39,7 @@ def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
     profile = _profile(placed, c)
     angle = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
     radius, z = profile[:, :1], profile[:, 1:]
-    flat = placed.cones.flatness[c]
+    flat = placed["flatness"][c]
     rings = np.stack(
         [
             radius * np.cos(angle),
@@ -49,22 +49,22 @@ def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
         axis=-1,
     )
     local = rings.reshape(-1, 3)
-    vertices = local @ placed.rotations[c].T + placed.origins[c]
-    part = int(placed.cones.part[c])
+    vertices = local @ placed["rotation"][c].T + placed["origin"][c]
+    part = int(placed["part"][c])
     triangles = _triangles_of_rings(len(profile), around)
     return PartMesh(limb_of_part(part) or PARTS[part], part, vertices, triangles)
 
 
 def _profile(placed: PlacedCones, c: int) -> FloatArray:
     """Radius and height (K, 2) from the base's centre to the end's centre."""
-    cones = placed.cones
-    r1, r2, height = cones.r1[c], cones.r2[c], cones.height[c]
+    cone = placed[c]
+    r1, r2, height = cone["r1"], cone["r2"], cone["height"]
     quarter = np.linspace(0.0, 0.5 * np.pi, 5)
     base = [(0.0, 0.0)]
-    if cones.round_base[c]:
+    if cone["round_base"]:
         base = [(r1 * np.sin(a), -r1 * np.cos(a)) for a in quarter[:-1]]
     end = [(0.0, height)]
-    if cones.round_end[c]:
+    if cone["round_end"]:
         end = [(r2 * np.cos(a), height + r2 * np.sin(a)) for a in quarter[1:]]
     return np.array([*base, (r1, 0.0), (r2, height), *end])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from stereotrack_core.body.skeleton import (
     Skeleton,
     skeleton,
 )
+from stereotrack_core.compiled import compiled
 from stereotrack_core.recording.description import Subject
 
 CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
@@ -36,6 +38,18 @@ CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
     *[("contour_forearm", "contour_forearm"), ("contour_hand", "contour_hand")] * 2,
 )
 """Margins of the outline along x and y of the thesis's 11 cones; legs are not measured."""
+
+
+_NUMBERS = [(name, "f8") for name in ("r1", "r2", "height", "flatness")]
+_ENDS = [("round_base", "?"), ("round_end", "?"), ("outline", "f8", (2,))]
+CONE = np.dtype(
+    [("part", "i8"), ("rotation", "f8", (3, 3)), ("origin", "f8", (3,)), *_NUMBERS, *_ENDS],
+    align=True,
+)
+"""A truncated cone as compiled loops take it; fields as in :class:`Cones`."""
+
+PlacedCones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]
+"""Records ``CONE``: p_world = rotation p_cone + origin, world, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +81,13 @@ class Cones:
         return len(self.part)
 
     @cached_property
-    def sizes(self) -> FloatArray:
-        """Radii at base and end, height, flatness, and whether base and end are round (C, 6)."""
-        columns = [self.r1, self.r2, self.height, self.flatness, self.round_base, self.round_end]
-        return np.column_stack(columns).astype(np.float64)
+    def records(self) -> PlacedCones:
+        """The cones (C,) in the frames of their parts."""
+        records = np.zeros(len(self), dtype=CONE)
+        values = (getattr(self, field.name) for field in dataclasses.fields(self))
+        for name, value in zip(CONE.names or (), values, strict=True):
+            records[name] = value
+        return records
 
     def __getitem__(self, index: BoolArray | slice) -> Cones:
         """Some of the cones."""
@@ -196,33 +213,18 @@ class BodyModel:
         return dataclasses.replace(made, offsets=self.offsets)
 
     def frames(self, pose: Pose) -> PartFrames:
-        """Frames of all parts; see :func:`part_frames`."""
-        return part_frames(self.skeleton, pose)
+        """Frames of all parts, computed once for each pose; see :func:`part_frames`."""
+        known = pose.known_frames
+        if known is None or known[0] is not self.skeleton:
+            known = self.skeleton, part_frames(self.skeleton, pose)
+            object.__setattr__(pose, "known_frames", known)
+        return known[1]
 
     @cached_property
     def joints(self) -> tuple[int, ...]:
         """Joints of a state: arms, head, and of legs and clavicles those that have a surface."""
         always = (*THESIS_JOINTS, HEAD)
         return tuple(j for j in ALL_JOINTS if j in always or np.any(self.cones.part == j))
-
-    @cached_property
-    def torso(self) -> PlacedCones:
-        """The torso's large cone in the torso's own frame."""
-        cones = self.cones[:1]
-        return PlacedCones(cones.rotations, cones.origins, cones)
-
-
-@dataclass(frozen=True, eq=False)
-class PlacedCones:
-    """The cones of a body in one pose: p_world = rotations p_cone + origins, world, metres."""
-
-    rotations: FloatArray
-    origins: FloatArray
-    cones: Cones
-
-    def __getitem__(self, index: BoolArray | slice) -> PlacedCones:
-        """Some of the cones."""
-        return PlacedCones(self.rotations[index], self.origins[index], self.cones[index])
 
 
 def body_model(proportions: Proportions, parameters: BodyParameters | None = None) -> BodyModel:
@@ -241,14 +243,32 @@ def body_of_subject(subject: Subject | None, parameters: BodyParameters | None =
 
 
 def placed_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:
-    """Put the cones where the parts of one pose are."""
-    of_part = frames.rotations[body.cones.part]
-    return PlacedCones(
-        rotations=of_part @ body.cones.rotations,
-        origins=np.einsum("cij,cj->ci", of_part, body.cones.origins)
-        + frames.origins[body.cones.part],
-        cones=body.cones,
-    )
+    """The cones (..., C) where the parts of one pose, or of stacked ones, are."""
+    rotations, origins = np.ascontiguousarray(frames.rotations), frames.origins
+    lead = rotations.shape[:-3]
+    origins = np.ascontiguousarray(origins).reshape(-1, *origins.shape[-2:])
+    placed = np.empty((len(origins), len(body.cones)), dtype=CONE)
+    _place(body.cones.records, rotations.reshape(-1, *rotations.shape[-3:]), origins, placed)
+    return placed.reshape(*lead, len(body.cones))
+
+
+@compiled()
+def _place(cones: Any, rotations: Any, origins: Any, out_placed: Any) -> None:
+    """Fill the cones (S, C) in S poses."""
+    for s in range(out_placed.shape[0]):
+        for c in range(out_placed.shape[1]):
+            out_placed[s, c] = cones[c]
+            cone, placed = cones[c], out_placed[s, c]
+            R, origin = rotations[s, cone.part], origins[s, cone.part]
+            for i in range(3):
+                placed.origin[i] = origin[i]
+                for j in range(3):
+                    placed.origin[i] += R[i, j] * cone.origin[j]
+                    placed.rotation[i, j] = (
+                        R[i, 0] * cone.rotation[0, j]
+                        + R[i, 1] * cone.rotation[1, j]
+                        + R[i, 2] * cone.rotation[2, j]
+                    )
 
 
 def landmarks(body: BodyModel, pose: Pose) -> FloatArray:

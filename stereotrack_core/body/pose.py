@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -28,48 +28,24 @@ from stereotrack_core.compiled import compiled
 
 @compiled()
 def chain(
-    turns: Any,
-    position: Any,
-    joints: Any,
-    lengths: Any,
-    parents: Any,
-    carriers: Any,
-    rest: Any,
-    rotations: Any,
-    origins: Any,
+    turns: Any, position: Any, joints: Any, lengths: Any, out_rotations: Any, out_origins: Any
 ) -> None:
-    """Chain the transforms of S poses from the torso outwards.
+    """Chain the transforms of S poses from the torso outwards; see :func:`part_frames`.
 
-    Parameters
-    ----------
-    turns : (S, P, 3, 3) float64
-        parent_from_part, world_from_torso for the torso.
-    position : (S, 3) float64, world, metres
-    joints : (P, 3) float64, metres
-        Joint of each part in its parent's frame.
-    lengths : (P,) float64, metres
-    parents : (P,) int64
-        Every parent comes before its parts.
-    carriers : (P,) int64
-        Part whose end carries the joint away from its place, a child of the same parent; or -1.
-    rest : (P, 3, 3) float64
-        Turns at which carriers leave it there.
-    rotations : (S, P, 3, 3) float64
-        world_from_part, filled in.
-    origins : (S, P, 3) float64, world, metres
-        Filled in.
+    A joint that a part carries is displaced as that part's end is, turned away from rest.
     """
+    rotations, origins = out_rotations, out_origins
     for s in range(turns.shape[0]):
         _copy(turns[s, 0], rotations[s, 0])
         for i in range(3):
             origins[s, 0, i] = position[s, i]
         for part in range(1, turns.shape[1]):
-            above, carrier = parents[part], carriers[part]
+            above, carrier = _PARENTS[part], _CARRIERS[part]
             x, y, z = joints[part, 0], joints[part, 1], joints[part, 2]
             if carrier >= 0:
-                x += lengths[carrier] * (turns[s, carrier, 0, 2] - rest[carrier, 0, 2])
-                y += lengths[carrier] * (turns[s, carrier, 1, 2] - rest[carrier, 1, 2])
-                z += lengths[carrier] * (turns[s, carrier, 2, 2] - rest[carrier, 2, 2])
+                x += lengths[carrier] * (turns[s, carrier, 0, 2] - REST[carrier, 0, 2])
+                y += lengths[carrier] * (turns[s, carrier, 1, 2] - REST[carrier, 1, 2])
+                z += lengths[carrier] * (turns[s, carrier, 2, 2] - REST[carrier, 2, 2])
             for i in range(3):
                 R = rotations[s, above, i]
                 a, b, c = R[0], R[1], R[2]
@@ -155,17 +131,6 @@ def _multiplied(A: Any, B: Any, result: Any) -> None:
             result[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
 
 
-@compiled()
-def localise(points: Any, part: Any, rotations: Any, origins: Any, local: Any) -> None:
-    """Fill places (N, 3) in the frames of their parts of points (N, 3), world."""
-    for n in range(points.shape[0]):
-        p = part[n]
-        x, y = points[n, 0] - origins[p, 0], points[n, 1] - origins[p, 1]
-        z = points[n, 2] - origins[p, 2]
-        for j in range(3):
-            local[n, j] = x * rotations[p, 0, j] + y * rotations[p, 1, j] + z * rotations[p, 2, j]
-
-
 _PARENTS = np.array(PARENTS, dtype=np.int64)
 _CARRIERS = np.array(CARRIERS, dtype=np.int64)
 
@@ -198,6 +163,12 @@ class Pose:
     rotations: FloatArray
     """(..., P, 3, 3). ``world_from_torso`` for the torso, ``parent_from_part`` for all other parts,
     in the order of ``PARTS``."""
+    known_frames: ClassVar[tuple[Skeleton, PartFrames] | None] = None
+    """Frames of the parts, once :meth:`BodyModel.frames` has computed them for this pose: all that
+    measures a pose asks for them. Neither compared, copied, saved nor pickled."""
+
+    def __getstate__(self) -> dict[str, FloatArray]:
+        return {"position": self.position, "rotations": self.rotations}
 
     @property
     def torso(self) -> FloatArray:
@@ -232,9 +203,8 @@ class PartFrames:
 
     def local(self, part: IntArray, points: FloatArray) -> FloatArray:
         """Places (N, 3) in the frames of parts (N,) of world points (N, 3), for one pose."""
-        result = np.empty((len(points), 3))
-        localise(points, part, self.rotations, self.origins, result)
-        return result
+        away = points - self.origins[part]
+        return np.asarray(np.einsum("nij,ni->nj", self.rotations[part], away))
 
 
 def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
@@ -245,8 +215,8 @@ def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
     if position.shape[:-1] != shape[:-3]:
         position = np.ascontiguousarray(np.broadcast_to(position, (*shape[:-3], 3)))
     rotations, origins = np.empty_like(turns), np.empty(turns.shape[:-1])
-    tree = (skeleton.joints, skeleton.lengths, _PARENTS, _CARRIERS, REST)
-    chain(turns, position.reshape(-1, 3), *tree, rotations, origins)
+    bones = skeleton.joints, skeleton.lengths
+    chain(turns, position.reshape(-1, 3), *bones, rotations, origins)
     return PartFrames(rotations.reshape(shape), origins.reshape(shape[:-1]))
 
 

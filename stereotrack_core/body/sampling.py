@@ -17,20 +17,19 @@ _SKIN = 1e-3
 
 def to_cone_frames(points: FloatArray, placed: PlacedCones) -> FloatArray:
     """Points (N, 3), world, in the frame of every cone (C, N, 3), y divided by the flatness."""
-    shifted = points[None] - placed.origins[:, None]
-    local: FloatArray = np.einsum("cji,cnj->cni", placed.rotations, shifted)
-    local[..., 1] /= placed.cones.flatness[:, None]
+    shifted = points[None] - placed["origin"][:, None]
+    local: FloatArray = np.einsum("cji,cnj->cni", placed["rotation"], shifted)
+    local[..., 1] /= placed["flatness"][:, None]
     return local
 
 
 def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) -> BoolArray:
     """Which points (N, 3), world, lie inside another cone than their own, an index (N,)."""
-    cones = placed.cones
-    local = to_cone_frames(points, placed)
+    local, height = to_cone_frames(points, placed), placed["height"][:, None]
     z = local[..., 2]
-    slope = ((cones.r2 - cones.r1) / cones.height)[:, None]
-    radius = cones.r1[:, None] + slope * z
-    within = (z >= 0) & (z <= cones.height[:, None])
+    slope = ((placed["r2"] - placed["r1"]) / placed["height"])[:, None]
+    radius = placed["r1"][:, None] + slope * z
+    within = (z >= 0) & (z <= height)
     inside = within & (np.hypot(local[..., 0], local[..., 1]) < radius - _SKIN)
     inside[own, np.arange(len(points))] = False
     result: BoolArray = np.logical_or.reduce(inside, axis=0)
@@ -65,15 +64,15 @@ def segment_blocked(points: FloatArray, camera: FloatArray, placed: PlacedCones)
     """
     p = to_cone_frames(points, placed)
     d = to_cone_frames(camera[None], placed) - p
-    blocked = _meets_side(p, d, placed.cones) | _meets_base(p, d, placed.cones)
+    blocked = _meets_side(p, d, placed) | _meets_base(p, d, placed)
     result: BoolArray = np.logical_or.reduce(blocked, axis=0)
     return result
 
 
-def _meets_side(p: FloatArray, d: FloatArray, cones: Cones) -> BoolArray:
+def _meets_side(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
     """Whether p + t d (C, N, 3), y divided by the flatness, meets the cones' sides (C, N)."""
-    slope = ((cones.r2 - cones.r1) / cones.height)[:, None]
-    radius = cones.r1[:, None] + slope * p[..., 2]
+    slope = ((placed["r2"] - placed["r1"]) / placed["height"])[:, None]
+    radius = placed["r1"][:, None] + slope * p[..., 2]
     change = slope * d[..., 2]
     a = d[..., 0] ** 2 + d[..., 1] ** 2 - change**2
     half_b = p[..., 0] * d[..., 0] + p[..., 1] * d[..., 1] - radius * change
@@ -85,12 +84,12 @@ def _meets_side(p: FloatArray, d: FloatArray, cones: Cones) -> BoolArray:
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (-half_b + sign * root) / a
             z = p[..., 2] + t * d[..., 2]
-        on_side = (z >= 0) & (z <= cones.height[:, None]) & (radius + t * change > 0)
+        on_side = (z >= 0) & (z <= placed["height"][:, None]) & (radius + t * change > 0)
         blocked |= real & on_side & (t > 0) & (t < 1)
     return blocked
 
 
-def _meets_base(p: FloatArray, d: FloatArray, cones: Cones) -> BoolArray:
+def _meets_base(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
     """Whether p + t d (C, N, 3) meets the discs at the cones' bases (C, N).
 
     The discs at the other ends need no look: whatever enters there leaves elsewhere.
@@ -98,7 +97,7 @@ def _meets_base(p: FloatArray, d: FloatArray, cones: Cones) -> BoolArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         t = -p[..., 2] / d[..., 2]
         across = np.hypot(p[..., 0] + t * d[..., 0], p[..., 1] + t * d[..., 1])
-        result: BoolArray = (t > 0) & (t < 1) & (across < cones.r1[:, None])
+        result: BoolArray = (t > 0) & (t < 1) & (across < placed["r1"][:, None])
     return result
 
 

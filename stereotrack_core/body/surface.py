@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.model import BodyModel, Cones, PlacedCones
-from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.model import BodyModel, PlacedCones
 from stereotrack_core.body.skeleton import LIMB_OF_PART
 from stereotrack_core.compiled import compiled
 
@@ -36,44 +35,9 @@ class ClosestPoints:
     the point to the datum beyond an end."""
 
 
-def cone_table(placed: PlacedCones) -> FloatArray:
-    """One row (18,) for each cone with all that the compiled loops need."""
-    table = np.empty((len(placed.cones), 18))
-    table[:, :9] = placed.rotations.reshape(len(table), 9)
-    table[:, 9:12], table[:, 12:] = placed.origins, placed.cones.sizes
-    return table
-
-
-def cone_tables(cones: Cones, frames: PartFrames) -> FloatArray:
-    """Tables (..., C, 18) of cones in one pose or in a stack of poses; see :func:`cone_table`."""
-    lead = frames.origins.shape[:-2]
-    rotations = np.ascontiguousarray(frames.rotations).reshape(-1, *frames.rotations.shape[-3:])
-    origins = np.ascontiguousarray(frames.origins).reshape(-1, *frames.origins.shape[-2:])
-    tables = np.empty((len(origins), len(cones), 18))
-    _place(cones.part, cones.rotations, cones.origins, cones.sizes, rotations, origins, tables)
-    return tables.reshape(*lead, len(cones), 18)
-
-
-@compiled()
-def _place(
-    part: Any, turns: Any, places: Any, sizes: Any, rotations: Any, origins: Any, tables: Any
-) -> None:
-    """Fill tables (K, C, 18) of cones that stand on their parts, in K poses."""
-    for k in range(tables.shape[0]):
-        for c in range(tables.shape[1]):
-            R, row = rotations[k, part[c]], tables[k, c]
-            for i in range(3):
-                for j in range(3):
-                    row[3 * i + j] = (
-                        R[i, 0] * turns[c, 0, j]
-                        + R[i, 1] * turns[c, 1, j]
-                        + R[i, 2] * turns[c, 2, j]
-                    )
-                row[9 + i] = origins[k, part[c], i] + (
-                    R[i, 0] * places[c, 0] + R[i, 1] * places[c, 1] + R[i, 2] * places[c, 2]
-                )
-            for i in range(sizes.shape[1]):  # assigned as a whole it takes seconds to compile
-                row[12 + i] = sizes[c, i]
+def places_for(n: int) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """Arrays of n :class:`ClosestPoints` that a loop is going to fill."""
+    return np.empty(n, dtype=np.int64), np.empty(n), np.empty((n, 3)), np.empty((n, 3))
 
 
 def nearest_on_surface(
@@ -90,15 +54,11 @@ def nearest_on_surface(
         What speaks against a cone besides its distance d, as its colour does: the nearest cone is
         that with the least sqrt(d^2 + penalty^2). The distances found are d all the same.
     """
-    n = len(points)
-    cone = np.full(n, -1, dtype=np.int64)
-    distance = np.full(n, np.inf)
-    point = np.full((n, 3), np.nan)
-    direction = np.full((n, 3), np.nan)
+    closest = places_for(len(points))
     data = np.ascontiguousarray(points, dtype=np.float64)
     other = _NO_PENALTY if penalty is None else np.ascontiguousarray(penalty)
-    _nearest(data, cone_table(placed), reach, other, cone, distance, point, direction)
-    return ClosestPoints(cone, distance, point, direction)
+    _nearest(data, np.ascontiguousarray(placed), float(reach), other, closest)
+    return ClosestPoints(*closest)
 
 
 def parts_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
@@ -112,12 +72,12 @@ def limbs_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
 
 
 @compiled(inline="always")
-def closest_on_cone(row: Any, px: float, py: float, pz: float) -> Any:
+def closest_on_cone(cone: Any, px: float, py: float, pz: float) -> Any:
     """Signed distance, closest point (3) and direction (3) of a point, all in the cone's own frame.
 
     A datum beyond an end that is not round gets an infinite distance: inner ends take no data.
     """
-    r1, r2, height, s = row[12], row[13], row[14], row[15]
+    r1, r2, height, s = cone.r1, cone.r2, cone.height, cone.flatness
     y = py / s
     rho = math.sqrt(px * px + y * y)
     if rho < 1e-9:
@@ -126,9 +86,9 @@ def closest_on_cone(row: Any, px: float, py: float, pz: float) -> Any:
         cx, cy = px / rho, y / rho
     dr = r2 - r1
     u = ((rho - r1) * dr + pz * height) / (dr * dr + height * height)
-    if u > 1.0 and row[17] > 0.5:
+    if u > 1.0 and cone.round_end:
         return _ball(r2, height, s, px, py, pz)
-    if u < 0.0 and row[16] > 0.5:
+    if u < 0.0 and cone.round_base:
         return _ball(r1, 0.0, s, px, py, pz)
     if u > 1.0 or u < 0.0:
         u = min(1.0, max(0.0, u))
@@ -166,46 +126,49 @@ def _ball(r: float, centre: float, s: float, px: float, py: float, pz: float) ->
 
 
 @compiled(inline="always")
-def _is_farther(row: Any, px: float, py: float, pz: float, limit: float) -> Any:
+def in_cone(cone: Any, x: float, y: float, z: float) -> Any:
+    """A point (3), world, in the cone's own frame."""
+    R, origin = cone.rotation, cone.origin
+    x, y, z = x - origin[0], y - origin[1], z - origin[2]
+    return (
+        R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
+        R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
+        R[0, 2] * x + R[1, 2] * y + R[2, 2] * z,
+    )
+
+
+@compiled(inline="always")
+def _is_farther(cone: Any, px: float, py: float, pz: float, limit: float) -> Any:
     """Whether a round cone is surely farther than a limit: the cylinder around it is."""
-    if row[15] != 1.0:
+    if cone.flatness != 1.0:
         return False
-    past = max(-pz, pz - row[14], 0.0)
-    room = limit + max(row[12], row[13])
+    past = max(-pz, pz - cone.height, 0.0)
+    room = limit + max(cone.r1, cone.r2)
     return px * px + py * py + past * past > room * room
 
 
 @compiled()
-def _nearest(
-    points: Any,
-    table: Any,
-    reach: float,
-    penalty: Any,
-    cone: Any,
-    distance: Any,
-    point: Any,
-    direction: Any,
-) -> None:
+def _nearest(points: Any, placed: Any, reach: float, penalty: Any, out_closest: Any) -> None:
+    out_cone, out_distance, out_point, out_direction = out_closest
     judged = penalty.shape[0] > 0
     for i in range(points.shape[0]):
         best = math.inf if judged else reach
-        for c in range(table.shape[0]):
-            row = table[c]
-            x, y, z = points[i, 0] - row[9], points[i, 1] - row[10], points[i, 2] - row[11]
-            px = row[0] * x + row[3] * y + row[6] * z
-            py = row[1] * x + row[4] * y + row[7] * z
-            pz = row[2] * x + row[5] * y + row[8] * z
-            if _is_farther(row, px, py, pz, reach if judged else best):
+        out_cone[i], out_distance[i] = -1, math.inf
+        for k in range(3):
+            out_point[i, k] = out_direction[i, k] = math.nan
+        for c in range(placed.shape[0]):
+            cone = placed[c]
+            px, py, pz = in_cone(cone, points[i, 0], points[i, 1], points[i, 2])
+            if _is_farther(cone, px, py, pz, reach if judged else best):
                 continue
-            d, fx, fy, fz, nx, ny, nz = closest_on_cone(row, px, py, pz)
+            d, fx, fy, fz, nx, ny, nz = closest_on_cone(cone, px, py, pz)
             off = abs(d)
             if judged:
                 off = math.hypot(d, penalty[i, c]) if off < reach else math.inf
             if off < best:
                 best = off
-                cone[i] = c
-                distance[i] = d
+                out_cone[i], out_distance[i] = c, d
                 for k in range(3):
-                    a, b, e = row[3 * k], row[3 * k + 1], row[3 * k + 2]
-                    point[i, k] = a * fx + b * fy + e * fz + row[9 + k]
-                    direction[i, k] = a * nx + b * ny + e * nz
+                    a, b, e = cone.rotation[k, 0], cone.rotation[k, 1], cone.rotation[k, 2]
+                    out_point[i, k] = a * fx + b * fy + e * fz + cone.origin[k]
+                    out_direction[i, k] = a * nx + b * ny + e * nz

@@ -31,10 +31,6 @@ class Verdict:
     words: str
     remarks: tuple[str, ...] = ()
 
-    def sentences(self) -> str:
-        """Everything, one remark a line."""
-        return "\n".join((self.words, *self.remarks))
-
 
 def of_error(error: InputError) -> Verdict:
     """The verdict on what could not be calculated."""

@@ -34,7 +34,6 @@ from stereotrack_core.evaluation.compare import (
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import (
     FailureSegment,
-    agreement_of,
     limbs_words,
 )
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
@@ -159,14 +158,6 @@ def failures_told(args: Namespace, measured: Measured) -> Told:
     ]
     facts: dict[str, Any] = {"fps": fps, "rules": rules.values(), "list": listed}
     heading = f"{counted(len(listed), 'failure') if listed else 'No failures'} in {measured.path}"
-    if reference is not None:
-        agreed = agreement_of(every)
-        facts["without_truth"] = {
-            "precision": agreed.precision, "recall": agreed.recall, "true": agreed.true,
-            "found": agreed.found, "called": agreed.called, "right": agreed.right,
-        }  # fmt: skip
-        if agreed.true or agreed.called:
-            heading += f"; {agreed.words}"
     if not listed:
         return facts, [f"{heading}."]
     return facts, [_failure_table(heading, listed, fps)]

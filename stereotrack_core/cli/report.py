@@ -35,7 +35,7 @@ from stereotrack_core.report.reported import Reported, Source, gathered
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
-    "Write a self-contained HTML page about a run: subject, recording, calibration, errors, "
+    "Write a self-contained HTML page about a run: subject, recording, errors, "
     "curves, failures with images, parameters, versions, and how to reproduce it."
 )
 
@@ -121,7 +121,7 @@ def _of_project(args: Namespace) -> Source:
                 states=states,
                 reference_name=f"the project's reference {chosen}",
             )
-        return replace(source, note=kept[name].facts.note, repeat="")
+        return replace(source, repeat="")
 
 
 def _with_truth(

@@ -244,10 +244,6 @@ class ViewBackground:
         disparity, ranges = self._outside
         return disparity.copy(), ranges.copy()
 
-    def outside_disparity(self, region: Region) -> Float32Array:
-        """Copy of the disparity to fill in, of a region."""
-        return self._outside[0][region.slices].copy()
-
     def light(self, picture: ImageArray | None) -> Light | None:
         """Light of a picture against the empty scene's; None where one of them is missing."""
         if picture is None or self._scene is None:
@@ -255,13 +251,16 @@ class ViewBackground:
         return light_of(picture, self._scene)
 
     def changed_bands(self, light: Light | None) -> tuple[Region, ...]:
-        """The parts of the image that have to be measured; one where the matcher needs them all."""
+        """Parts of the image that have to be measured; one if the matcher needs them all."""
         whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
         if self._p.match_region == "whole" or light is None:
             return (whole,)
         margin = _REGION_MARGIN + self._p.match_window // 2
         bands = changed_bands(light, whole, margin)
-        return bands if self._p.matcher == "bm" else (functools.reduce(operator.or_, bands),)
+        if not bands and self._filtered is None:
+            return (whole,)  # pictures of frames may show somebody who stands still
+        several = len(bands) > 1 and self._p.matcher != "bm"
+        return (functools.reduce(operator.or_, bands),) if several else bands
 
     def compared(
         self, frame: OpenedFrame, light: Light | None, disparity: Float32Array, region: Region

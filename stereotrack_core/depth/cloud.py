@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
+from stereotrack_core.depth.edges import EdgeMap, edge_map
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.detections import Detection
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
@@ -97,6 +99,20 @@ class ViewDepth:
         """Left, top, right and bottom, half-open, of the person without specks; None: nobody."""
         left, top, width, height = cv2.boundingRect(cv2.erode(self.person.view(np.uint8), _SPECKS))
         return (left, top, left + width, top + height) if width else None
+
+    @cached_property
+    def edges(self) -> EdgeMap | None:
+        """Signed distances from the outline, measured once; None without a person's outline."""
+        if self.outline is None:
+            return None
+        g = self.geometry
+        camera_from_world = g.world_from_depth.inverse().matrix()[:3]
+        return edge_map(self.outline, self.range_z, (g.focal, g.c_x, g.c_y), camera_from_world)
+
+    @cached_property
+    def thinned(self) -> dict[int, Any]:
+        """Pictures that others have thinned out of this view, by their step in pixels."""
+        return {}
 
 
 @dataclass(frozen=True)

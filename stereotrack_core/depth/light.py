@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -109,12 +110,12 @@ def sensor_noise(picture: ImageArray) -> float:
     Noise is everywhere and texture is not, so second differences along short stretches of rows
     are at least those of the noise. Clipped stretches are left out.
     """
-    runs = picture[4::12, : picture.shape[1] // _RUN * _RUN].reshape(-1, _RUN)
-    runs = runs[(runs.min(axis=1) > 0) & (runs.max(axis=1) < 255)].astype(np.int16)
-    if len(runs) < _RUN:
+    runs = picture[4::12, : picture.shape[1] // _RUN * _RUN].reshape(-1, _RUN).T.astype(np.int16)
+    runs = runs[:, (runs.min(axis=0) > 0) & (runs.max(axis=0) < 255)]
+    if runs.shape[1] < _RUN:
         return 0.0
-    second = np.abs(runs[:, :-2] + runs[:, 2:] - 2 * runs[:, 1:-1]).mean(axis=1)
-    quiet = np.partition(second, int(_QUIETEST * len(second)))[int(_QUIETEST * len(second))]
+    second = np.abs(runs[:-2] + runs[2:] - 2 * runs[1:-1]).sum(axis=0)
+    quiet = np.partition(second, rank := int(_QUIETEST * len(second)))[rank] / (_RUN - 2)
     # |n1 - 2 n2 + n3| of normal noise is sqrt(6) * 0.798 sigma on average.
     return float(quiet) / (math.sqrt(6.0) * 0.798)
 
@@ -137,8 +138,9 @@ class Light:
 
 def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
     """Estimate exposure, gamma and a plane of gain for the whole picture (H, W)."""
-    now = shrunken(picture).astype(np.float32)
-    curve = _tone_curve(scene.levels, _medians(now[::2, ::2].ravel()[scene.order]))
+    small = shrunken(picture)
+    curve = _tone_curve(scene.levels, _medians(small[::2, ::2].ravel()[scene.order]))
+    now = small.astype(np.float32)
     toned = cv2.LUT(scene.small, curve).astype(np.float32, copy=False)
     plane = _robust_plane(_log_ratio(now[3::6, 3::6], toned[3::6, 3::6]), toned.shape)
     lit = toned * np.exp(plane)
@@ -241,10 +243,11 @@ def _alike(light: Light) -> tuple[BoolArray, BoolArray]:
     return ~flat & (mean(a * b) - mean_a * mean_b > least), flat
 
 
-def _medians(ordered: ImageArray | Float32Array) -> FloatArray:
+def _medians(ordered: ImageArray) -> FloatArray:
     """Medians (bins,) of equal parts of some grey levels."""
     share = len(ordered) // _BINS
-    return np.median(ordered[: share * _BINS].reshape(_BINS, share), axis=1).astype(np.float64)
+    parts = np.sort(ordered[: share * _BINS].reshape(_BINS, share), axis=1).astype(np.float64)
+    return 0.5 * (parts[:, (share - 1) // 2] + parts[:, share // 2])
 
 
 def _tone_curve(before: FloatArray, now: FloatArray) -> Float32Array:
@@ -275,28 +278,34 @@ def _robust_plane(log_gain: Float32Array, shape: tuple[int, ...]) -> Float32Arra
 
     By iteratively reweighted least squares.
     """
-    height, width = shape
-    rows, columns = np.arange(height) / height - 0.5, np.arange(width) / width - 0.5
+    rows, columns, a, products = _plane_basis(*shape)
     z = log_gain.astype(np.float64).ravel()
-    v, u = (g.ravel() for g in np.meshgrid(rows[3::6], columns[3::6], indexing="ij"))
-    a = np.stack([np.ones_like(u), u, v])
-    products = (a[:, None] * a).reshape(9, -1)
     x = np.array([np.median(z), 0.0, 0.0])
     held = np.diag([1e-9, 1.0, 1.0])  # a slope needs evidence
     for _ in range(4):
         apart = (z - x @ a) * (1 / _GAIN_SCALE)
         weight = 1 / (1 + apart * apart) ** 2
         x = np.linalg.solve((products @ weight).reshape(3, 3) + held, a @ (weight * z))
-    plane: Float32Array = (x[0] + x[1] * columns + x[2] * rows[:, None]).astype(np.float32)
+    plane: Float32Array = (x[0] + x[1] * columns + x[2] * rows).astype(np.float32)
     return plane
+
+
+@cache
+def _plane_basis(height: int, width: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Rows and columns from -0.5 to 0.5; terms (3, n) at every sixth; their products (9, n)."""
+    rows, columns = np.arange(height) / height - 0.5, np.arange(width) / width - 0.5
+    v, u = (g.ravel() for g in np.meshgrid(rows[3::6], columns[3::6], indexing="ij"))
+    a = np.stack([np.ones_like(u), u, v])
+    return rows[:, None], columns, a, (a[:, None] * a).reshape(9, -1)
 
 
 def _spread(difference: Float32Array) -> float:
     """Robust standard deviation of differences in grey levels."""
     if not difference.size:
         return _LEAST_NOISE
-    size = np.sort(np.abs(difference), axis=None)
-    return max(1.4826 * float(size[len(size) // 2]), _LEAST_NOISE)
+    size = np.abs(difference).ravel()
+    middle = np.partition(size, size.size // 2)[size.size // 2]
+    return max(1.4826 * float(middle), _LEAST_NOISE)
 
 
 def _aligned(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.light import SHRINK, Light
 from stereotrack_core.depth.parameters import DepthParameters
@@ -17,6 +19,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 _NOISES = 5.0  # standard deviations of the measured noise
 _CHANGE = 8.0  # grey levels, over 4 x 4 pixels; sensor noise leaves about one
 _LARGEST_SHARE = 0.8
+_SPECK = 2  # pixels of the shrunken picture; a patch of no more is noise, and far from others
 _BAND = 48  # rows; in fewer, the rows that windows reach beyond a band cost more than is saved
 
 
@@ -50,13 +53,6 @@ class Region:
             self.left - margin, self.top - margin, self.right + margin, self.bottom + margin
         )
 
-    def within(self, other: Region) -> tuple[slice, slice]:
-        """Index of the region in the part of an image that is `other`."""
-        return (
-            slice(self.top - other.top, self.bottom - other.top),
-            slice(self.left - other.left, self.right - other.left),
-        )
-
     def __or__(self, other: Region) -> Region:
         return Region(
             min(self.left, other.left),
@@ -88,28 +84,38 @@ def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Regi
 
 
 def changed_bands(light: Light, whole: Region, margin: int) -> tuple[Region, ...]:
-    """Bands of rows, one below the other, that hold what differs from the empty scene's picture.
+    """Cover all that differs from the empty scene with bands of rows, `margin` pixels wider.
 
-    With a margin in pixels on all sides. Bands are narrower than the box around them, and where
-    nothing differs there is none. Where nearly everything has changed, or nothing, the whole
-    image is returned: then the comparison proves nothing.
+    Patches of change that are farther than two margins apart have bands of their own, which may
+    overlap. Bands are narrower than the box around a patch. There is none if nothing differs; the
+    whole image if nearly everything does: then the comparison proves nothing.
     """
-    height = whole.bottom
     changed = np.abs(light.small - light.empty_small) > max(_CHANGE, _NOISES * light.noise)
-    rows = np.flatnonzero(changed.any(axis=1))
-    if len(rows) == 0 or changed.mean() > _LARGEST_SHARE:
+    if changed.mean() > _LARGEST_SHARE:
         return (whole,)
     around = -(-margin // SHRINK)
+    near = cv2.dilate(changed.view(np.uint8), np.ones((2 * around + 1,) * 2, np.uint8))
+    count, patches = cv2.connectedComponents(near)
+    bands: list[Region] = []
+    for number in range(1, count):
+        patch = changed & (patches == number)
+        if np.count_nonzero(patch) > _SPECK:
+            bands += _bands_of(patch, margin)
+    inside = (band & whole for band in bands)
+    return tuple(band for band in inside if not band.is_empty)
+
+
+def _bands_of(patch: BoolArray, margin: int) -> Iterator[Region]:
+    """Bands one below the other that cover a patch (h, w) of the shrunken picture."""
+    rows, around = np.flatnonzero(patch.any(axis=1)), -(-margin // SHRINK)
     first, end = int(rows[0]) * SHRINK - margin, (int(rows[-1]) + 2) * SHRINK + margin
-    bands = []
-    for top in range(0, height, _BAND):
-        near = changed[max(top // SHRINK - around - 1, 0) : (top + _BAND) // SHRINK + around]
+    cuts = np.linspace(first, end, max(1, round((end - first) / _BAND)) + 1).astype(int).tolist()
+    for top, bottom in pairwise(cuts):
+        near = patch[max(top // SHRINK - around - 1, 0) : max(bottom // SHRINK + around, 0)]
         columns = np.flatnonzero(near.any(axis=0))
         if len(columns):
             left, right = int(columns[0]) * SHRINK, (int(columns[-1]) + 2) * SHRINK
-            band = Region(left - margin, max(top, first), right + margin, min(top + _BAND, end))
-            bands.append(band & whole)
-    return tuple(band for band in bands if not band.is_empty)
+            yield Region(left - margin, top, right + margin, bottom)
 
 
 DisparityArray: TypeAlias = NDArray[np.int16]

@@ -67,11 +67,13 @@ def sharp_outline(
     """
     least = max(_LEAST, _NOISES * noise)
     near, inside = (np.ones((side, side), np.uint8) for side in (_NEAR, _INSIDE))
-    limit = np.maximum(cv2.dilate(difference, near).astype(np.float32) * _SHARE, least)
+    limits = np.arange(256, dtype=np.float32) * _SHARE  # whole levels are compared
+    limits = np.maximum(limits, least).clip(max=255).astype(np.uint8)
+    limit = cv2.LUT(cv2.dilate(difference, near), limits)
     new = (difference > limit).astype(np.uint8)
     if behind is not None:
         new[behind] = 0
-    new |= cv2.erode(foreground.astype(np.uint8), inside)
+    new |= np.asarray(cv2.erode(foreground.astype(np.uint8), inside), dtype=np.uint8)
     closed = cv2.morphologyEx(new, cv2.MORPH_CLOSE, _CLOSED)
     cv2.filterSpeckles(closed, 1, _SMALL_HOLE - 1, 0)  # whatever is 0 and small becomes 1
     return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)

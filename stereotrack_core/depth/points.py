@@ -45,10 +45,9 @@ class Volume:
 def range_of_disparity(geometry: DepthGeometry, disparity: Float32Array) -> Float32Array:
     """Range z = f b / (d - offset), equation (2.1); NaN where invalid or not in front."""
     parallax = disparity - np.float32(geometry.disparity_offset)
+    scale = np.float32(geometry.focal * geometry.baseline)
     with np.errstate(divide="ignore"):
-        z = np.float32(geometry.focal * geometry.baseline) / parallax
-    z[~(parallax > 0)] = np.nan
-    return z
+        return np.where(parallax > 0, scale / parallax, np.float32(np.nan))
 
 
 def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> IntArray:
@@ -58,7 +57,7 @@ def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> Int
     column and row `origin` of the view's depth image.
     """
     left, top = ((step // 2 - start) % step for start in origin)
-    rows, columns = np.nonzero(chosen[top::step, left::step])
+    rows, columns = np.nonzero(np.ascontiguousarray(chosen[top::step, left::step]))
     in_region = np.stack([columns * step + left, rows * step + top], axis=1)
     pixels: IntArray = in_region + np.array(origin)
     return pixels

@@ -70,12 +70,6 @@ class ViewResult:
     counts: PointCounts = field(default_factory=PointCounts)
 
 
-def _placed(image: BoolArray, region: Region, shape: tuple[int, int]) -> BoolArray:
-    around = np.zeros(shape, dtype=bool)
-    around[region.slices] = image
-    return around
-
-
 def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | None:
     """Where a view's points are, where that is hardly inside the volume."""
     known = points[np.isfinite(points).all(axis=1)]
@@ -83,6 +77,15 @@ def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | Non
         return None
     x, y, z = np.median(known, axis=0).tolist()
     return x, y, z
+
+
+def _matched(frame: OpenedFrame, bands: Sequence[Region], out_disparity: Float32Array) -> int:
+    """Match parts of an image; returns how many pixels have a disparity."""
+    count = 0
+    for band in bands:
+        found = out_disparity[band.slices] = frame.disparity(band)
+        count += int(np.count_nonzero(np.isfinite(found)))
+    return count
 
 
 def _noise_and_blur(frame: OpenedFrame, compared: Compared | None) -> tuple[float, float]:
@@ -176,10 +179,13 @@ class ViewChain:
         light = self.background.light(frame.picture)
         bands = self._bands(light)
         watch.lap("rectify")
-        if not bands:
+        if self._volume_region.is_empty:
             return self._without_depth("it does not see the working volume", watch)
+        if not bands:
+            return self._with_nobody(images, watch)
         region = functools.reduce(operator.or_, bands)
-        disparity, measured = self._disparity(frame, bands, region)
+        whole, ranges = self.background.outside()
+        measured, disparity = _matched(frame, bands, whole), whole[region.slices]
         watch.lap("match")
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
@@ -190,46 +196,40 @@ class ViewChain:
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        shown = chosen
-        if self._p.halo_trim == "silhouette" and outline is not None:
-            shown = chosen & outline
+        beside = outline if self._p.halo_trim == "silhouette" else None
+        shown = chosen if beside is None else chosen & beside
         pixels = thinned_pixels(shown, self._p.pixel_step, (region.left, region.top))
         if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
             frame.align(disparity, chosen if outline is None else outline, pixels, region)
             watch.lap("subpixel")
-        ranges = self.source.ranges(disparity)
-        range_z = ranges[pixels[:, 1] - region.top, pixels[:, 0] - region.left]
+        ranges[region.slices] = self.source.ranges(disparity)
+        range_z = ranges[pixels[:, 1], pixels[:, 0]]
         points = self.source.geometry.points(pixels[:, 0], pixels[:, 1], range_z.astype(np.float64))
         inside = self._volume.contains(points)
         kept = points[inside]
-        depth = self._view_depth(disparity, ranges, chosen, silhouette, outline, region)
+        masks = chosen, silhouette, outline
+        depth = self._view_depth(images, (whole, ranges), masks, region)
         watch.lap("points")
-        if self._colour and images.image.ndim == 3:
-            depth = replace(depth, picture=self.source.rectification.rectified(images.image))
-            watch.lap("colours")
+        if depth.edges is not None:  # measured in this thread, for all who ask for them later
+            watch.lap("edges")
         person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
         quality = _noise_and_blur(frame, compared)
         counts = PointCounts(measured, person, len(pixels), len(kept), 0, middle, *quality)
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
+
+    def _with_nobody(self, images: ViewImages, watch: Stopwatch) -> ViewResult:
+        """The empty scene, if the picture does not differ from it."""
+        known, nobody = self.background.outside(), np.zeros((0, 0), dtype=bool)
+        sharp = nobody if self._p.silhouettes else None
+        depth = self._view_depth(images, known, (nobody, sharp, sharp), Region(0, 0, 0, 0))
+        counts = PointCounts(measured=int(np.count_nonzero(np.isfinite(known[0]))))
+        return replace(self._without_depth("", watch), depth=depth, problem="", counts=counts)
 
     def _bands(self, light: Light | None) -> list[Region]:
         """Parts of the image in which the person can be."""
         bands = self.background.changed_bands(light)
         inside = (band & self._volume_region for band in bands)
         return [band for band in inside if not band.is_empty]
-
-    def _disparity(
-        self, frame: OpenedFrame, bands: Sequence[Region], region: Region
-    ) -> tuple[Float32Array, int]:
-        """Disparity of a region, with the empty scene beside its bands; pixels that have one."""
-        if len(bands) == 1:
-            disparity = frame.disparity(region)
-            return disparity, int(np.count_nonzero(np.isfinite(disparity)))
-        disparity, measured = self.background.outside_disparity(region), 0
-        for band in bands:
-            found = disparity[band.within(region)] = frame.disparity(band)
-            measured += int(np.count_nonzero(np.isfinite(found)))
-        return disparity, measured
 
     def _person(
         self,
@@ -262,25 +262,24 @@ class ViewChain:
 
     def _view_depth(
         self,
-        disparity: Float32Array,
-        ranges: Float32Array,
-        chosen: BoolArray,
-        silhouette: BoolArray | None,
-        outline: BoolArray | None,
+        images: ViewImages,
+        known: tuple[Float32Array, Float32Array],
+        masks: Sequence[BoolArray | None],
         region: Region,
     ) -> ViewDepth:
-        """Images of full size, with the empty scene around the region."""
-        geometry = self.source.geometry
-        shape = geometry.height, geometry.width
-        if region != Region.whole(geometry.width, geometry.height):
-            part = disparity, ranges
-            disparity, ranges = self.background.outside()
-            disparity[region.slices], ranges[region.slices] = part
-            chosen = _placed(chosen, region, shape)
-            masks = silhouette, outline
-            silhouette, outline = (m if m is None else _placed(m, region, shape) for m in masks)
+        """Disparity and range (H, W) with the masks of a region, and colours if they are wanted."""
+        disparity, ranges = known
+        placed = [None if mask is None else np.zeros(ranges.shape, dtype=bool) for mask in masks]
+        for image, mask in zip(placed, masks, strict=True):
+            if image is not None and mask is not None:
+                image[region.slices] = mask
+        chosen, silhouette, outline = placed
+        assert chosen is not None  # noqa: S101 - only the others may be unknown
         given = disparity if isinstance(self.source, StereoSource) else None
-        return ViewDepth(geometry, given, ranges, chosen, silhouette, outline)
+        coloured = self._colour and images.image.ndim == 3
+        picture = self.source.rectification.rectified(images.image) if coloured else None
+        geometry = self.source.geometry
+        return ViewDepth(geometry, given, ranges, chosen, silhouette, outline, picture)
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
         """Drop small patches of the foreground, in place (2.1.4).

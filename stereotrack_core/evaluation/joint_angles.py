@@ -9,10 +9,9 @@ that the same movement of either arm has the same numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -24,8 +23,6 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import upright_run
 
-Side: TypeAlias = Literal["", "left", "right"]
-
 NEAR_POLE = np.radians(10.0)
 """An upper arm that hangs down or points up more nearly than this has no plane of elevation."""
 
@@ -36,97 +33,33 @@ NEARLY_SIDEWAYS = np.radians(80.0)
 """A torso or head that leans more to a side has neither a turn nor a tilt forward."""
 
 
-@dataclass(frozen=True)
-class AngleDefinition:
-    """One angle."""
+_LOWEST: Mapping[str, float | None] = {
+    "torso_turn": -math.pi,
+    "torso_forward": -math.pi,
+    "torso_sideways": None,
+    "head_forward": -math.pi,
+    "head_sideways": None,
+    **{
+        f"{side}_{name}": lowest
+        for side in ("left", "right")
+        for name, lowest in (
+            ("shoulder_plane", math.radians(-135.0)),
+            ("shoulder_elevation", None),
+            ("shoulder_rotation", -math.pi),
+            ("elbow_flexion", None),
+        )
+    },
+}
+"""Where the range of one turn begins, radians; None for an angle that cannot go round.
 
-    name: str
-    """Key, for example ``"left_shoulder_elevation"``."""
-    label: str
-    """For people, without the side."""
-    joint: str
-    """``torso``, ``head``, ``shoulder`` or ``elbow``."""
-    side: Side
-    limb: str
-    """Limb whose colour it has."""
-    meaning: str
-    """What is zero, and what is positive."""
-    lowest: float | None = None
-    """Where the range of one turn begins, radians; None for an angle that cannot go round."""
-    continues: bool = False
-    """Whether turns are counted on over frames in which the angle is not known."""
-
-    @property
-    def words(self) -> str:
-        """The label with the side."""
-        return f"{self.side} {self.label}".strip()
-
-
-def _arm(side: Literal["left", "right"]) -> tuple[AngleDefinition, ...]:
-    return (
-        AngleDefinition(
-            f"{side}_shoulder_plane", "shoulder plane of elevation", "shoulder", side,
-            f"{side}_upper_arm",
-            "0 when the upper arm is raised sideways (abduction), 90 forwards (flexion), negative "
-            "backwards; undefined within 10 deg of hanging down or pointing up",
-            lowest=float(np.radians(-135.0)),
-        ),
-        AngleDefinition(
-            f"{side}_shoulder_elevation", "shoulder elevation", "shoulder", side,
-            f"{side}_upper_arm",
-            "0 when the upper arm hangs along the torso, 90 at a right angle, 180 pointing up",
-        ),
-        AngleDefinition(
-            f"{side}_shoulder_rotation", "shoulder axial rotation", "shoulder", side,
-            f"{side}_upper_arm",
-            "rotation of the upper arm about its own axis, measured by the forearm: internal "
-            "positive, external negative; undefined when the elbow is bent less than 20 deg or "
-            "the plane of elevation is undefined",
-            lowest=-float(np.pi),
-        ),
-        AngleDefinition(
-            f"{side}_elbow_flexion", "elbow flexion", "elbow", side, f"{side}_forearm",
-            "0 when the arm is straight, positive when bent",
-        ),
-    )  # fmt: skip
-
-
-ANGLES: tuple[AngleDefinition, ...] = (
-    AngleDefinition(
-        "torso_turn", "torso rotation", "torso", "", "torso",
-        "0 facing north (the world's y axis), positive to the person's left; full turns are "
-        "accumulated; undefined when the torso leans more than 80 deg to a side",
-        lowest=-float(np.pi), continues=True,
-    ),
-    AngleDefinition(
-        "torso_forward", "torso forward tilt", "torso", "", "torso",
-        "0 upright, positive when bent forwards, negative backwards; undefined when the torso "
-        "leans more than 80 deg to a side",
-        lowest=-float(np.pi),
-    ),
-    AngleDefinition(
-        "torso_sideways", "torso lateral tilt", "torso", "", "torso",
-        "0 when the shoulders are level, positive when the person's right shoulder is lower",
-    ),
-    AngleDefinition(
-        "head_forward", "head forward tilt", "head", "", "head",
-        "relative to the torso: 0 when the head landmark is straight above the shoulders, "
-        "positive forwards",
-        lowest=-float(np.pi),
-    ),
-    AngleDefinition(
-        "head_sideways", "head lateral tilt", "head", "", "head",
-        "relative to the torso: positive towards the person's right shoulder",
-    ),
-    *_arm("left"),
-    *_arm("right"),
-)  # fmt: skip
+docs/angles.md says what is zero, and what is positive.
+"""
+NAMES: tuple[str, ...] = tuple(_LOWEST)
 """All angles; every array of angles has this order."""
+_CONTINUES = "torso_turn"
+"""The angle whose turns are counted on over frames in which it is not known."""
 
-NAMES: tuple[str, ...] = tuple(angle.name for angle in ANGLES)
-
-
-_TURNS = np.array([angle.lowest is not None for angle in ANGLES])
+_TURNS = np.array([lowest is not None for lowest in _LOWEST.values()])
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 """Mirrors a vector of the torso's frame at the person's plane of symmetry."""
 
@@ -135,7 +68,7 @@ def angles_of_landmarks(points: FloatArray) -> FloatArray:
     """Joint angles (..., A) in radians of landmarks (..., 9, 3), world, metres; not unwrapped.
 
     NaN where a landmark that the angle needs is not known, and where the angle is not defined
-    (see :data:`ANGLES`).
+    (docs/angles.md).
     """
     at = {name: points[..., i, :] for i, name in enumerate(LANDMARKS)}
     hips = 0.5 * (at["left_hip"] + at["right_hip"])
@@ -259,7 +192,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class JointAngles:
-    """Angles over frames; F frames, A angles in the order of :data:`ANGLES`."""
+    """Angles over frames; F frames, A angles in the order of :data:`NAMES`."""
 
     frame: IntArray
     """(F,). Ascending."""
@@ -287,7 +220,7 @@ def angles_of_run(run: Run) -> JointAngles:
     found = angles_of_trajectory(run.trajectory())
     if f"{PARTS[HEAD]}_alpha" in run.state_names:
         return found
-    tracked = np.array([angle.joint != "head" for angle in ANGLES])
+    tracked = np.array([not name.startswith("head") for name in NAMES])
     return JointAngles(found.frame, np.where(tracked, found.angle, np.nan))
 
 
@@ -305,14 +238,14 @@ def unwrapped(frame: IntArray, angle: FloatArray) -> FloatArray:
     frames cannot be told from less than half a turn the other way.
     """
     result = angle.copy()
-    for column, definition in enumerate(ANGLES):
-        if definition.lowest is not None:
-            begin = definition.lowest
+    for column, (name, lowest) in enumerate(_LOWEST.items()):
+        if lowest is not None:
+            begin = lowest
             for stretch in _stretches(frame, np.isfinite(angle[:, column])):
                 values = np.unwrap(angle[stretch, column])
                 turns = np.floor((values[0] - begin) / (2.0 * np.pi))
                 result[stretch, column] = values - 2.0 * np.pi * turns
-                if definition.continues:
+                if name == _CONTINUES:
                     begin = result[stretch, column][-1] - np.pi
     return result
 

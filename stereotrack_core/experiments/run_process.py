@@ -14,10 +14,13 @@ from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.prepare import prepare
+from stereotrack_core.tracking.run import advances
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
+from stereotrack_core.tracking.tracking import Tracking
 from stereotrack_core.worker_processes import Asker
 
 _TELL_SECONDS = 0.2
@@ -125,20 +128,19 @@ class _Work:
         if task.journal is not None:
             self._journal = RunJournal(task.journal, self._seconds)
         spec = self._with_keypoints(task.spec)
-        with Pipeline(task.recording, spec, keeper=self._journal) as pipeline:
-            pipeline.on_preparing = self._prepare
-            wanted = spec.frames_of(pipeline.reader.frame_count)
-            pipeline.corrects = True
-            pipeline.prepare(wanted)
-            self._tell_prepared(pipeline)
-            pipeline.before_step = lambda _cloud: self._hold()
+        with Clouds(task.recording, spec) as clouds:
+            run = prepare(clouds, Hooks(self._prepare))
+            self._tell_prepared(run)
             newest = -1
-            for tracked in pipeline.frames(wanted):
-                if tracked.frame > newest:  # those that come again were allowed before
-                    self._left, newest = self._left - 1, tracked.frame
-                if _found_by(pipeline) != self._found:
-                    self._tell_prepared(pipeline)
-                self._tell_frame(tracked)
+            for advance in advances(run, clouds.frames, Hooks(self._prepare, self._hold)):
+                if self._journal is not None:
+                    self._journal.keep(advance)
+                if advance.run.found_so_far != self._found:
+                    self._tell_prepared(advance.run)
+                for tracked in advance.gained.frames:
+                    if tracked.frame > newest:  # those that come again were allowed before
+                        self._left, newest = self._left - 1, tracked.frame
+                    self._tell_frame(tracked)
             self._tell_held()
 
     def _with_keypoints(self, spec: RunSpec) -> RunSpec:
@@ -155,10 +157,10 @@ class _Work:
         found = detect_keypoints(recording, required_detector(), frames, on_frame=note)
         return dataclasses.replace(spec, keypoints=found)
 
-    def _tell_prepared(self, pipeline: Pipeline) -> None:
-        """Say what is tracked, and where a run comes from: again where that changes."""
-        self._found = _found_by(pipeline)
-        self._asker.tell(Prepared(pipeline.body, pipeline.origin()))
+    def _tell_prepared(self, run: Tracking) -> None:
+        """Tell the body and the origin of a run: again where they change."""
+        self._found = run.found_so_far
+        self._asker.tell(Prepared(run.body, run.origin()))
 
     def close(self) -> None:
         """Let go of the journal."""
@@ -204,9 +206,3 @@ class _Work:
     def _tell_held(self) -> None:
         self._asker.tell(Held(self._allowed.number, self._unsent))
         self._unsent = None
-
-
-def _found_by(pipeline: Pipeline) -> tuple[bool, str, int]:
-    """What is found while tracking: the beginning, the heading with the shape, second looks."""
-    heading = "" if pipeline.heading is None else pipeline.heading.state
-    return pipeline.started, heading, len(pipeline.second_look.changed)

@@ -16,10 +16,10 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.summary import statistics
 from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run, TrackedFrame
+from stereotrack_core.tracking.frame import LOOKED_AGAIN, Replaced, Run, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
 from stereotrack_core.tracking.repair import REPAIRED
-from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run import Advance, track
 from stereotrack_core.tracking.run_checks import (
     HEADING,
     Blindness,
@@ -28,7 +28,7 @@ from stereotrack_core.tracking.run_checks import (
     ViewProblems,
     gaps_of,
 )
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.second_look import LOOKING_AGAIN
 from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 
@@ -122,14 +122,15 @@ class _Course:
         if self.stopped():
             raise Cancelled
 
-    def note(self, frame: TrackedFrame) -> None:
-        """A frame of the run; one that comes again takes the place of all from it on."""
-        if self.noted and frame.frame <= self.noted[-1].frame:
-            self._begin_again(frame.frame)
-        self._take(frame.without_cloud())
-        if self.begun is not None and self.begun.changed_by(frame):
-            self.changed.append(frame.frame)
-        self.show(self.before + self.done, "")
+    def note(self, gained: Replaced) -> None:
+        """New frames of the run, in the place of all from the first of them on."""
+        if self.noted and gained.first <= self.noted[-1].frame:
+            self._begin_again(gained.first)
+        for frame in gained.frames:
+            self._take(frame.without_cloud())
+            if self.begun is not None and self.begun.changed_by(frame):
+                self.changed.append(frame.frame)
+            self.show(self.before + self.done, "")
 
     def _begin_again(self, first: int) -> None:
         """Forget the frames from `first` on; what was begun before is done again as well."""
@@ -184,14 +185,18 @@ def track_recording(
     untracked = Untracked(recording, spec.settings)
     course = _Course(on_step, cancelled, steps(spec, wanted, begun) - wanted, begun, untracked)
     journal = None if part is None else RunJournal(part, clock, Wish(spec.smooth, count))
+
+    def note(advance: Advance) -> None:
+        if journal is not None:
+            journal.keep(advance)
+        course.note(advance.gained)
+
     with nullcontext() if journal is None else closing(journal):
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
             spec,
-            on_frame=course.note,
-            cancelled=cancelled,
-            on_preparing=course.prepare,
-            keeper=journal,
+            on_advance=note,
+            hooks=Hooks(on_preparing=course.prepare, cancelled=cancelled),
             begun=begun,
             count=count,
         )

@@ -53,15 +53,17 @@ def posterior(
         To be added to x_i: the minimum of both quadratic forms.
     P : (n, n) float64
     """
+    P = inverse(P0_inverse + gathered.A)
+    return P @ (P0_inverse @ from_prior + gathered.b), P
+
+
+def inverse(P: FloatArray) -> FloatArray:
+    """Inverse (n, n) of a symmetric positive definite matrix; raises LinAlgError for others."""
     # LAPACK itself: what SciPy and NumPy check around it takes longer than these small matrices.
-    total = P0_inverse + gathered.A
-    dx = P0_inverse @ from_prior + gathered.b
-    factor, failed = scipy.linalg.lapack.dpotrf(total, lower=1)
+    factor, failed = scipy.linalg.lapack.dpotrf(P, lower=1)
     if failed:
-        raise np.linalg.LinAlgError(
-            "the information matrix of prior and measurements is not positive definite"
-        )
-    dx, _ = scipy.linalg.lapack.dpotrs(factor, dx, lower=1)
-    P, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
-    lower = np.tril(P, -1)
-    return dx, lower + lower.T + np.diag(np.diagonal(P))
+        raise np.linalg.LinAlgError("the matrix is not positive definite")
+    lower, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
+    result: FloatArray = lower + lower.T
+    result.flat[:: len(P) + 1] *= 0.5
+    return result

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.filtering.linearisation import Information, posterior
+from stereotrack_core.filtering.linearisation import Information, inverse, posterior
 
 
 def backward_step(
@@ -106,11 +106,11 @@ def smooth(walk: Walk, measured: list[Information]) -> Smooth:
     gain, before = np.empty((max(count - 1, 0), N, N)), np.empty((count, N))
     expected, spread = walk.mean, walk.P
     for k, seen in enumerate(measured):
-        inverse = _inverse(spread)
+        known = inverse(spread)
         if k:
-            gain[k - 1] = P[k - 1] @ walk.F.T @ inverse
+            gain[k - 1] = P[k - 1] @ walk.F.T @ known
         before[k] = expected
-        correction, P[k] = posterior(inverse, expected, _padded(seen, N))
+        correction, P[k] = posterior(known, expected, _padded(seen, N))
         mean[k] = correction
         if k + 1 < count:
             expected = walk.F @ mean[k] + walk.c[k]
@@ -166,12 +166,6 @@ def smooth_uneven(walk: Walk, measured: list[Information], group: IntArray) -> S
         variance = variance * np.mean(squared / factor, axis=0) / size
         variance = np.maximum(variance, _SMALLEST * start)
     return found
-
-
-def _inverse(P: FloatArray) -> FloatArray:
-    factor = scipy.linalg.cho_factor(P)
-    result: FloatArray = scipy.linalg.cho_solve(factor, np.eye(len(P)))
-    return 0.5 * (result + result.T)
 
 
 def _padded(seen: Information, size: int) -> Information:

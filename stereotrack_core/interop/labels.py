@@ -144,10 +144,6 @@ _UNDERSTOOD = (
 LABEL_SUFFIXES = (".csv", ".h5", ".json", ".slp")
 """What :func:`read_labels` reads."""
 
-_OTHERS = {
-    ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
-}
-
 _TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
 
 
@@ -181,7 +177,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
         raise InputError(
             f"labels cannot be read from {suffix or 'files without a suffix'}",
             where=str(source.path),
-            remedy=_OTHERS.get(suffix, _UNDERSTOOD),
+            remedy=_UNDERSTOOD,
         )
     for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:

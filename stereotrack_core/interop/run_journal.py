@@ -27,6 +27,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import LARGEST as LAST_FRAME
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless
+from stereotrack_core.tracking.run import Advance
 from stereotrack_core.tracking.stored import check_meta
 from stereotrack_core.tracking.unfinished import Checkpoint, UnfinishedRun
 
@@ -60,7 +61,7 @@ class Wish:
 
 
 class RunJournal:
-    """Keeps a run that is being tracked; see :class:`RunKeeper`.
+    """Keeps what is tracked at once, so that nothing is lost however the program ends.
 
     `path`: a new file, or an unfinished run to go on with. `seconds`: how long has been worked on
     the run, for its meta.
@@ -90,20 +91,23 @@ class RunJournal:
                 remedy="Choose a folder that you may write to.",
             ) from None
 
-    def keep(self, frame: TrackedFrame, after: Checkpoint, origin: Callable[[], Origin]) -> None:
-        """Write a frame; it is safe from then on.
+    def keep(self, advance: Advance) -> None:
+        """Write new frames, which are safe from then on, and from time to time the state.
 
         Raises OSError where the drive is full or gone.
         """
-        again = frame.frame <= self._last  # of another body; not what a resumed run tracks again
-        if self.kept == 0 or again:
-            self._file.append(_head(origin(), self._wish, again=again))
-            self.kept = 0
-        self._file.append(_record_of(frame, self._seconds()))
-        if self.kept % _FRAMES_PER_CHECKPOINT == 0:
-            facts = {"frame": after.frame, "started": after.started}
-            self._file.append(Record(_TRACKER, facts, after.memory))
-        self.kept, self._last = self.kept + 1, frame.frame
+        run, frames = advance.run, advance.gained.frames
+        for frame in frames:
+            again = frame.frame <= self._last  # not what a resumed run tracks again
+            if self.kept == 0 or again:
+                self._file.append(_head(run.origin(), self._wish, again=again))
+                self.kept = 0
+            self._file.append(_record_of(frame, self._seconds()))
+            # From an earlier state tracking goes on as well, and comes to the same.
+            if self.kept % _FRAMES_PER_CHECKPOINT == 0:
+                facts = {"frame": frames[-1].frame, "started": run.started}
+                self._file.append(Record(_TRACKER, facts, run.saved()))
+            self.kept, self._last = self.kept + 1, frame.frame
 
     def close(self) -> None:
         """Leave the file as it is; one without any frame is removed."""

@@ -1,10 +1,9 @@
-"""Runs in a project: kept complete, listed and compared without reading them, named, noted."""
+"""Runs in a project: kept complete, listed and compared without reading them, named."""
 
 from __future__ import annotations
 
 import contextlib
 import glob
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -57,7 +56,6 @@ class RunFacts:
     """Pose detector that looked at the pictures, or detectors whose keypoints were used."""
     wall_seconds: float | None = None
     made: str = ""  # when it was tracked, ISO 8601, UTC
-    note: str = ""  # what a person has written about it
 
     @property
     def changed_words(self) -> str:
@@ -68,7 +66,7 @@ class RunFacts:
 
 _READERS: Mapping[str, Any] = {
     **dict.fromkeys(("frames", "tracked", "first", "last", "seed"), int),
-    **dict.fromkeys(("preset", "init", "made", "note", "detector"), str),
+    **dict.fromkeys(("preset", "init", "made", "detector"), str),
     "changed": lambda values: {name: (a, b) for name, (a, b) in dict(values).items()},
     "views": lambda names: tuple(str(name) for name in names),
     "smoothed": bool,
@@ -77,14 +75,11 @@ _READERS: Mapping[str, Any] = {
 """How the facts are made of what was kept, by name."""
 
 
-def facts_to_keep(run: Run, note: str = "") -> dict[str, Any]:
-    """Facts of a run, JSON-serialisable: what :func:`run_facts` reads."""
-    facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
-    return facts | {"note": note} if note else facts
-
-
 def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dict[str, Any]:
-    """The same from a run's meta, its frame numbers (F,) and how many of them have a pose."""
+    """Facts for :func:`run_facts`, JSON-serialisable.
+
+    From a run's meta, its frame numbers (F,) and how many of them have a pose.
+    """
     facts: dict[str, Any] = {"frames": len(frame), "tracked": tracked}
     facts |= {key: meta[key] for key in _META if key in meta}
     if len(frame):
@@ -130,13 +125,13 @@ class KeptRun:
     facts: RunFacts
 
 
-def keep_run(name: str, run: Run, note: str = "", *, replacing: bool = False) -> SaveEntry:
-    """The edit that puts a complete run into the project, with what a person has to say about it.
+def keep_run(name: str, run: Run, *, replacing: bool = False) -> SaveEntry:
+    """The edit that puts a complete run into the project.
 
     A run of that name is replaced only where that is said; see :func:`free_name`.
     """
-    facts = facts_as_json(facts_to_keep(run, note))
-    return SaveEntry(RUN.name, name, facts, run_bytes(run), replacing)
+    facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
+    return SaveEntry(RUN.name, name, facts_as_json(facts), run_bytes(run), replacing)
 
 
 def delete_run(name: str) -> DeleteEntry:
@@ -226,28 +221,6 @@ class RenameRun(Edit):
             raise InputError(f"there already is a run {self.new!r}", remedy="Choose another name.")
         yield Change(RUN, (self.name,), row, None)
         yield Change(RUN, (self.new,), there, row)
-
-
-@dataclass(frozen=True)
-class NoteRun(Edit):
-    """Write something about a run; an empty note takes it away."""
-
-    kind: ClassVar[str] = "note"
-    name: str
-    note: str
-
-    def words(self) -> str:
-        """``note on run accurate``."""
-        return f"note on run {self.name}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """Its row, with other facts."""
-        row = row_of(state, RUN, self.name)
-        facts = json.loads(str(row[0]))
-        facts.pop("note", None)
-        if self.note.strip():
-            facts["note"] = self.note.strip()
-        yield Change(RUN, (self.name,), row, (facts_as_json(facts), *row[1:]))
 
 
 def place_for_run(project: Path) -> Path:

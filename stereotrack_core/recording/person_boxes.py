@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
+from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
@@ -24,31 +24,18 @@ _LEAST_DIFFERENCE, _NOISE = 12.0, 6.0  # grey values, and times what is usual be
 _REACH = 0.04  # share of the side over which parts belong together: arms are thin
 _LEAST_SWAY, _SWAY = 1.5, 3.0  # grey values, and times what is usual, by which a place changes
 _LEAST_SHARE = 0.6  # of all that changes a little: else it is the camera, or the light
-_AROUND = 0.25  # share of the longer side of a box of landmarks, which lie inside the body
-_LEAST_LANDMARKS = 2
 _LEAST_AREA, _MOST_AREA = 0.003, 0.6  # shares of the image; more is a lamp, not a person
 
 
 def person_boxes(
-    recording: Recording,
-    known: Mapping[str, FloatArray] | None = None,
-    cancelled: Callable[[], bool] = lambda: False,
+    recording: Recording, cancelled: Callable[[], bool] = lambda: False
 ) -> dict[str, Box]:
     """Boxes around all that a person does, by the name of the view.
 
     A few frames spread over the recording are compared with the empty scene where the recording
-    has it, and else with what they show most of the time. The box takes in where the person is
-    known to be. Who stands still before an unknown scene, and is known nowhere, is looked for in
-    more frames: nobody stands quite still. A view in which nothing differs, or nearly everything,
-    has no box.
-
-    Parameters
-    ----------
-    known : mapping
-        Pixels (N, 2) in a view's reference image at which the person was clicked or tracked, by
-        the name of the view.
-    cancelled : callable
-        Whether nobody waits for it any more; asked between frames.
+    has it, and else with what they show most of the time. Who stands still before an unknown scene
+    is looked for in more frames: nobody stands quite still. A view in which nothing differs, or
+    nearly everything, has no box. `cancelled` is asked between frames.
 
     Raises
     ------
@@ -56,7 +43,6 @@ def person_boxes(
         Where a stream cannot be read.
     Cancelled
     """
-    known = known or {}
     views = tuple(_image_alone(view) for view in recording.views)
     alone = replace(recording, views=views)
     boxes: dict[str, Box] = {}
@@ -67,11 +53,8 @@ def person_boxes(
             background = reader.background(view.name)
             empty = None if background is None else _small(background[1])
             found = _box(seen[view.name], empty)
-            box = None if found is None else _scaled(found, recording, view)
-            more = _AROUND if found is None else 0.0  # what has moved shows how far a body reaches
-            around = _around(known.get(view.name), more, recording, view)
-            if both := [one for one in (box, around) if one is not None]:
-                boxes[view.name] = _united(both)
+            if found is not None:
+                boxes[view.name] = _scaled(found, recording, view)
         if boxes.keys() < seen.keys():
             seen = _seen(reader, _spread(_MANY_FRAMES, count), cancelled)
             for view in views:
@@ -104,28 +87,6 @@ def _scaled(box: Box, recording: Recording, view: View) -> Box:
     camera = recording.reference_camera(view)
     factor = max(camera.width, camera.height) / _SIDE
     return box[0] * factor, box[1] * factor, box[2] * factor, box[3] * factor
-
-
-def _around(
-    pixels: FloatArray | None, share: float, recording: Recording, view: View
-) -> Box | None:
-    """Box around landmarks at these pixels, and this share of its longer side, in the image."""
-    inside = np.empty((0, 2)) if pixels is None else pixels[np.isfinite(pixels).all(axis=1)]
-    camera = recording.reference_camera(view)
-    size = np.array([camera.width, camera.height], dtype=np.float64)
-    inside = inside[((inside >= 0.0) & (inside < size)).all(axis=1)]
-    if len(inside) < _LEAST_LANDMARKS:
-        return None
-    low, high = np.percentile(inside, (1.0, 99.0), axis=0)
-    more = share * float((high - low).max())
-    left, top = np.maximum(low - more, 0.0)
-    right, bottom = np.minimum(high + more, size)
-    return float(left), float(top), float(right), float(bottom)
-
-
-def _united(boxes: Sequence[Box]) -> Box:
-    left, top, right, bottom = zip(*boxes, strict=True)
-    return min(left), min(top), max(right), max(bottom)
 
 
 def _image_alone(view: View) -> View:

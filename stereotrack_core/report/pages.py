@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markupsafe import Markup
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
@@ -25,8 +24,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 )
 from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 from stereotrack_core.evaluation.summary import LOST_ANGLE, LimbErrors
-from stereotrack_core.recording.consistency import FILES
-from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.report import run_tables
 from stereotrack_core.report.reported import Reported, ShownFailure
 from stereotrack_core.tracking.frame import Run
@@ -48,31 +46,29 @@ _STYLE: Any = {
     "legend.frameon": False,
     "svg.hashsalt": "stereotrack",
 }
-_DPI = 144
 
 
-def drawn_axes(rows: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
-    """A figure of so many inches with its axes, row by row."""
+def drawn_axes(rows: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    """A figure of so many inches with its axes below each other."""
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
-        made = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        made = figure.subplots(rows, 1, sharex=True, sharey=True, squeeze=False)
     return figure, list(made.ravel())
 
 
-def image_of(figure: Figure, kind: str, dpi: int = _DPI) -> bytes:
-    """The figure as a file (svg, png or pdf), the same bytes for the same figure."""
+def svg_of(figure: Figure) -> bytes:
+    """The figure as a file, the same bytes for the same figure."""
     import matplotlib
     from matplotlib.text import Text
 
     buffer = BytesIO()
-    dated = {"svg": "Date", "pdf": "CreationDate"}
     for text in figure.findobj(Text):
         text.set_parse_math(False)  # a dollar sign is one: names from files are no formulas
     with matplotlib.rc_context(_STYLE):
-        figure.savefig(buffer, format=kind, dpi=dpi, metadata={dated.get(kind, "Software"): None})
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 
 
@@ -92,7 +88,7 @@ def limb_curves(
     one: the standard deviation, and the probability that the limb is lost on the right axis.
     Failures are shaded; segments are named above.
     """
-    figure, axes = drawn_axes(len(_ORDER), 1, _WIDTH, _HEIGHT * len(_ORDER) + 0.5)
+    figure, axes = drawn_axes(len(_ORDER), _WIDTH, _HEIGHT * len(_ORDER) + 0.5)
     highest = _highest(run, errors)
     for ax, limb in zip(axes, _ORDER, strict=True):
         place, colour = LIMBS.index(limb), LIMB_COLOURS[limb]
@@ -113,7 +109,7 @@ def limb_curves(
         ax.set_ylabel("deg")
     _name_segments(axes[0], segments)
     axes[-1].set_xlabel("frame")
-    return image_of(figure, "svg")
+    return svg_of(figure)
 
 
 def _highest(run: Run, errors: LimbErrors | None) -> float:
@@ -164,20 +160,8 @@ def _name_segments(ax: Axes, segments: Sequence[Segment]) -> None:
 
 
 def embedded(data: bytes, kind: str) -> str:
-    """Address of a picture that stands in the page; `kind` ``svg``, ``png`` or ``jpeg``."""
-    kind = "svg+xml" if kind == "svg" else kind
+    """Address of a picture that stands in the page; `kind` ``svg+xml`` or ``jpeg``."""
     return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
-
-
-def code(text: str) -> Markup:
-    """A text as a program reads it."""
-    return Markup("<code>{}</code>").format(text)
-
-
-def page(template: str, title: str, **content: object) -> str:
-    """A whole page, of what a file in ``templates`` speaks of, that needs no other file."""
-    drawn = _environment().get_template(template)
-    return drawn.render(title=title, **content)
 
 
 @cache
@@ -195,32 +179,33 @@ def _environment() -> Environment:
     )
 
 
-_OF_CAMERAS = ("calibration", "camera", "view")
-
-
 def run_page(reported: Reported) -> str:
     """The whole report as HTML."""
     source, run, accuracy = reported.source, reported.source.run, reported.accuracy
     shown = reported.failures
     errors = None if accuracy is None else accuracy.errors
     failures = [one.failure for one in shown]
-    return page(
-        "run.html",
-        f"Report on {source.name}",
-        reported=reported,
-        source=source,
-        accuracy=accuracy,
-        lead=_lead(reported),
-        views=[str(name) for name in run.meta.get("views", [])],
-        subject=run.meta.get("subject"),
-        preset=str(run.meta.get("preset") or ""),
-        known_preset=str(run.meta.get("preset") or "") in PRESETS,
-        curves=embedded(limb_curves(run, errors, failures, reported.segments), "svg"),
-        found=FOUND_WORDS[shown[0].failure.found] if shown else "",
-        strips=[_strip(one) for one in shown if one.strip is not None],
-        doubts=None if accuracy is None else accuracy.doubts,
-        **_of_cameras(reported),
-        **run_tables.tables(reported),
+    return (
+        _environment()
+        .get_template("run.html")
+        .render(
+            title=f"Report on {source.name}",
+            reported=reported,
+            source=source,
+            accuracy=accuracy,
+            lead=_lead(reported),
+            views=[str(name) for name in run.meta.get("views", [])],
+            subject=run.meta.get("subject"),
+            preset=str(run.meta.get("preset") or ""),
+            known_preset=str(run.meta.get("preset") or "") in PRESETS,
+            curves=embedded(limb_curves(run, errors, failures, reported.segments), "svg+xml"),
+            found=FOUND_WORDS[shown[0].failure.found] if shown else "",
+            strips=[_strip(one) for one in shown if one.strip is not None],
+            doubts=None if accuracy is None else accuracy.doubts,
+            recording=source.recording,
+            findings=[_finding(one) for one in reported.findings],
+            **run_tables.tables(reported),
+        )
     )
 
 
@@ -264,43 +249,9 @@ def _strip(shown: ShownFailure) -> dict[str, str]:
     }
 
 
-def _of_cameras(reported: Reported) -> dict[str, Any]:
-    """The recording, what was found about its cameras and elsewhere, and a verdict in words."""
-    own = reported.source.recording
-    about_cameras = [one for one in reported.findings if _about_cameras(one)]
-    others = [one for one in reported.findings if not _about_cameras(one)]
-    # whether pixels that several views have seen were there to compare the cameras by
-    files = [] if own is None else [name for name, _ in FILES if (own.folder / name).is_file()]
-    return {
-        "recording": own,
-        "findings": [_finding(one) for one in others],
-        "camera_findings": [_finding(one) for one in about_cameras],
-        "compared_by": files,
-        "verdict": "" if own is None else _verdict(own, about_cameras),
-    }
-
-
-def _about_cameras(finding: Finding) -> bool:
-    where = finding.where.lower()
-    return any(word in where for word in _OF_CAMERAS) and "segments" not in where
-
-
 def _finding(finding: Finding) -> str:
     what = f"{finding.what[:1].upper()}{finding.what[1:]}"
     return f"{finding.severity.capitalize()}, {finding.where}: {what}. {finding.remedy}"
-
-
-def _verdict(recording: Recording, findings: Sequence[Finding]) -> str:
-    grave = [finding for finding in findings if finding.severity != "note"]
-    cameras = len(recording.cameras)
-    if not grave:
-        return (
-            f"Usable: no inconsistencies between its {cameras} cameras. Lenses, stereo pairs, "
-            "viewing directions and the size of the rig are plausible."
-        )
-    errors = sum(finding.severity == "error" for finding in grave)
-    word = "Wrong" if errors else "Doubtful"
-    return f"{word}: {len(grave)} of the checks of its {cameras} cameras failed."
 
 
 def write_page(path: Path, reported: Reported) -> None:

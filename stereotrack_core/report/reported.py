@@ -39,7 +39,7 @@ class Source:
     """Of the run, as people know it."""
     run: Run
     recording: Recording | None = None
-    """None where it is not there any more; pictures and calibration are left out then."""
+    """None where it is not there any more; pictures are left out then."""
     reference: LandmarkTrajectory | None = None
     reference_name: str = ""
     states: Reference | None = None
@@ -48,8 +48,6 @@ class Source:
     """That are reported; None for all."""
     repeat: str = ""
     """Command that tracks again."""
-    note: str = ""
-    """What a person has written about the run."""
 
     @property
     def fps(self) -> float:

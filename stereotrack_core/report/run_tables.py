@@ -6,13 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from stereotrack_core.evaluation.accuracy import Accuracy
 from stereotrack_core.evaluation.failure_segments.segment import CAUSE_WORDS, limbs_words
 from stereotrack_core.evaluation.joint_angles import RANGES, StretchRanges
 from stereotrack_core.evaluation.summary import Summary
-from stereotrack_core.recording.description import LENGTHS, Recording, View
+from stereotrack_core.recording.description import LENGTHS
 from stereotrack_core.report.reported import Reported
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
@@ -90,7 +88,6 @@ def tables(reported: Reported) -> dict[str, Table | None]:
     stored: dict[str, Any] = dict(run.meta.get("parameters") or {})
     return {
         "lengths": _lengths(run),
-        "cameras": _cameras(reported.source.recording),
         "errors": None if accuracy is None else error_table(accuracy),
         "segments": None if accuracy is None else segment_table(accuracy.segments),
         "failures": _failures(reported),
@@ -107,37 +104,6 @@ def _lengths(run: Run) -> Table:
     values = ["average" if value is None else f"{1000.0 * value:.0f}" for value in known.values()]
     columns = ("", *(f">{key.removesuffix(' length')}" for key in known))
     return Table("", columns, [("length [mm]", *values)])
-
-
-def _cameras(recording: Recording | None) -> Table:
-    columns = (
-        *("view", "kind", ">image [px]", ">focal length [px]", ">field of view [deg]"),
-        *(">baseline [mm]", ">height [m]", ">distance [m]"),
-    )
-    views = () if recording is None else recording.views
-    return Table("", columns, [_camera(recording, view) for view in views if recording is not None])
-
-
-def _camera(recording: Recording, view: View) -> tuple[str, ...]:
-    camera = recording.reference_camera(view)
-    focal = float(camera.matrix[0, 0])
-    field = 2.0 * np.degrees(np.arctan(camera.width / (2.0 * focal)))
-    base = float("nan")
-    if view.left is not None:
-        left = recording.cameras[view.left.camera]
-        base = 1000.0 * float(np.linalg.norm(left.position_world - camera.position_world))
-    places = [recording.reference_camera(one).position_world for one in recording.views]
-    away = float(np.linalg.norm((camera.position_world - np.mean(places, axis=0))[:2]))
-    return (
-        view.name,
-        view.kind,
-        f"{camera.width} × {camera.height}",
-        number(focal, 0),
-        number(float(field), 0),
-        number(base, 0),
-        number(float(camera.position_world[2]), 2),
-        number(away, 2),
-    )
 
 
 def _failures(reported: Reported) -> Table:
@@ -192,7 +158,6 @@ def _versions(reported: Reported) -> Table:
         *_heading_row(meta),
         ("recording's fingerprint", str(meta.get("fingerprint") or "unknown")),
     ]
-    rows += [("note", reported.source.note)] if reported.source.note else []
     return Table("", ("", ""), rows)
 
 

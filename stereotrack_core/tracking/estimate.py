@@ -5,18 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames, Pose
-
-Memory: TypeAlias = Mapping[str, NDArray[Any]]
-"""All that a tracker's next step depends on, by name: with it another tracker of the same body and
-parameters goes on to the last bit. Plain arrays, so that it can be kept in a file."""
 
 _OVERCONFIDENCE: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {"one": (4.0, 3.2, 3.2), "two": (2.4, 2.45, 2.25), "several": (2.8, 2.25, 2.0)}

@@ -8,22 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.manifold import Rows, jacobian
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.correction import (
+    Line,
     Observation,
     Residual,
     Sensor,
-    information_of,
-    linearise,
+    gathered,
     solved,
 )
 from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.clicks import ClickObservation
 from stereotrack_core.tracking.residuals.detections import DetectionObservation
-from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.silhouette import silhouettes_of
 from stereotrack_core.tracking.residuals.surface import (
@@ -31,7 +31,7 @@ from stereotrack_core.tracking.residuals.surface import (
     surface_distances,
     unexplained_fraction,
 )
-from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.state import Belief, Particles, Setup
 from stereotrack_core.tracking.step_recorder import StepRecorder
 
 
@@ -69,17 +69,18 @@ class Measurements:
         the iteration before, and `prior` is always the frame's.
         """
         setup = self.setup
-        residuals = (surface, *self.beside(at.pose), *self.limits(at.pose))
-        lines = linearise(residuals, setup.body, at.pose, setup.columns)
-        found = information_of(lines, setup.columns.n)
-        after, dx = solved(setup.joints, prior, at.pose, found)
+        frames, columns = setup.body.frames(at.pose), setup.columns
+        sources = [each.rows(frames) for each in (surface, *self.beside(at.pose))]
+        sources.append(self.limits(at.pose))
+        after, dx = solved(setup.joints, prior, at.pose, gathered(sources, frames, columns))
         if self.trace is not None:
+            lines = [Line(rows, jacobian(rows, frames, columns)) for rows in sources]
             self.trace.corrected(prior, at, after, dx, surface, lines)
         return after
 
-    def limits(self, pose: Pose) -> tuple[Residual, ...]:
+    def limits(self, pose: Pose) -> Rows:
         """Limits of joints and collisions at a pose."""
-        return limit_residuals(self.setup.body, pose, self.setup.parameters, self.setup.joints)
+        return limit_rows(self.setup.body, pose, self.setup.parameters, self.setup.joints)
 
     def unexplained_fraction(self, pose: Pose) -> float:
         """Share of the data that the body in a pose leaves unexplained."""
@@ -112,6 +113,8 @@ class Prediction(Belief):
     """Frames that have gone by."""
     learned: FloatArray | None = None
     """(n, n). Covariance that measurements between the frames have taken off; None without any."""
+    particles: Particles | None = None
+    """Particles of the frame before, if the estimator left some."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +129,12 @@ class Posterior(Belief):
     """(n, n). Covariance of the prediction that was really used, as far as it was widened."""
     carried: BoolArray
     """(n,). False for numbers that were not predicted but looked for anew."""
+    particles: Particles | None = None
+    """For the next frame's prediction."""
 
 
 class Estimator(ABC):
-    """A way from a prediction and measurements to a pose."""
+    """A way from a prediction and measurements to a pose; it keeps nothing from frame to frame."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
@@ -137,13 +142,3 @@ class Estimator(ABC):
     @abstractmethod
     def estimate(self, measured: Measurements, predicted: Prediction) -> Posterior:
         """Correct a frame's prediction by its measurements."""
-
-    def begin(self, pose: Pose) -> None:  # noqa: B027 - most keep nothing from frame to frame
-        """Forget what was kept of earlier frames: the next one is predicted from this pose."""
-
-    def memory(self) -> Memory:
-        """All that is kept from frame to frame."""
-        return {}
-
-    def recall(self, memory: Memory) -> None:  # noqa: B027
-        """Go on as the estimator would whose memory this is."""

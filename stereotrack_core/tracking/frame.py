@@ -108,7 +108,9 @@ class TrackedFrame:
     def without_cloud(self) -> TrackedFrame:
         """The same frame without its cloud and correspondences, to be kept in numbers."""
         nothing = cloudless(self.frame, self.cloud.problems, self.cloud.counts)
-        return replace(self, cloud=nothing, estimate=replace(self.estimate, correspondences=None))
+        pose = replace(self.estimate.pose)  # without the frames of its parts: 2 kB
+        bare = replace(self.estimate, pose=pose, correspondences=None)
+        return replace(self, cloud=nothing, estimate=bare)
 
     @property
     def tracked(self) -> bool:
@@ -149,16 +151,18 @@ def seen_by_frame(frames: Iterable[TrackedFrame]) -> dict[int, Keypoints] | None
     return seen or None
 
 
-def in_place(found: list[TrackedFrame], tracked: TrackedFrame) -> bool:
-    """Append a frame; one that comes again takes the place of all from it on.
+@dataclass(frozen=True, eq=False)
+class Replaced:
+    """Frames of a run from one on, in the place of all that it had from there."""
 
-    Returns whether it has come again.
-    """
-    again = bool(found) and found[-1].frame >= tracked.frame
-    while found and found[-1].frame >= tracked.frame:
-        found.pop()
-    found.append(tracked)
-    return again
+    first: int
+    frames: tuple[TrackedFrame, ...]
+    """Empty if they are tracked anew."""
+
+    def into(self, found: Sequence[TrackedFrame]) -> list[TrackedFrame]:
+        """Frames of the run with these in their place, without clouds."""
+        kept = [one for one in found if one.frame < self.first]
+        return [*kept, *(one.without_cloud() for one in self.frames)]
 
 
 def cloudless(
@@ -169,6 +173,14 @@ def cloudless(
     """A cloud without points, of which no more is known than what views lacked and counted."""
     nothing = np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64)
     return Cloud(frame, *nothing, (), {}, problems or {}, counts=counts or {})
+
+
+@dataclass(frozen=True, eq=False)
+class FirstFrame:
+    """First frame that shows somebody, and the pose from which the tracker begins there."""
+
+    frame: int
+    pose: Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +204,7 @@ class Origin:
     """Frames that were not tracked and whose poses come from the backward pass alone."""
     given: str = "pose"
     """Where a first pose came from that was given and not looked for, in words."""
-    began: tuple[int, Pose] | None = None
-    """First frame that showed somebody, and the pose from which the tracker began there."""
+    began: FirstFrame | None = None
     made: str = ""
     """When tracking began, ISO 8601, UTC."""
     resumed_at: tuple[int, ...] = ()
@@ -230,8 +241,8 @@ class Origin:
             "smoothed": self.smoothed,
             "bridged": list(self.bridged),
             "first_pose": _pose_values(pose),
-            "began": None if self.began is None else self.began[0],
-            "began_from": None if self.began is None else _pose_values(self.began[1]),
+            "began": None if self.began is None else self.began.frame,
+            "began_from": None if self.began is None else _pose_values(self.began.pose),
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
             "detections": _detection_facts(self.detections),
             "keypoints": _keypoint_facts(spec.used_keypoints),

@@ -5,25 +5,23 @@ Baselines share with it all but the way from a frame's measurements to the pose.
 
 from __future__ import annotations
 
-import dataclasses
-from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.angles import state_names, state_of_pose
+from stereotrack_core.body.angles import state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
-from stereotrack_core.body.pose import Pose, orthonormal, t_pose
+from stereotrack_core.body.pose import Pose, orthonormal
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.search import ArmSearch
-from stereotrack_core.tracking.correction import innovation_of
+from stereotrack_core.tracking.correction import Sensor, innovation_of
 from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimate import Estimate, Memory, Prior
+from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.estimator import (
     Estimator,
     Measurements,
@@ -33,9 +31,10 @@ from stereotrack_core.tracking.estimator import (
 )
 from stereotrack_core.tracking.failure.disagreement import carried_on
 from stereotrack_core.tracking.failure.features import Evidence, judged
+from stereotrack_core.tracking.part_colours import PartColours
 from stereotrack_core.tracking.residuals.detections import predicted_by_detections
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
-from stereotrack_core.tracking.state import Belief, Setup, State, elapsed, time_array, time_in
+from stereotrack_core.tracking.state import Belief, Setup, State, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _COARSE = 2
@@ -47,85 +46,24 @@ _WIDE_ARM = np.radians(40.0)
 """Standard deviation of the arms' joints around a proposal."""
 
 
-class PoseFilter:
-    """Follow a body from cloud to cloud, from a pose that is roughly right.
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """Follows a body from cloud to cloud, from a pose that is roughly right."""
 
-    Parameters
-    ----------
-    listens : bool
-        Whether detections that come between two frames correct the prediction.
+    setup: Setup
+    estimator: Estimator
+    uses_colours: bool = False
+    """Whether colours of the parts are learned and compared, if the parameters give them weight."""
+    uses_async_detections: bool = False
+    """Whether detections that come between two frames correct the prediction."""
 
-    Attributes
-    ----------
-    state : State
-    sensors : tuple of Sensor
-        What measures beside the cloud's points.
-    origin : State
-        From which the last step went out; what it was started with before the first.
-    """
+    @cached_property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """Sources of measurements beside the cloud's points."""
+        return sensors_for(self.setup.parameters)
 
-    def __init__(
-        self,
-        setup: Setup,
-        estimator: Estimator,
-        correspondences: DataToModel,
-        *,
-        listens: bool = False,
-    ) -> None:
-        self.setup = setup
-        self.state = self.origin = setup.first_state(t_pose(np.zeros(3)))
-        self.estimator = estimator
-        self.correspondences = correspondences
-        self.sensors = sensors_for(setup.parameters)
-        self._listens = listens
-        self.start(self.state.pose)
-
-    def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
-        """Predict, correct the prediction by what the frame measures, judge the result."""
-        begun, p, before = perf_counter(), self.setup.parameters, self.state
-        self.origin = before
-        predicted = self.predicted(cloud)
-        if trace is not None:
-            trace.predicted(before, predicted)
-        if cloud.view_names and len(cloud.points) < p.least_points:
-            return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
-        measured = self.measured(cloud, trace)
-        found = self.estimator.estimate(measured, predicted)
-        if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
-            return self.lost(before, cloud, "the cloud does not match the body")
-        pose, fps = orthonormal(found.pose), self.setup.fps
-        last = before.disagreement, predicted.gone / fps
-        said = carried_on(*last, cloud.keypoints, self.setup.body, pose)
-        self.state = State(pose, found.P, cloud.frame, disagreement=said)
-        return self._judged(cloud, predicted, found, perf_counter() - begun)
-
-    def predicted(self, cloud: Cloud) -> Prediction:
-        """Predict that the body stays; detections on the way to the frame correct it."""
-        setup, state = self.setup, self.state
-        since = cloud.frame - 1.0 if state.time is None else state.time
-        gone = elapsed(since, cloud.frame)
-        due = [d for d in cloud.detections if since < d.time < cloud.frame]
-        if not (self._listens and due):
-            found = setup.predicted(state, since, cloud.frame)
-            return Prediction(found.pose, found.P, gone)
-        found = predicted_by_detections(setup, state, since, cloud.frame, due)
-        unheard = state.P + gone * setup.Q
-        return Prediction(found.pose, found.P, gone, unheard - found.P)
-
-    def measured(self, cloud: Cloud, trace: StepRecorder | None = None) -> Measurements:
-        """Take from a cloud what poses are measured by."""
-        data = self.correspondences.choose(cloud)
-        seen = tuple(sensor(cloud) for sensor in self.sensors)
-        return Measurements(self.setup, cloud, data, self.correspondences, seen, trace)
-
-    def start(
-        self,
-        pose: Pose,
-        time: float | None = None,
-        *,
-        P: FloatArray | None = None,
-    ) -> None:
-        """Begin from a pose that is roughly right.
+    def first(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> State:
+        """State at a pose that is roughly right.
 
         Parameters
         ----------
@@ -135,52 +73,78 @@ class PoseFilter:
             Covariance of a pose that an earlier frame gave, used if it is one of this filter's
             error state; else that of a first pose.
         """
-        state = self.setup.first_state(pose, time)
+        state, p = self.setup.first_state(pose, time), self.setup.parameters
         if P is not None and P.shape == state.P.shape:
             state = State(pose, P.copy(), time)
-        self.resume(state)
+        coloured = self.uses_colours and p.colour_weight > 0.0
+        return replace(state, colours=PartColours.unknown(self.setup.body) if coloured else None)
 
-    def resume(self, state: State) -> None:
-        """Continue from a state."""
-        self.state = self.origin = state
-        self.estimator.begin(state.pose)
+    def step(
+        self, before: State, cloud: Cloud, recorder: StepRecorder | None = None
+    ) -> tuple[State, Estimate]:
+        """Predict, correct the prediction by what the frame measures, judge the result."""
+        begun, p = perf_counter(), self.setup.parameters
+        predicted = self.predicted(before, cloud)
+        if recorder is not None:
+            recorder.predicted(before, predicted)
+        if cloud.view_names and len(cloud.points) < p.least_points:
+            return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
+        measured = self.measured(before, cloud, recorder)
+        found = self.estimator.estimate(measured, predicted)
+        if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
+            return self.lost(before, cloud, "the cloud does not match the body")
+        pose, fps = orthonormal(found.pose), self.setup.fps
+        last = before.disagreement, predicted.gone / fps
+        said = carried_on(*last, cloud.keypoints, self.setup.body, pose)
+        kept = before.colours, found.particles
+        after = State(pose, found.P, cloud.frame, False, said, *kept)
+        corrected = _Correction(before, predicted, found, after)
+        return after, self._judged(cloud, corrected, perf_counter() - begun)
 
-    def lost(self, before: State, cloud: Cloud, reason: str) -> Estimate:
+    def predicted(self, state: State, cloud: Cloud) -> Prediction:
+        """Predict that the body stays; detections on the way to the frame correct it."""
+        setup = self.setup
+        since = cloud.frame - 1.0 if state.time is None else state.time
+        gone = elapsed(since, cloud.frame)
+        due = [d for d in cloud.detections if since < d.time < cloud.frame]
+        if not (self.uses_async_detections and due):
+            found = setup.predicted(state, since, cloud.frame)
+            return Prediction(found.pose, found.P, gone, particles=state.particles)
+        found = predicted_by_detections(setup, state, since, cloud.frame, due)
+        unheard = state.P + gone * setup.Q
+        return Prediction(found.pose, found.P, gone, unheard - found.P, state.particles)
+
+    def measured(
+        self, state: State, cloud: Cloud, recorder: StepRecorder | None = None
+    ) -> Measurements:
+        """Take from a cloud what poses are measured by."""
+        pairing = DataToModel(self.setup, state.colours)
+        seen = tuple(sensor(cloud) for sensor in self.sensors)
+        return Measurements(self.setup, cloud, pairing.choose(cloud), pairing, seen, recorder)
+
+    def lost(self, before: State, cloud: Cloud, reason: str) -> tuple[State, Estimate]:
         """State a frame in which nothing could be measured; the body is expected to stay."""
         P = before.P + elapsed(before.time, cloud.frame) * self.setup.Q
-        self.resume(State(before.pose, P, cloud.frame, before.is_first))
         x = state_of_pose(before.pose, self.setup.joints)
-        return Estimate(False, reason, before.pose, x, P)
+        after = State(before.pose, P, cloud.frame, before.is_first, colours=before.colours)
+        return after, Estimate(False, reason, before.pose, x, P)
 
-    def memory(self) -> Memory:
-        """All that the next step depends on; see :class:`Tracker`."""
-        return {
-            "position": self.state.pose.position,
-            "rotations": self.state.pose.rotations,
-            "P": self.state.P,
-            "time": time_array(self.state.time),
-            "anew": np.array(self.state.is_first),
-            "disagreement": self.state.disagreement,
-            **self.estimator.memory(),
-            **self.correspondences.memory(),
-        }
+    def tried(
+        self, other: State, current: State, cloud: Cloud, recorder: StepRecorder | None
+    ) -> tuple[State, Estimate]:
+        """Estimate a frame from another state than the current one.
 
-    def recall(self, memory: Memory) -> None:
-        """Restore a saved state."""
-        pose, time = Pose(memory["position"], memory["rotations"]), time_in(memory["time"])
-        state = State(pose, memory["P"], time, bool(memory["anew"]))
-        said = memory.get("disagreement", state.disagreement)  # not in runs of older versions
-        self.resume(dataclasses.replace(state, disagreement=said))
-        self.estimator.recall(memory)
-        self.correspondences.recall(memory)
+        No backward pass goes beyond the frame.
+        """
+        start = replace(other, is_first=True, colours=current.colours, particles=None)
+        return self.step(start, cloud, recorder)
 
-    def _judged(
-        self, cloud: Cloud, predicted: Prediction, found: Posterior, seconds: float
-    ) -> Estimate:
+    def _judged(self, cloud: Cloud, corrected: _Correction, seconds: float) -> Estimate:
         """State the pose with the signs by which it can be judged."""
-        setup, state, surface = self.setup, self.state, found.surface
-        P0 = found.P0 if predicted.learned is None else found.P0 + predicted.learned
-        prior = None if self.origin.is_first else Prior(P0, found.carried)
+        setup, found, state = self.setup, corrected.found, corrected.after
+        learned, surface = corrected.predicted.learned, found.surface
+        P0 = found.P0 if learned is None else found.P0 + learned
+        prior = None if corrected.before.is_first else Prior(P0, found.carried)
         dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
@@ -198,68 +162,18 @@ class PoseFilter:
             prior=prior,
         )
         spread = displaced(state.pose, dX, setup.joints)
-        movement = difference(state.pose, self.origin.pose, setup.joints)
+        movement = difference(state.pose, corrected.before.pose, setup.joints)
         return judged(estimate, cloud, setup, Evidence(spread, movement, state.disagreement))
 
 
-class LeaderTracker(ABC):
-    """What trackers that follow with one filter, and know when it is lost, have in common.
+@dataclass(frozen=True, eq=False)
+class _Correction:
+    """States of one step: before it, predicted, as the estimator found it, and after it."""
 
-    Parameters
-    ----------
-    leader : PoseFilter
-        Follows the pose that is stated.
-    """
-
-    def __init__(self, leader: PoseFilter) -> None:
-        self.setup = leader.setup
-        self.leader = leader
-        self.state_names = state_names(self.setup.joints)
-        self._present = False
-
-    @property
-    def pose(self) -> Pose:
-        """Where the person is."""
-        return self.leader.state.pose
-
-    @property
-    def P(self) -> FloatArray:  # noqa: N802
-        """Covariance (n, n) of the pose's error state."""
-        return self.leader.state.P
-
-    @abstractmethod
-    def start(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> None:
-        """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
-
-    def resume(self, state: State) -> None:
-        """Continue from the state of another filter of the same body."""
-        self.leader.resume(state)
-
-    def try_from(
-        self,
-        state: State,
-        cloud: Cloud,
-        trace: StepRecorder | None,
-        accepts: Callable[[Pose], bool] = lambda _pose: True,
-    ) -> Estimate | None:
-        """Estimate a frame from another state; without success the leader stays as it was.
-
-        `accepts` says whether the pose that was found is wanted. No backward pass goes beyond the
-        frame.
-        """
-        before, origin = self.leader.memory(), self.leader.origin
-        self.leader.resume(dataclasses.replace(state, is_first=True))
-        found = self.leader.step(cloud, trace)
-        if found.tracked and accepts(found.pose):
-            return found
-        self.leader.recall(before)
-        self.leader.origin = origin
-        return None
-
-    def reinitialise(self) -> None:
-        """Know nothing: the next frame that shows somebody is searched."""
-        self.start(self.pose)
-        self._present = False
+    before: State
+    predicted: Prediction
+    found: Posterior
+    after: State
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,12 +10,12 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.model import TrackModel, TrackState, initialiser, step
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.step_recorder import StepRecorder
+from stereotrack_core.tracking.thesis import ThesisModel
 from stereotrack_core.tracking.trace import StepTrace
-from stereotrack_core.tracking.tracker import Tracker, initialiser
-from stereotrack_core.tracking.ukf import ThesisTracker
 
 STORED = (
     "Starts from the pose and covariance stored for the previous frame, not from the original "
@@ -33,7 +32,7 @@ NOBODY = "No pose is known for the previous frame, so the pose is initialised au
 
 @dataclass(frozen=True, eq=False)
 class RecordedStep:
-    """What a step did, the cloud that it was done with, and where the tracker began in words."""
+    """Record of a step, its cloud, and a sentence on where the step began."""
 
     trace: StepTrace
     cloud: Cloud
@@ -41,70 +40,45 @@ class RecordedStep:
 
 
 def beginning_at(
-    tracker: Tracker,
+    model: TrackModel,
     cloud: Cloud,
     before: Estimate | None = None,
     here: Estimate | None = None,
-) -> str:
-    """Put a new tracker where a run was before a frame; where none was, the person is looked for.
+) -> tuple[TrackState, str]:
+    """State before a frame of a run; where nobody was, the person is looked for.
 
     Parameters
     ----------
-    tracker : Tracker
-        A new one.
     cloud : Cloud
         Of the frame.
     before, here : Estimate or None
-        What the run says of the frame before, and of the frame itself.
+        Estimates of the run for the frame before, and for the frame itself.
 
     Returns
     -------
-    str
-        A sentence that says where the tracker begins.
+    state : TrackState
+    words : str
+        A sentence that says where the step begins.
     """
     if before is not None and before.tracked:
         P = before.P if np.isfinite(before.P).all() else None
-        if isinstance(tracker, ThesisTracker):
-            tracker.start(before.pose, P=P)
-            return STORED.format(besides=_DRAWN)
-        tracker.start(before.pose, P=P)
-        return STORED.format(besides=_LEARNED)
+        besides = _DRAWN if isinstance(model, ThesisModel) else _LEARNED
+        return model.first(before.pose, P=P), STORED.format(besides=besides)
     if here is not None and here.tracked:
-        tracker.start(here.pose)
-        return FIRST
-    if isinstance(tracker, ThesisTracker):
-        tracker.start(_found_in(cloud, tracker))
-    else:
-        tracker.reinitialise()
-    return NOBODY
+        return model.first(here.pose), FIRST
+    if isinstance(model, ThesisModel):
+        return model.first(_found_in(cloud, model.setup)), NOBODY
+    return model.absent(), NOBODY
 
 
-def _found_in(cloud: Cloud, tracker: ThesisTracker) -> Pose:
+def _found_in(cloud: Cloud, setup: Setup) -> Pose:
     """Pose of whoever is in a cloud; the thesis's own body, without legs, cannot be looked for."""
-    body = body_model(tracker.setup.body.skeleton.proportions)
-    finder = initialiser(
-        replace(tracker.setup, body=body, parameters=TrackingParameters(), volume=None)
-    )
-    finder.reinitialise()
-    return finder.step(cloud).pose
+    body = body_model(setup.body.skeleton.proportions)
+    finder = initialiser(replace(setup, body=body, parameters=TrackingParameters(), volume=None))
+    return finder.step(finder.absent(), cloud)[1].pose
 
 
-def look_inside(tracker: Tracker, cloud: Cloud) -> StepTrace:
-    """What the tracker's next step does, without doing it: the tracker stays as it is.
-
-    A copy of the tracker, with its random numbers, does the step; what is found is equal to the
-    last bit to what the tracker itself would find.
-    """
-    return traced_step(copy_of(tracker), cloud)
-
-
-def copy_of(tracker: Tracker) -> Tracker:
-    """An independent copy; what never changes is shared."""
-    shared = (tracker.setup, tracker.setup.body)
-    return copy.deepcopy(tracker, {id(each): each for each in shared})
-
-
-def traced_step(tracker: Tracker, cloud: Cloud) -> StepTrace:
-    """Let a tracker do its step, and record what it did."""
-    recorder = StepRecorder(tracker.setup, Belief(tracker.pose, tracker.P))
-    return recorder.trace(cloud.frame, tracker.step(cloud, recorder))
+def explain(model: TrackModel, state: TrackState, cloud: Cloud) -> StepTrace:
+    """Do the step from a state to a cloud, and record it; it gives the same as without a record."""
+    recorder = StepRecorder(model.setup, Belief(state.pose, state.P))
+    return recorder.trace(cloud.frame, step(model, state, cloud, recorder)[1])

@@ -14,12 +14,13 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.keypoint_places import keypoint_places
+from stereotrack_core.body.manifold import jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.correction import Residual, information_of, linearise
-from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.correction import gathered
+from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.residuals.projection import pixel_gradients
 from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
 from stereotrack_core.tracking.residuals.silhouette import silhouettes_of
@@ -91,24 +92,22 @@ def _frame(
 ) -> tuple[FloatArray, FloatArray]:
     """Normal equations (k, k) and (k,) of one frame for the offsets, without its pose."""
     body, n = setup.body, setup.columns.n
-    rows = fit.residuals()
-    beside: tuple[Residual, ...] = (
-        *limit_residuals(body, pose, setup.parameters, setup.joints),
-        *silhouettes_of(cloud, setup.parameters.silhouette_sigma).residuals(body, pose),
-    )
-    others = information_of(linearise(beside, body, pose, setup.columns), n)
+    frames, outlines = body.frames(pose), silhouettes_of(cloud, setup.parameters.silhouette_sigma)
+    beside = [each.rows(frames) for each in outlines.residuals(body, pose)]
+    beside.append(limit_rows(body, pose, setup.parameters, setup.joints))
+    others = gathered(beside, frames, setup.columns)
     A, a = others.A + np.eye(n) / _POSE_SIGMA**2, others.b
     B, C, c = np.zeros((n, len(OFFSETS))), np.zeros((len(OFFSETS),) * 2), np.zeros(len(OFFSETS))
-    frames = body.frames(pose)
-    for line, row in zip(linearise(rows, body, pose, setup.columns), rows, strict=True):
-        points = row.points
+    for residual in fit.residuals():
+        points, rows = residual.points, residual.rows(frames)
+        H, nu, R = jacobian(rows, frames, setup.columns), rows["innovation"], rows["variance"]
         along = pixel_gradients(points.rotation, points.in_camera(frames), points.focal)
         turned = along @ frames.rotations[points.part]
         moved = np.array([moves[fit.seen.names[k]] for k in fit.counted[0].tolist()])
         S = (turned @ moved).reshape(-1, len(OFFSETS))
-        weighted = line.H.T / line.R
-        A, a = A + weighted @ line.H, a + weighted @ line.nu
-        B, C = B + weighted @ S, C + (S.T / line.R) @ S
-        c = c + (S.T / line.R) @ line.nu
+        weighted = H.T / R
+        A, a = A + weighted @ H, a + weighted @ nu
+        B, C = B + weighted @ S, C + (S.T / R) @ S
+        c = c + (S.T / R) @ nu
     back = np.linalg.solve(A, np.column_stack([B, a]))
     return C - B.T @ back[:, :-1], c - B.T @ back[:, -1]

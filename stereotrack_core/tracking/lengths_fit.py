@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,12 +21,8 @@ from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, SeenPose, adjusted
 from stereotrack_core.tracking.state import Setup
-
-if TYPE_CHECKING:
-    from stereotrack_core.tracking.pipeline import Pipeline
 
 ESTIMATED = "estimated from the sequence"
 """Name of a subject whose lengths the program has worked out."""
@@ -200,26 +195,6 @@ class WellSeenFrames:
         picked = tuple(dataclasses.replace(one, upright=setup.upright) for one in picked)
         shape, parameters = setup.body.shape, setup.parameters
         return estimated_lengths(expected, shape, picked, parameters, setup.joints)
-
-
-def tracked_lengths(pipeline: Pipeline, frames: range) -> EstimatedLengths:
-    """Track the first part once with lengths after the height, and estimate them from it."""
-    settings, spec = pipeline.settings, pipeline.spec
-    expected = lengths_by_height(pipeline.first_clouds(frames), settings.depth.upright)
-    if not settings.follows_data:
-        settings = dataclasses.replace(settings, tracking=TrackingParameters())
-    settings = settings.replaced(proportions="individual")
-    recording = dataclasses.replace(
-        pipeline.recording, subject=EstimatedLengths(expected).subject()
-    )
-    first_spec = RunSpec(settings, views=pipeline.views, seed=spec.seed, init=spec.init)
-    with type(pipeline)(recording, first_spec, reader=pipeline.reader) as first:
-        first.before_step, first.on_preparing = pipeline.before_step, pipeline.on_preparing
-        seen, wanted = WellSeenFrames(), frames[:LENGTH_FRAMES]
-        for done, tracked in enumerate(first.frames(wanted)):
-            seen.add(tracked)
-            pipeline.on_preparing(ESTIMATING_LENGTHS, done, len(wanted))
-        return seen.lengths(expected, first.tracker.setup)
 
 
 def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import tracked_views
-from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.clouds import Clouds, CloudTaker, SharedClouds, chain_of
+from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.prepare import prepare
+from stereotrack_core.tracking.run import Advance, advances, finished
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.second_look import SECOND_LOOK
-from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds, chain_of
+from stereotrack_core.tracking.tracking import Tracking
 
 
 class LockstepRun:
@@ -33,47 +35,42 @@ class LockstepRun:
         self._frames, self._clouds = frames, clouds
         self._found: list[TrackedFrame] = []
         self._done = 0
-        self._pipeline: Pipeline | None = None
-        self._going: Generator[TrackedFrame, None, None] | None = None
+        self._open: Clouds | None = None
+        self._run: Tracking | None = None
+        self._going: Iterator[Advance] = iter(())
         self.error: Exception | None = None
         self.seconds = 0.0
 
     def step(self) -> None:
         """Track the next frame."""
-        if self._pipeline is None or self._going is None:
-            self._pipeline = Pipeline(self._recording, self._spec, clouds=self._clouds)
-            self._pipeline.corrects = True
-            self._pipeline.prepare(self._frames)
-            self._going = self._pipeline.frames(self._frames)
+        if self._run is None:
+            self._open = Clouds(self._recording, self._spec, self._clouds)
+            self._run = prepare(self._open)
+            self._going = advances(self._run, self._frames)
         wanted = self._frames[self._done]
-        while True:  # frames that come again are caught up with at once
-            tracked = next(self._going)
-            self._take(tracked)
-            if tracked.frame == wanted and not self._pipeline.begins_again:
+        while True:  # frames that are replaced are caught up with at once
+            run = self._take(next(self._going))
+            if self._found and self._found[-1].frame == wanted and not run.faced_away:
                 break
         self._done += 1
 
     def run(self) -> Run:
         """All frames so far as one run."""
-        assert self._pipeline is not None  # noqa: S101 - there is at least one frame
-        for tracked in self._going or ():  # frames that come again after the last one
-            self._take(tracked)
-        if self._spec.smooth:
-            return self._pipeline.smoothed_run(self._found)
-        names, meta = self._pipeline.tracker.state_names, self._pipeline.origin().meta()
-        return assembled(self._found, names, meta, self._spec.used_keypoints)
+        for advance in self._going:  # a second look at the last frames
+            self._take(advance)
+        assert self._run is not None  # noqa: S101 - there is at least one frame
+        return finished(self._run, self._found)
 
     def close(self) -> None:
         """Take no more clouds."""
-        if self._going is not None:
-            self._going.close()
-        if self._pipeline is not None:
-            self._pipeline.close()
+        if self._open is not None:
+            self._open.close()
         self._clouds.leave()
 
-    def _take(self, tracked: TrackedFrame) -> None:
-        self.seconds += _seconds_of(tracked)
-        in_place(self._found, tracked.without_cloud())
+    def _take(self, advance: Advance) -> Tracking:
+        self._run, self._found = advance.run, advance.gained.into(self._found)
+        self.seconds += sum(map(_seconds_of, advance.gained.frames))
+        return advance.run
 
 
 def track_together(

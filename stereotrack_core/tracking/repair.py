@@ -1,4 +1,4 @@
-"""What clicks mend before them: stretches in which the tracker had lost a limb or the body.
+"""Repair of stretches before clicks in which the tracker had lost a limb or the body.
 
 Where clicks put the body elsewhere than it was followed to, it was lost some frames before. From
 the clicked frame it is followed backwards, until both ways agree again, the frame before is clicked
@@ -10,20 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 
 from stereotrack_core.body.model import landmarks
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.detections import Detections
+from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.residuals.clicks import contradicted
-from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.state import State
-from stereotrack_core.tracking.tracker import PersonTracker, Tracker
+from stereotrack_core.tracking.step import PersonModel
+from stereotrack_core.tracking.tracking import Tracking
 
 REPAIRED = "repaired"
 """Key in a run's meta: frames that were followed backwards from a clicked one."""
@@ -35,19 +34,8 @@ _UNTRACKED = 1000.0
 """Cost of a frame that one way does not have."""
 
 
-class Tracked(Protocol):
-    """What has been tracked, and can give its clouds again."""
-
-    spec: RunSpec
-    tracker: Tracker
-
-    def cloud(self, frame: int) -> tuple[Cloud, float]:
-        """Cloud of a frame, and the seconds that reading took."""
-        ...
-
-
 def repaired(
-    tracked: Tracked, found: Sequence[TrackedFrame], cancelled: Callable[[], bool] | None = None
+    run: Tracking, found: Sequence[TrackedFrame], cancelled: Callable[[], bool] = lambda: False
 ) -> tuple[list[TrackedFrame], list[int]]:
     """The frames, those that are better followed backwards from a clicked one in their place.
 
@@ -55,7 +43,7 @@ def repaired(
     ----------
     found : sequence of TrackedFrame
         Successive frames, as followed forwards, with clicks.
-    cancelled : callable, optional
+    cancelled : callable
         Asked before every clicked frame whether to stop.
 
     Returns
@@ -64,17 +52,17 @@ def repaired(
     mended : list of int
         Numbers of those that were replaced.
     """
-    tracker, clicks = tracked.tracker, tracked.spec.clicks or Detections()
-    if not isinstance(tracker, PersonTracker):
+    model, clicks = run.model, run.clouds.spec.clicks or Detections()
+    if not isinstance(model, PersonModel):
         return list(found), []
     clicked = [i for i, frame in enumerate(found) if clicks.until(frame.frame)]
     mended: list[TrackedFrame] = []
     for before, i in zip([-1, *clicked], clicked, strict=False):
-        if cancelled is not None and cancelled():
+        if cancelled():
             break
         if found[i].tracked and found[i].estimate.prior is None:
-            back = list(_followed_back(tracked, tracker, found, range(i - 1, before, -1), i))
-            mended += _better(found, back, i, tracker, smooth=tracked.spec.smooth)
+            back = list(_followed_back(run.clouds, model, found, range(i - 1, before, -1), i))
+            mended += _better(found, back, i, model, smooth=run.clouds.spec.smooth)
     by_frame = {frame.frame: frame for frame in mended}
     return [by_frame.get(frame.frame, frame) for frame in found], sorted(by_frame)
 
@@ -88,30 +76,26 @@ _Step = tuple[TrackedFrame, float, float]
 
 
 def _followed_back(
-    tracked: Tracked,
-    tracker: PersonTracker,
-    found: Sequence[TrackedFrame],
-    way: range,
-    i: int,
+    clouds: Clouds, model: PersonModel, found: Sequence[TrackedFrame], way: range, i: int
 ) -> Iterator[_Step]:
-    """Frames on the way back, what speaks against each, and against what was found there."""
-    setup, origin, agreed = tracker.setup, found[i].estimate, 0
-    follower = tracker.finder.follower(origin.pose)
-    follower.resume(State(origin.pose, origin.P, found[i].frame))
+    """Frames on the way back, the cost of each, and the cost of the pose that was found there."""
+    setup, origin, agreed = model.setup, found[i].estimate, 0
+    follower, cost = model.finder.follower, model.finder.cost
+    state = State(origin.pose, origin.P, found[i].frame)
     for j in way:
-        whole, _ = tracked.cloud(found[j].frame)
+        whole, _ = clouds.take(found[j].frame)
         if len(whole.points) < setup.parameters.least_points:
             return
-        cloud = own_part(whole, setup.body, follower.state.pose, setup.upright)
-        estimate = follower.step(cloud)
+        cloud = own_part(whole, setup.body, state.pose, setup.upright)
+        state, estimate = follower.step(state, cloud)
         if not estimate.tracked:
             return
         forwards = found[j].pose
-        there = _UNTRACKED if forwards is None else tracker.finder.cost(forwards, cloud)
+        there = _UNTRACKED if forwards is None else cost(forwards, cloud)
         points = landmarks(setup.body, estimate.pose)
         bare = replace(estimate, correspondences=None)
         mended = replace(found[j], estimate=bare, landmarks=points)
-        yield mended, tracker.finder.cost(estimate.pose, cloud), there
+        yield mended, cost(estimate.pose, cloud), there
         same = forwards is not None and not contradicted(setup.body, forwards, estimate.pose)
         agreed = agreed + 1 if same else 0
         if agreed == _AGREE:
@@ -122,7 +106,7 @@ def _better(
     found: Sequence[TrackedFrame],
     back: Sequence[_Step],
     i: int,
-    tracker: PersonTracker,
+    model: PersonModel,
     *,
     smooth: bool,
 ) -> list[TrackedFrame]:
@@ -131,5 +115,5 @@ def _better(
     count = int(np.argmax(gained))
     frames = [found[i], *(frame for frame, _, _ in back[:count])]
     if smooth:
-        frames = list(smoothed(frames, tracker.setup).frames)
+        frames = list(smoothed(frames, model.setup).frames)
     return [replace(one, estimate=replace(one.estimate, prior=None)) for one in frames[1:]]

@@ -5,26 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.clouds import Clouds
+from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
+from stereotrack_core.tracking.prepare import Start, continued, prepare, unprepared
 from stereotrack_core.tracking.repair import REPAIRED, repaired
 from stereotrack_core.tracking.repeating import RETRACKED
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run import advances
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.worker_processes import Asker
-
-
-@dataclass(frozen=True, eq=False)
-class Beginning:
-    """Where a run was before the stretch."""
-
-    pose: Pose
-    P: FloatArray | None = None
-    """Covariance of the pose's state; None where the pose is that of the first frame itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +27,9 @@ class Retrack:
     """The run's, with the stretch as its frames and with the clicks."""
     learned: range
     """Frames from which the run learned its background."""
-    shape: BodyShape
-    """Of the body that the run tracked."""
-    beginning: Beginning | None
-    """None: found anew, as where the run had nothing before."""
+    start: Start | None
+    """Pose of the run before the stretch, with the shape that it tracked; None: found anew, as
+    where the run had nothing before."""
 
     def __call__(self, asker: Asker) -> Retracked:
         """Do it in the process."""
@@ -62,23 +51,20 @@ class Retrack:
             if cancelled():
                 raise Cancelled
 
-        found: list[TrackedFrame] = []
-        with Pipeline(self.recording, self.spec) as pipeline:
-            pipeline.on_preparing = pipeline.before_step = ask
-            pipeline.corrects = True
-            stretch = self.spec.frames_of(pipeline.reader.frame_count)
-            if self.beginning is None:
-                pipeline.prepare(stretch)
+        hooks, found = Hooks(on_preparing=ask, before_step=ask), list[TrackedFrame]()
+        with Clouds(self.recording, self.spec) as clouds:
+            if self.start is None:
+                run = prepare(clouds, hooks)
             else:
-                pipeline.learn(self.learned)
-                start = self.beginning
-                pipeline.go_on_from(start.pose, stretch, P=start.P, shape=self.shape)
-            for tracked in pipeline.frames(stretch):
-                in_place(found, tracked.without_cloud())
-                on_frame(tracked.frame)
-            frames, mended = repaired(pipeline, found, cancelled)
+                clouds.learn(self.learned, hooks)
+                run = continued(unprepared(clouds), self.start)
+            for advance in advances(run, clouds.frames, hooks):
+                run, found = advance.run, advance.gained.into(found)
+                for frame in advance.gained.frames:
+                    on_frame(frame.frame)
+            frames, mended = repaired(run, found, cancelled)
             ask()
-            meta = pipeline.origin().meta()
+            meta = run.origin().meta()
         return Retracked(tuple(frames), tuple(mended), meta["clicks"])
 
 
@@ -89,7 +75,7 @@ class Retracked:
     frames: tuple[TrackedFrame, ...]
     mended: tuple[int, ...]
     clicks: dict[str, object] | None
-    """What the run says of the clicks."""
+    """Description of the clicks in the run's meta."""
 
     def into(self, run: Run, frames: Sequence[TrackedFrame]) -> Run:
         """A run with the stretch in the place of its own frames.

@@ -2,27 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
 
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import Run, TrackedFrame, in_place, run_of
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.clouds import Clouds
+from stereotrack_core.tracking.frame import Replaced, Run, TrackedFrame, run_of, seen_by_frame
+from stereotrack_core.tracking.prepare import prepare, turned_round
 from stereotrack_core.tracking.repair import repaired, with_repaired
 from stereotrack_core.tracking.run_checks import run_warnings, with_warnings
-from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.stored import body_of_run
-from stereotrack_core.tracking.unfinished import RunKeeper, UnfinishedRun
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
+from stereotrack_core.tracking.second_look import looked_again
+from stereotrack_core.tracking.smoothing import smoothed
+from stereotrack_core.tracking.step import PersonModel, PersonState
+from stereotrack_core.tracking.stored import body_of_run, subject_of_meta
+from stereotrack_core.tracking.tracking import Tracking, stepped
+from stereotrack_core.tracking.unfinished import UnfinishedRun
+
+
+@dataclass(frozen=True, eq=False)
+class Advance:
+    """Progress of a run: a new frame, or a stretch that replaces earlier frames."""
+
+    run: Tracking
+    """After it."""
+    gained: Replaced
+
+
+def advances(
+    run: Tracking, frames: range, hooks: Hooks | None = None
+) -> Generator[Advance, None, None]:
+    """Track frames in their order; while one is worked on, the next clouds are made.
+
+    Where the frames show that the person has faced the other way, all from the first with somebody
+    are replaced by none and tracked anew, once. Those since a stretch in which arms were doubtful
+    are replaced by a second look at them.
+    """
+    hooks, rest = hooks or Hooks(), frames
+    while True:
+        if run.faced_away:
+            run = turned_round(run, hooks)
+            assert run.heading is not None  # noqa: S101
+            assert run.heading.first is not None  # noqa: S101
+            rest = range(run.heading.first.frame, frames.stop)
+            yield Advance(run, Replaced(rest.start, ()))
+        elif run.look.due or (not rest and run.look.pending):
+            run, again = _looked_again(run, hooks)
+            yield Advance(run, again)
+        if not rest:
+            return
+        with run.clouds.ahead(rest) as clouds:
+            for cloud, read in clouds:
+                run, frame = stepped(run, cloud, read, hooks)
+                yield Advance(run, Replaced(frame.frame, (frame,)))
+                rest = rest[1:]
+                if run.faced_away or run.look.due:
+                    break
+
+
+def _looked_again(run: Tracking, hooks: Hooks) -> tuple[Tracking, Replaced]:
+    model, state = run.model, run.state
+    assert isinstance(model, PersonModel)  # noqa: S101 - no other's frames are held
+    assert isinstance(state, PersonState)  # noqa: S101
+    found = looked_again(run.look, model, state, run.clouds.ahead, hooks)
+    run = replace(run, state=found.state, look=found.look)
+    return run, Replaced(found.frames[0].frame, found.frames)
 
 
 def track(
     recording: Recording,
     spec: RunSpec,
     *,
-    on_frame: Callable[[TrackedFrame], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
-    on_preparing: Callable[[str, int, int], None] | None = None,
-    keeper: RunKeeper | None = None,
+    on_advance: Callable[[Advance], None] = lambda _: None,
+    hooks: Hooks | None = None,
     begun: UnfinishedRun | None = None,
     count: int | None = None,
 ) -> Run:
@@ -30,22 +83,19 @@ def track(
 
     Parameters
     ----------
-    on_frame : callable, optional
-        Called after every frame; frames may come again, see :meth:`Pipeline.frames`.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
-    on_preparing : callable, optional
-        Told, in any thread, which stage before the first frame is under way and how many of its
-        parts of how many are done; may raise :class:`Cancelled`.
-    keeper, begun
-        See :class:`Pipeline`.
+    on_advance : callable
+        Called after every frame, and where frames are replaced.
+    begun : UnfinishedRun, optional
+        To go on with, to the last bit as if it had never been stopped.
     count : int, optional
         Tracking ends after so many of the frames, as when a run that was stopped is repeated.
 
     Raises
     ------
     Cancelled
-        Where `on_preparing` raises it before the first frame is done.
+        Where a hook raises it before the first frame is done.
+    InputError
+        Where a view is unknown or no view gives depth.
 
     Examples
     --------
@@ -54,26 +104,36 @@ def track(
     >>> run.trajectory().points.shape  # frames, nine landmarks, x y z in metres
     (40, 9, 3)
     """
-    found: list[TrackedFrame] = [] if begun is None else list(begun.done)
-    with Pipeline(recording, spec, keeper=keeper, begun=begun) as pipeline:
-        pipeline.on_preparing = on_preparing or pipeline.on_preparing
-        pipeline.corrects = True
-        wanted = spec.frames_of(pipeline.reader.frame_count)
-        pipeline.prepare(wanted)
-        most = None if count == len(wanted) else count
+    found, hooks = list[TrackedFrame](), hooks or Hooks()
+    if begun is not None:
+        found = list(begun.done)
+        recording = replace(recording, subject=subject_of_meta(begun.meta))
+        spec = replace(spec, seen=seen_by_frame(begun.frames))
+    with Clouds(recording, spec) as clouds:
+        run = prepare(clouds, hooks, begun)
+        frames = clouds.frames if begun is None else begun.rest_of(clouds.frames)
         newest = found[-1].frame if found else -1
+        most = None if count == len(clouds.frames) else count
         try:
-            for tracked in () if len(found) == most else pipeline.frames(wanted):
-                in_place(found, tracked.without_cloud())
-                if on_frame is not None:
-                    on_frame(tracked)
-                again, newest = tracked.frame < newest, max(newest, tracked.frame)
-                if not again and (len(found) == most or (cancelled is not None and cancelled())):
+            for advance in () if len(found) == most else advances(run, frames, hooks):
+                run, found = advance.run, advance.gained.into(found)
+                on_advance(advance)
+                caught_up = bool(found) and found[-1].frame >= newest
+                newest = found[-1].frame if caught_up else newest
+                if caught_up and (len(found) == most or hooks.cancelled()):
                     break
         except Cancelled:  # in a second look
             if not found:
                 raise
-        found, mended = repaired(pipeline, found, cancelled)
-        run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
-        warnings = run_warnings(found, body_of_run(run), recording, spec)
-        return with_warnings(with_repaired(run, mended), warnings)
+        found, mended = repaired(run, found, hooks.cancelled)
+        done = finished(run, found)
+        warnings = run_warnings(found, body_of_run(done), recording, spec)
+        return with_warnings(with_repaired(done, mended), warnings)
+
+
+def finished(run: Tracking, frames: Sequence[TrackedFrame]) -> Run:
+    """Put successive frames together to a run, smoothed if that was asked for."""
+    if not run.clouds.spec.smooth:
+        return run_of(frames, run.origin())
+    back = smoothed(frames, run.model.setup, fit_movement=not run.clouds.have_depth)
+    return run_of(back.frames, replace(run.origin(), smoothed=True, bridged=back.bridged))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -77,6 +77,19 @@ class RunSpec:
     def frames_of(self, count: int) -> range:
         """Frames to track of a recording that has so many."""
         return range(count) if self.frames is None else self.frames
+
+
+@dataclass(frozen=True, eq=False)
+class Hooks:
+    """Functions that a run calls on its way; each may raise :class:`Cancelled`."""
+
+    on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
+    """Told, in any thread, a stage that gives no new frame, in words, and how many of how many of
+    its parts are done."""
+    before_step: Callable[[], None] = lambda: None
+    """Called before each step."""
+    cancelled: Callable[[], bool] = lambda: False
+    """Asked after every frame whether to stop, and keep the frames so far."""
 
 
 def measured_keypoints(

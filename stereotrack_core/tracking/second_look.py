@@ -7,14 +7,13 @@ frames of the whole stretch together tell the two apart much better than each of
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
-from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,13 +23,16 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.tracking.estimate import Estimate, Memory
+from stereotrack_core.tracking.clouds import ReadCloud
+from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
 from stereotrack_core.tracking.initialise.people import own_part
-from stereotrack_core.tracking.shared_clouds import ReadCloud
+from stereotrack_core.tracking.model import TrackModel, TrackState
+from stereotrack_core.tracking.part_colours import PartColours
+from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.state import State
-from stereotrack_core.tracking.tracker import SETTLED, PersonTracker, Tracker
+from stereotrack_core.tracking.step import SETTLED, PersonModel, PersonState
 
 LOOKING_AGAIN = "looking again at frames with doubtful arms"
 """The stage, in words."""
@@ -74,157 +76,157 @@ _SEEDS_APART = 1000
 _TOGETHER = 2
 """Tries that are followed at the same time; each is the same however many are."""
 
-_KEPT = "second_look"
-"""Name of what the tracker's memory keeps of it."""
+
+@dataclass(frozen=True)
+class LookNumbers:
+    """Numbers of a second look from which a stopped run restores it."""
+
+    first: int
+    """First frame that is held; -1 if none is."""
+    expected: float
+    calm: int
+    changed: tuple[tuple[int, int], ...]
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class SecondLook:
-    """Collects tracked frames while arms are doubtful, and looks at them again afterwards.
-
-    Attributes
-    ----------
-    tries : int
-        How often a stretch is tracked again.
-    changed : list of (int, int)
-        First and last frames of the stretches that have been changed.
-    """
+    """Tracked frames since arms have been doubtful, which are looked at again afterwards."""
 
     tries: int
-    changed: list[tuple[int, int]] = field(default_factory=list)
-    _held: list[TrackedFrame] = field(default_factory=list)
-    _expected: float = 0.0
-    _calm: int = 0
+    """How often a stretch is tracked again; 0: never."""
+    changed: tuple[tuple[int, int], ...] = ()
+    """First and last frames of the stretches that have been changed."""
+    held: tuple[TrackedFrame, ...] = ()
+    """Without clouds; the first one is where the tries begin."""
+    expected: float = 0.0
+    """Sum of the probabilities that an arm is lost, over doubtful frames."""
+    calm: int = 0
+    """Frames without doubt since the last doubtful one."""
 
-    def take(self, tracked: TrackedFrame, tracker: Tracker) -> None:
-        """Take in the next frame.
+    def with_frame(self, tracked: TrackedFrame, *, sure: bool) -> SecondLook:
+        """The look after the next frame.
 
-        One that is not tracked, or whose pose is on trial or was clicked, ends a stretch without a
-        look.
+        A frame that is not tracked or was clicked, or whose pose is on trial (not `sure`), ends a
+        stretch without a look.
         """
-        if not self.tries or not _is_sure(tracker) or not tracked.tracked or tracked.cloud.clicks:
-            self.forget()
-        else:
-            self._hold(tracked)
+        if not self.tries or not sure or not tracked.tracked or tracked.cloud.clicks:
+            return self.forgotten()
+        return self._holding(tracked)
 
-    def _hold(self, tracked: TrackedFrame) -> None:
-        self._held.append(tracked.without_cloud())
+    def _holding(self, tracked: TrackedFrame) -> SecondLook:
         lost = float(np.nan_to_num(tracked.estimate.limb_lost[_ARMS]).max())
         doubtful = lost > _DOUBTFUL
-        self._expected += lost * doubtful
-        self._calm = 0 if doubtful else self._calm + 1
-        if self._calm >= _AFTER and not self.due:
-            self._expected = 0.0
-        if not self._expected:
-            del self._held[: -_BEFORE - 1]
+        look = replace(
+            self,
+            held=(*self.held, tracked.without_cloud()),
+            expected=self.expected + lost * doubtful,
+            calm=0 if doubtful else self.calm + 1,
+        )
+        if look.calm >= _AFTER and not look.due:
+            look = replace(look, expected=0.0)
+        return look if look.expected else replace(look, held=look.held[-_BEFORE - 1 :])
 
     @classmethod
     def after(cls, frames: Iterable[TrackedFrame]) -> SecondLook:
-        """What is held after the frames of a run that was tracked without clicks."""
+        """The look after the frames of a run that was tracked without clicks."""
         look, started, on_trial = cls(0), False, 0
         for frame in frames:
             if not frame.tracked:
                 on_trial = SETTLED - 1 if started else 0
             if not frame.tracked or on_trial or spent_on(frame):
-                look.forget()
+                look = look.forgotten()
             if spent_on(frame):
-                look._held = [frame.without_cloud()]
+                look = replace(look, held=(frame.without_cloud(),))
             elif frame.tracked and not on_trial:
-                look._hold(frame)
+                look = look._holding(frame)
                 if look.due:  # the run had no second look
-                    look.forget()
+                    look = look.forgotten()
             on_trial = max(0, on_trial - frame.tracked)
             started = started or frame.tracked
         return look
 
-    def forget(self) -> None:
-        """Begin with the next frame."""
-        self._held, self._expected, self._calm = [], 0.0, 0
+    def forgotten(self) -> SecondLook:
+        """The look that begins with the next frame."""
+        return replace(self, held=(), expected=0.0, calm=0)
 
     @property
     def due(self) -> bool:
         """Whether a stretch is over, or long enough, and worth a look."""
-        return self.pending and (self._calm >= _AFTER or len(self._held) > LONGEST)
+        return self.pending and (self.calm >= _AFTER or len(self.held) > LONGEST)
 
     @property
     def pending(self) -> bool:
         """Whether there is enough for a look, though more frames may belong to it."""
-        return self._expected >= _LEAST and len(self._held) > 1
+        return self.expected >= _LEAST and len(self.held) > 1
 
     @property
     def first(self) -> int | None:
         """The first frame that a look may change; None where no frame is held."""
-        return self._held[1].frame if len(self._held) > 1 else None
+        return self.held[1].frame if len(self.held) > 1 else None
 
     @property
     def frames(self) -> range:
         """The frames that a look goes over."""
-        return range(self._held[1].frame, self._held[-1].frame + 1)
+        return range(self.held[1].frame, self.held[-1].frame + 1)
 
-    def look(
-        self,
-        tracker: Tracker,
-        clouds: Callable[[range], AbstractContextManager[Iterable[ReadCloud]]],
-        told: Callable[[int, int], None],
-    ) -> list[TrackedFrame]:
-        """Track the stretch again, and let the tracker go on from the best way through it.
+    def numbers(self) -> LookNumbers:
+        """Numbers to be kept beside the frames that are done."""
+        first = self.held[0].frame if self.held else -1
+        return LookNumbers(first, self.expected, self.calm, self.changed)
 
-        Parameters
-        ----------
-        tracker : Tracker
-            That has tracked them.
-        clouds : callable
-            Gives the clouds of :attr:`frames`, as they are read; may be asked twice.
-        told : callable
-            Told before each frame how many of how many are done; may raise :class:`Cancelled`.
+    def restored(self, numbers: LookNumbers, done: Sequence[TrackedFrame]) -> SecondLook:
+        """The look with these numbers after the frames of a run that was stopped."""
+        held = [one for one in done if 0 <= numbers.first <= one.frame]
+        stated = numbers.expected, numbers.calm
+        return SecondLook(self.tries, numbers.changed, tuple(held), *stated)
 
-        Returns
-        -------
-        list of TrackedFrame
-            The frames as they shall be, at least with what is said of lost arms.
-        """
-        assert isinstance(tracker, PersonTracker)  # noqa: S101 - no other's frames are taken
-        begun, (origin, *found) = perf_counter(), self._held
-        ways, apart = [_Way.from_frame(origin, tracker, 0)], np.full((1, 1, 1, 1), np.inf)
-        for tries in (range(1, self.tries + 1)[:_FIRST], range(1, self.tries + 1)[_FIRST:]):
-            if tries and not (apart < _SAME).all():
-                new = [_Way.from_frame(origin, tracker, k) for k in tries]
-                with clouds(self.frames) as made:
-                    _follow(ways[0], new, found, made, told)
-                ways += new
-                apart = _apart(tracker, [way.poses for way in ways])
-        costs = np.array([way.costs for way in ways]).T
-        chosen = best_way(costs, (apart < _AGREE).all(axis=-1))
-        if chosen[-1]:
-            tracker.resume(ways[chosen[-1]].filter.state)
-        if chosen.any():
-            first = int(np.flatnonzero(chosen)[0])
-            self.changed.append((found[first].frame, found[-1].frame))
-        spent = (perf_counter() - begun) / len(found)
-        result = []
-        for i, (frame, way) in enumerate(zip(found, chosen, strict=True)):
-            agreed = (apart[i, way] < _SAME).all(axis=0)
-            estimate = _surer(ways[way].estimates[i], agreed, switched=way != chosen[max(0, i - 1)])
-            result.append(_exchanged(frame, estimate, tracker, spent))
-        self.forget()
-        self._held = result[-1:]
-        return result
 
-    def memory(self) -> Memory:
-        """What the next look depends on, besides the frames that are done."""
-        first = self._held[0].frame if self._held else -1
-        changed = [number for stretch in self.changed for number in stretch]
-        numbers = [first, self._expected, self._calm, *changed]
-        return MappingProxyType({_KEPT: np.array(numbers, np.float64)})
+@dataclass(frozen=True, eq=False)
+class LookedAgain:
+    """A stretch as a second look leaves it."""
 
-    def recall(self, memory: Memory, done: Sequence[TrackedFrame]) -> None:
-        """Go on as the look would whose memory this is; older versions had none."""
-        if _KEPT not in memory:
-            return
-        first, self._expected, *rest = memory[_KEPT].tolist()
-        self._calm, *changed = map(int, rest)
-        self._held = [one for one in done if first >= 0 and one.frame >= first]
-        self.changed = list(zip(changed[::2], changed[1::2], strict=True))
+    frames: tuple[TrackedFrame, ...]
+    """All of the stretch, at least with new probabilities that arms are lost."""
+    state: PersonState
+    """From which tracking goes on."""
+    look: SecondLook
+    """After the stretch."""
+
+
+Ahead: TypeAlias = Callable[[range], AbstractContextManager[Iterable[ReadCloud]]]
+"""Gives the clouds of frames, as they are read."""
+
+
+def looked_again(
+    look: SecondLook, model: PersonModel, state: PersonState, clouds: Ahead, hooks: Hooks
+) -> LookedAgain:
+    """Track a stretch again, and go on from the best way through it; `state`: after its end."""
+    begun, (origin, *found) = perf_counter(), look.held
+    made_for = origin, model, state.leader.colours
+    ways, apart = [_Way.from_frame(*made_for, 0)], np.full((1, 1, 1, 1), np.inf)
+    for tries in (range(1, look.tries + 1)[:_FIRST], range(1, look.tries + 1)[_FIRST:]):
+        if tries and not (apart < _SAME).all():
+            new = [_Way.from_frame(*made_for, k) for k in tries]
+            with clouds(look.frames) as made:
+                _follow(ways[0], new, found, made, hooks)
+            ways += new
+            apart = _apart(model, [way.poses for way in ways])
+    costs = np.array([way.costs for way in ways]).T
+    chosen = best_way(costs, (apart < _AGREE).all(axis=-1))
+    if chosen[-1]:
+        leader = replace(ways[chosen[-1]].state, colours=state.leader.colours)
+        state = replace(state, leader=leader)
+    changed = look.changed
+    if chosen.any():
+        first = int(np.flatnonzero(chosen)[0])
+        changed = (*changed, (found[first].frame, found[-1].frame))
+    spent = (perf_counter() - begun) / len(found)
+    result = []
+    for i, (frame, way) in enumerate(zip(found, chosen, strict=True)):
+        agreed = (apart[i, way] < _SAME).all(axis=0)
+        estimate = _surer(ways[way].estimates[i], agreed, switched=way != chosen[max(0, i - 1)])
+        result.append(_exchanged(frame, estimate, model, spent))
+    return LookedAgain(tuple(result), state, SecondLook(look.tries, changed, (result[-1],)))
 
 
 def spent_on(frame: TrackedFrame) -> float:
@@ -257,33 +259,34 @@ def last_settled(frames: Mapping[int, TrackedFrame], frame: int) -> int | None:
     return None
 
 
-def _is_sure(tracker: Tracker) -> bool:
+def is_sure(model: TrackModel, state: TrackState) -> bool:
     """Whether poses are no longer on trial; of a baseline they never are sure enough."""
-    if not isinstance(tracker, PersonTracker):
+    if not (isinstance(model, PersonModel) and isinstance(state, PersonState)):
         return False
-    return tracker.settled and isinstance(tracker.leader.estimator, IteratedEstimator)
+    return state.settled and isinstance(model.follower.estimator, IteratedEstimator)
 
 
 @dataclass(eq=False)
 class _Way:
-    """One way through a stretch."""
+    """One way through a stretch, which grows frame by frame."""
 
-    filter: PoseFilter
+    follower: Follower
+    state: State
     cost: Callable[[Pose, Cloud], float]
-    """What speaks against a pose in a cloud."""
+    """Cost of a pose in a cloud."""
     estimates: list[Estimate | None] = field(default_factory=list)
     """None from the frame on in which it was lost."""
     costs: list[float] = field(default_factory=list)
 
     @classmethod
-    def from_frame(cls, origin: TrackedFrame, tracker: PersonTracker, number: int) -> _Way:
-        """One that begins where the tracker was; each number has a chance of its own."""
-        own = replace(tracker.setup, seed=tracker.setup.seed + number * _SEEDS_APART)
-        known = copy.copy(tracker.leader.correspondences)
-        known.setup = own
-        follower = PoseFilter(own, IteratedEstimator(own), known)
-        follower.resume(State(origin.estimate.pose, origin.estimate.P, origin.frame))
-        return cls(follower, tracker.finder.cost)
+    def from_frame(
+        cls, origin: TrackedFrame, model: PersonModel, colours: PartColours | None, number: int
+    ) -> _Way:
+        """One that begins where the run was; each number has a chance of its own."""
+        own = replace(model.setup, seed=model.setup.seed + number * _SEEDS_APART)
+        at = origin.estimate
+        state = State(at.pose, at.P, origin.frame, colours=colours)
+        return cls(Follower(own, IteratedEstimator(own)), state, model.finder.cost)
 
     @property
     def poses(self) -> list[Pose | None]:
@@ -298,8 +301,8 @@ class _Way:
         """Append the estimate that the filter finds in this frame."""
         own, estimate = self._own(cloud), None
         lost = bool(self.estimates) and self.estimates[-1] is None
-        if not lost and len(own.points) >= self.filter.setup.parameters.least_points:
-            estimate = self.filter.step(own)
+        if not lost and len(own.points) >= self.follower.setup.parameters.least_points:
+            self.state, estimate = self.follower.step(self.state, own)
         if estimate is None or not estimate.tracked:
             self._add(None, np.inf)
         else:
@@ -307,8 +310,8 @@ class _Way:
 
     def _own(self, cloud: Cloud) -> Cloud:
         """The person's part of a cloud, cut around the pose of the frame before, as in a step."""
-        setup, last = self.filter.setup, self.estimates[-1] if self.estimates else None
-        pose = self.filter.state.pose if last is None else last.pose
+        setup, last = self.follower.setup, self.estimates[-1] if self.estimates else None
+        pose = self.state.pose if last is None else last.pose
         return own_part(cloud, setup.body, pose, setup.upright)
 
     def _add(self, estimate: Estimate | None, cost: float) -> None:
@@ -321,26 +324,26 @@ def _follow(
     tries: Sequence[_Way],
     found: Sequence[TrackedFrame],
     clouds: Iterable[ReadCloud],
-    told: Callable[[int, int], None],
+    hooks: Hooks,
 ) -> None:
     """Follow tries over the clouds of a stretch, and judge there the way that was gone."""
     judged = bool(gone.estimates)
     with ThreadPoolExecutor(_TOGETHER, thread_name_prefix="second look") as together:
         for done, (frame, (cloud, _)) in enumerate(zip(found, clouds, strict=True)):
-            told(done, len(found))
+            hooks.on_preparing(LOOKING_AGAIN, done, len(found))
             for _way in together.map(partial(_Way.follow, cloud=cloud), tries):
                 pass  # what went wrong in it is raised here
             if not judged:
                 gone.judge(frame.estimate, cloud)
 
 
-def _apart(tracker: PersonTracker, ways: Sequence[Sequence[Pose | None]]) -> FloatArray:
+def _apart(model: PersonModel, ways: Sequence[Sequence[Pose | None]]) -> FloatArray:
     """Angles (F, W, W, 4) between the arm segments of two ways; NaN where one is lost."""
     directions = np.full((len(ways[0]), len(ways), len(_ARMS), 3), np.nan)
     for k, way in enumerate(ways):
         for i, pose in enumerate(way):
             if pose is not None:
-                directions[i, k] = tracker.setup.body.frames(pose).rotations[_ARMS, :, 2]
+                directions[i, k] = model.setup.body.frames(pose).rotations[_ARMS, :, 2]
     return angle_between(directions[:, :, None], directions[:, None])
 
 
@@ -383,9 +386,9 @@ def _surer(estimate: Estimate | None, agreed: BoolArray, *, switched: bool) -> E
 
 
 def _exchanged(
-    frame: TrackedFrame, estimate: Estimate, tracker: PersonTracker, spent: float
+    frame: TrackedFrame, estimate: Estimate, model: PersonModel, spent: float
 ) -> TrackedFrame:
     """A frame with another estimate."""
     seconds = {**frame.seconds, SECOND_LOOK: spent}
-    points = landmarks(tracker.setup.body, estimate.pose)
+    points = landmarks(model.setup.body, estimate.pose)
     return replace(frame, estimate=estimate, landmarks=points, seconds=seconds)

@@ -15,25 +15,31 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.manifold import columns_of, displaced
 from stereotrack_core.body.model import CONTOUR_NAMES, BodyModel, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES
-from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.chain import OnPart
+from stereotrack_core.depth.edges import EdgeMap
 from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.limits import limit_residuals
-from stereotrack_core.tracking.residuals.silhouette import EdgeMap, contours_of
+from stereotrack_core.tracking.residuals.limits import limit_rows
+from stereotrack_core.tracking.residuals.silhouette import contours_of
 from stereotrack_core.tracking.residuals.standing import (
     SoleResidual,
     UprightResidual,
     soles,
     upright,
 )
-from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
+from stereotrack_core.tracking.residuals.surface import (
+    SurfaceResidual,
+    Trust,
+    surface_distances,
+    surface_residual,
+)
 
 _SHAPE_SIGMAS: dict[str, float] = {
     "torso_radius_low": 0.02,
@@ -203,13 +209,13 @@ def adjusted(
     theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
     for iteration in range(_ITERATIONS):
         A, b = prior.copy(), prior @ (start - theta)
-        body, frames = free.body(theta), list[_Normal]()
+        bodies, frames = _bodies_around(free, theta), list[_Normal]()
         for frame, pose in zip(seen, poses, strict=True):
             on_frame(iteration * len(seen) + len(frames), _ITERATIONS * len(seen))
             standing = upright(pose, len(seen), frame.upright)
-            ends = soles(frame.data, body, pose, len(seen))
+            ends = soles(frame.data, bodies[0], pose, len(seen))
             normal = _normal_equations(
-                frame.data, pose, free, theta, parameters, joints, standing, ends
+                frame.data, pose, free, bodies, parameters, joints, standing, ends
             )
             frames.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
@@ -244,29 +250,33 @@ def _normal_equations(
     data: FloatArray,
     pose: Pose,
     free: FreeBody,
-    theta: FloatArray,
+    bodies: list[BodyModel],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     standing: tuple[UprightResidual, ...],
     ends: SoleResidual,
 ) -> _Normal:
-    body = free.body(theta)
+    body, names = bodies[0], (*free.lengths, *free.surface)
     surface = surface_residual(data, body, body.frames(pose), Trust.of(parameters))
     n = 6 + 2 * len(joints)
     near = np.concatenate([_STEP * np.eye(n), -_STEP * np.eye(n)])
     frames = body.frames(displaced(pose, near, joints))
-    A, a = np.eye(n) / _POSE_SIGMA**2, np.zeros(n)
-    for residual in (*limit_residuals(body, pose, parameters, joints), *standing):
+    rows = limit_rows(body, pose, parameters, joints)
+    limits = gathered((rows,), body.frames(pose), columns_of(joints))
+    A, a = limits.A + np.eye(n) / _POSE_SIGMA**2, limits.b
+    for residual in standing:
         J = _differences(residual.predicted(frames))
         here = residual.predicted(body.frames(displaced(pose, np.zeros((1, n)), joints)))[0]
         A += (J / residual.variance) @ J.T
         a += (J / residual.variance) @ (residual.measured - here)
     J = _differences(surface.predicted(frames))
-    S = -np.stack([_change(surface, pose, free, theta, i) for i in range(len(theta))])
+    S = -np.stack(
+        [_change(surface, pose, names[i], bodies[1 + i :: len(names)]) for i in range(len(names))]
+    )
     variance, e = surface.variance, surface.distance
     if len(ends.part):
         J = np.hstack([J, _differences(ends.predicted(body, frames))])
-        S = np.hstack([S, _soles_moved(ends, pose, free, theta)])
+        S = np.hstack([S, _soles_moved(ends, pose, bodies[1:])])
         variance = np.append(variance, ends.variance)
         e = np.append(e, ends.measured - ends.predicted(body, body.frames(pose)))
     weighted = J / variance
@@ -284,31 +294,27 @@ def _differences(predicted: FloatArray) -> FloatArray:
     return (predicted[:n] - predicted[n:]) / (2.0 * _STEP)
 
 
-def _change(
-    surface: SurfaceResidual, pose: Pose, free: FreeBody, theta: FloatArray, i: int
-) -> FloatArray:
-    """Derivative (m,) of the signed distances by the i-th number of the body.
+def _change(surface: SurfaceResidual, pose: Pose, name: str, sides: list[BodyModel]) -> FloatArray:
+    """Derivative (m,) of the signed distances by a number of the body, a step up and down.
 
     0 for the legs' length, which soles tell: of somebody who sits, no surface shows where the hips
     are, and the length makes up for hips in a wrong place.
     """
-    if (*free.lengths, *free.surface)[i] == "leg_length_factor":
+    if name == "leg_length_factor":
         return np.zeros(len(surface.data))
-    sides = []
-    for step in (_STEP, -_STEP):
-        moved = theta.copy()
-        moved[i] += step
-        body = free.body(moved)
-        closest = nearest_on_surface(surface.data, placed_cones(body, body.frames(pose)), np.inf)
-        sides.append(closest.distance)
-    change = (sides[0] - sides[1]) / (2.0 * _STEP)
+    more, less = (surface_distances(surface.data, body, pose) for body in sides)
+    change = (more - less) / (2.0 * _STEP)
     return np.where(np.abs(change) < 3.0, change, 0.0)
 
 
-def _soles_moved(ends: SoleResidual, pose: Pose, free: FreeBody, theta: FloatArray) -> FloatArray:
+def _bodies_around(free: FreeBody, theta: FloatArray) -> list[BodyModel]:
+    """A body and its neighbours: each of its k numbers a step larger, then each a step smaller."""
+    steps = _STEP * np.eye(len(theta))
+    return [free.body(theta + step) for step in (np.zeros(len(theta)), *steps, *-steps)]
+
+
+def _soles_moved(ends: SoleResidual, pose: Pose, bodies: list[BodyModel]) -> FloatArray:
     """Derivatives (k, m) of the soles' places by the numbers of the body."""
-    near = np.concatenate([_STEP * np.eye(len(theta)), -_STEP * np.eye(len(theta))])
-    bodies = [free.body(theta + step) for step in near]
     return _differences(np.array([ends.predicted(b, b.frames(pose)) for b in bodies]))
 
 
@@ -360,7 +366,7 @@ def _rows(
         frames = body.frames(pose)
         placed = placed_cones(body, frames)
         found = contours_of(edges, body, frames)
-        rotation, origin = placed.rotations[found.cone], placed.origins[found.cone]
+        rotation, origin = placed["rotation"][found.cone], placed["origin"][found.cone]
         local = np.einsum("mji,mj->mi", rotation, found.point - origin)[:, :2] ** 2
         part = local / np.maximum(local.sum(axis=1, keepdims=True), 1e-12)
         A = np.zeros((len(part), len(names)))

@@ -15,9 +15,11 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.filtering.linearisation import inverse
 from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.part_colours import PartColours
 
 GIRDLE_REST = np.radians(2.5)
 """Angle of a clavicle from its rest up to which it is held firmly (docs/accuracy.md); beyond, it is
@@ -46,6 +48,11 @@ class Belief:
     P: FloatArray
     """(n, n). Covariance of the states, or of the pose's error state; metres and radians."""
 
+    @cached_property
+    def information(self) -> FloatArray:
+        """Inverse (n, n) of the covariance, which all iterations of a correction share."""
+        return inverse(self.P)
+
     @property
     def sigma(self) -> FloatArray:
         """Standard deviations (n,), metres and radians."""
@@ -61,16 +68,32 @@ class Belief:
 
 
 @dataclass(frozen=True, eq=False)
-class State(Belief):
-    """What a tracker carries from frame to frame."""
+class Particles:
+    """Poses of a particle filter after a frame."""
 
-    time: float | None
+    displacements: FloatArray
+    """(K, n). From `centre`."""
+    centre: Pose
+    """Prediction of the frame."""
+    pose: Pose
+    """Estimate of the frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class State(Belief):
+    """A filter between two frames."""
+
+    time: float | None = None
     """Frame that the pose belongs to; None: the one before the next cloud's."""
     is_first: bool = False
     """Whether the pose was given or found, so that no earlier frame predicts the next one."""
     disagreement: FloatArray = field(default_factory=lambda: np.zeros((len(LIMBS), 2)))
     """(6, 2). What the last keypoints said of the limbs; see
     :mod:`tracking.failure.disagreement`."""
+    colours: PartColours | None = None
+    """Learned colours of the parts; None if the filter uses none."""
+    particles: Particles | None = None
+    """Of the baseline that follows many poses at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,13 +164,3 @@ def elapsed(since: float | None, time: float) -> float:
         In frames.
     """
     return 1.0 if since is None else abs(time - since)
-
-
-def time_array(time: float | None) -> FloatArray:
-    """A time in frames as an array () to be kept; NaN where it is not known."""
-    return np.array(np.nan if time is None else time, dtype=np.float64)
-
-
-def time_in(array: FloatArray) -> float | None:
-    """The time that :func:`time_array` was given."""
-    return None if np.isnan(array) else float(array)

@@ -11,21 +11,22 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, state_names
-from stereotrack_core.body.manifold import difference, displaced, error_names
+from stereotrack_core.body.manifold import (
+    DETECTION,
+    ELBOW,
+    KINDS,
+    PIXEL,
+    REST_ROW,
+    difference,
+    displaced,
+    error_names,
+)
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints
-from stereotrack_core.body.skeleton import FOREARMS
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.arms import Arms
-from stereotrack_core.tracking.correction import Line, Residual
+from stereotrack_core.tracking.correction import Line
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
-from stereotrack_core.tracking.residuals.detections import DetectionResidual
-from stereotrack_core.tracking.residuals.limits import (
-    ApartResidual,
-    ClearanceResidual,
-    DirectionResidual,
-)
-from stereotrack_core.tracking.residuals.projection import ReprojectionResidual
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.thesis_collisions import Jump
@@ -47,7 +48,7 @@ from stereotrack_core.tracking.trace import (
 
 if TYPE_CHECKING:
     from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
-    from stereotrack_core.tracking.ukf import Projection
+    from stereotrack_core.tracking.thesis import Projection
 
 _REINITIALISED = (
     "The previous frame was not tracked, so the pose was re-initialised. The steps start from the "
@@ -61,6 +62,9 @@ _INFLATED = (
     "The data moved the body farther than expected, so the frame was tracked a second time with "
     "prior inflation."
 )
+
+_UNITS = {REST_ROW: "rad", ELBOW: "rad", PIXEL: "px"}
+"""Units of the kinds of rows that are not in metres."""
 
 
 class StepRecorder:
@@ -149,13 +153,12 @@ class StepRecorder:
         surface: SurfaceResidual,
         lines: Sequence[Line],
     ) -> None:
-        """A prior was corrected by (n,), by residuals that were linearised at a pose."""
+        """A prior was corrected by (n,); the first of the lines, linearised, is the surface's."""
         if self._searching is not None:
             self._lap("arm search")
             return
-        setup, own = self._setup, [line for line in lines if line.residual is surface]
-        H = own[0].H if own else np.empty((0, len(dx)))
-        R = own[0].R if own else np.empty(0)
+        setup, H, own = self._setup, lines[0].H, lines[0].rows
+        R = own["variance"]
         P_xz = at.P @ H.T
         dX = sigma_deviations(at.P, setup.weights)
         from_prior = difference(prior.pose, at.pose, setup.joints)
@@ -166,11 +169,9 @@ class StepRecorder:
                 prior=prior,
                 before=at,
                 sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints)),
-                points=replace(surface.pairs(), residual=own[0].nu, sigma=np.sqrt(own[0].R))
-                if own
-                else surface.pairs(),
+                points=replace(surface.pairs(), residual=own["innovation"], sigma=np.sqrt(R)),
                 unused=self._too_far(surface),
-                rows=_rows([line for line in lines if line.residual is not surface], after.P),
+                rows=_rows(lines[1:], after.P),
                 P_xz=P_xz,
                 P_zz=np.einsum("mn,nm->m", H, P_xz),
                 gain=after.P @ (H.T / R),
@@ -350,39 +351,12 @@ def _keys(points: SurfacePoints) -> FloatArray:
 
 def _rows(lines: Sequence[Line], P: FloatArray) -> tuple[Rows, ...]:
     """Rows by kind; `P` is the covariance after the correction."""
-    found: dict[tuple[str, str], list[tuple[IntArray, Line]]] = {}
-    for line in lines:
-        kind, part, unit = _kind_of(line.residual)
-        found.setdefault((kind, unit), []).append((part, line))
-    return tuple(
-        Rows(
-            kind=kind,
-            part=np.concatenate([part for part, _ in own]),
-            residual=np.concatenate([line.nu for _, line in own]),
-            sigma=np.concatenate([np.sqrt(line.R) for _, line in own]),
-            unit=unit,
-            dx=np.sum([P @ (line.H.T @ (line.nu / line.R)) for _, line in own], axis=0),
-        )
-        for (kind, unit), own in found.items()
-    )
-
-
-def _kind_of(residual: Residual) -> tuple[str, IntArray, str]:
-    """Kind, parts (m,) and unit of a residual's rows."""
-    count = len(residual.variance)
-    match residual:
-        case SurfaceResidual():
-            return "outline", residual.part, "m"
-        case ApartResidual():
-            return "arms", residual.left, "m"
-        case ClearanceResidual():
-            return "torso", residual.part, "m"
-        case DirectionResidual():
-            kind = "elbow" if residual.part[0] in FOREARMS else "rest"
-            return kind, residual.part, "rad"
-        case DetectionResidual():
-            unit = "m" if residual.camera is None else "px"
-            return "detection", np.full(count, residual.part, dtype=np.int64), unit
-        case ReprojectionResidual():
-            return "detection", np.repeat(residual.points.part, 2), "px"
-    return "other", np.full(count, -1, dtype=np.int64), "m"
+    rows, H = np.concatenate([line.rows for line in lines]), np.vstack([line.H for line in lines])
+    found = []
+    for kind in dict.fromkeys(rows["kind"].tolist()):
+        own = rows["kind"] == kind
+        nu, R = rows["innovation"][own], rows["variance"][own]
+        dx = P @ (H[own].T @ (nu / R))
+        name = KINDS[DETECTION if kind == PIXEL else kind]
+        found.append(Rows(name, rows["part"][own], nu, np.sqrt(R), _UNITS.get(kind, "m"), dx))
+    return tuple(found)

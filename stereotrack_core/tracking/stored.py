@@ -19,7 +19,13 @@ from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
 from stereotrack_core.recording.frame_times import stated_fps
-from stereotrack_core.tracking.frame import DETECTED_SCENES, LOOKED_AGAIN, Run, joints_named
+from stereotrack_core.tracking.frame import (
+    DETECTED_SCENES,
+    LOOKED_AGAIN,
+    FirstFrame,
+    Run,
+    joints_named,
+)
 
 _VALUES: Kind = {str: (bool, int, float, str)}
 
@@ -178,13 +184,12 @@ def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:
     return BodyShape().replaced(**meta.get("body", {}))
 
 
-def began_of(meta: Mapping[str, Any]) -> tuple[int, Pose] | None:
-    """First frame that showed somebody, and the pose from which the tracker began there.
-
-    None if nobody was there, and for runs of older versions.
-    """
+def began_of(meta: Mapping[str, Any]) -> FirstFrame | None:
+    """Where a run began; None if nobody was there, and for runs of older versions."""
     stored = meta.get("began_from")
-    return (int(meta["began"]), pose_of_values(stored)) if isinstance(stored, dict) else None
+    if not isinstance(stored, dict):
+        return None
+    return FirstFrame(int(meta["began"]), pose_of_values(stored))
 
 
 def pose_of_values(stored: Mapping[str, Any]) -> Pose:

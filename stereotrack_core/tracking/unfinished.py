@@ -1,20 +1,18 @@
-"""A run that is kept while it grows, and one that goes on where it was stopped."""
+"""A run that was stopped, and goes on from there."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.errors import InputError
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.tracking.estimate import Memory
-from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, assembled
+from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
+from stereotrack_core.tracking.saved_state import Arrays
 from stereotrack_core.tracking.stored import shape_of_meta
-from stereotrack_core.tracking.tracker import Tracker
 
 INCOMPLETE = "incomplete"
 """Key of a run's meta: whether frames that were asked for are still to come."""
@@ -22,31 +20,19 @@ INCOMPLETE = "incomplete"
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """The tracker between two frames."""
+    """State of a run between two frames."""
 
     frame: int
-    """The last one that it has seen."""
+    """Last frame that it has seen."""
     started: bool
     """Whether somebody has been there, so that it was given a first pose."""
-    memory: Memory
-    """By name. See :class:`Tracker`."""
-
-
-class RunKeeper(Protocol):
-    """Keeps what is tracked at once, so that nothing is lost however the program ends."""
-
-    def keep(self, frame: TrackedFrame, after: Checkpoint, origin: Callable[[], Origin]) -> None:
-        """Keep a frame, the tracker after it, and where frames come from.
-
-        The last two not for every frame: from an earlier checkpoint tracking goes on as well, and
-        comes to the same.
-        """
-        ...
+    arrays: Arrays
+    """See :meth:`Tracking.saved`."""
 
 
 @dataclass(frozen=True, eq=False)
 class UnfinishedRun:
-    """What is left of a run that was stopped."""
+    """Frames and saved state of a run that was stopped."""
 
     frames: tuple[TrackedFrame, ...]
     """Ascending; without clouds."""
@@ -74,7 +60,7 @@ class UnfinishedRun:
         return tuple(frame for frame in self.frames if frame.frame <= self.checkpoint.frame)
 
     def rest_of(self, frames: range) -> range:
-        """What is still to come of the frames that were asked for."""
+        """Frames that are still to be tracked."""
         if self.checkpoint is None:
             return frames
         return frames[frames.index(self.checkpoint.frame) + 1 :]
@@ -101,27 +87,3 @@ class UnfinishedRun:
                 before, now = (np.r_[f.x, f.P.ravel(), f.landmarks.ravel()] for f in (frame, again))
                 return not np.array_equal(before, now, equal_nan=True)
         return False
-
-
-def recall(tracker: Tracker, memory: Memory) -> None:
-    """Let a tracker go on as another one.
-
-    Raises
-    ------
-    InputError
-        Where the memory is not one of such a tracker.
-    """
-    own = tracker.memory()
-    foreign = [n for n in own if n not in memory or np.ndim(own[n]) != np.ndim(memory[n])]
-    foreign += [n for n in own if n == "P" and own[n].shape != memory[n].shape]
-    try:
-        if not foreign:
-            tracker.recall(memory)
-            return
-    except (KeyError, ValueError, TypeError):
-        foreign = ["its numbers"]
-    raise InputError(
-        f"its tracker state does not belong to this version ({foreign[0]})",
-        remedy="Track the recording again. The frames in the file can still be evaluated and "
-        "exported.",
-    )

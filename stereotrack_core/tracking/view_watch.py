@@ -17,7 +17,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.residuals.silhouette import contours_of, edge_maps
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 
@@ -115,25 +114,6 @@ class ViewWatch:
                 f"({100 * others[1]:.0f} %); its camera may have moved or be late."
             )
         }
-
-    def memory(self) -> Memory:
-        """Arrays from which :meth:`of_memory` restores it."""
-        return {
-            "watched": np.array([*"\n".join(self.names).encode()], dtype=np.uint8),
-            "watch_signs": self.signs,
-            "watch": np.array([self.judged, self._index]),
-        }
-
-    @property
-    def _index(self) -> int:
-        return self.names.index(self.left_out) if self.left_out else -1
-
-    @classmethod
-    def of_memory(cls, memory: Memory) -> ViewWatch:
-        """Restore a watch."""
-        names = tuple(filter(None, memory["watched"].tobytes().decode().split("\n")))
-        judged, k = memory["watch"].tolist()
-        return cls(names, memory["watch_signs"], judged, names[k] if k >= 0 else "")
 
 
 def views_left_out(problems: Mapping[str, str]) -> tuple[str, ...]:

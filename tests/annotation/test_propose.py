@@ -53,6 +53,16 @@ def test_a_steady_motion_goes_on():
     assert off_px(found, last).max() > 2.5, "it has moved meanwhile"
 
 
+def test_what_is_expected_before_clicks_mirrors_what_is_expected_after_them():
+    points = bodies(16, seed=1)[::2]
+    after = proposed(7, [one for one in clicks_of(points, RIG) if one.frame < 4])
+    before = proposed(0, [one for one in clicks_of(points[::-1], RIG) if one.frame > 3])
+    for key, one in after.items():
+        other = before[key._replace(frame=0)]
+        np.testing.assert_allclose(other.position, one.position, atol=1e-6)
+        np.testing.assert_allclose(other.sigma, one.sigma)
+
+
 def test_what_is_clicked_or_outside_is_not_proposed():
     points = bodies(3)
     clicks = clicks_of(points, RIG)

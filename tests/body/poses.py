@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.body.model import Cones, PlacedCones
+from stereotrack_core.body.model import Cones
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_pose
 from stereotrack_core.body.skeleton import PARTS, TORSO
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -80,4 +80,6 @@ def single_cone(rng, r1, r2, height, s=1.0, round_base=False, round_end=False):
         round_end=np.array([round_end]),
         outline=np.zeros((1, 2)),
     )
-    return PlacedCones(turn[None], origin[None], cones), turn, origin
+    placed = cones.records.copy()
+    placed["rotation"], placed["origin"] = turn, origin
+    return placed, turn, origin

@@ -37,13 +37,13 @@ def test_radii_and_heights_are_those_of_the_table():
 def test_arm_cones_lead_from_joint_to_joint(rng, legless):
     frames = legless.frames(random_pose(rng))
     placed = placed_cones(legless, frames)
-    ends = placed.origins + placed.rotations[..., 2] * placed.cones.height[:, None]
+    ends = placed["origin"] + placed["rotation"][..., 2] * placed["height"][:, None]
     for side in ("left", "right"):
         upper, fore = PARTS.index(f"{side}_upper_arm"), PARTS.index(f"{side}_forearm")
-        (u,), (f, h) = (np.flatnonzero(placed.cones.part == part) for part in (upper, fore))
-        np.testing.assert_allclose(placed.origins[u], frames.origins[upper], atol=1e-12)
+        (u,), (f, h) = (np.flatnonzero(placed["part"] == part) for part in (upper, fore))
+        np.testing.assert_allclose(placed["origin"][u], frames.origins[upper], atol=1e-12)
         np.testing.assert_allclose(ends[u], frames.origins[fore], atol=1e-12)
-        np.testing.assert_allclose(placed.origins[h], ends[f], atol=1e-12)
+        np.testing.assert_allclose(placed["origin"][h], ends[f], atol=1e-12)
 
 
 def test_cones_grow_with_the_proportions():
@@ -119,19 +119,20 @@ def test_triangles_are_counter_clockwise_from_outside(placed_and_meshes):
     for c, mesh in enumerate(meshes):
         corners = _corners(mesh)
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        middle = placed.origins[c] + 0.5 * placed.cones.height[c] * placed.rotations[c, :, 2]
+        middle = placed["origin"][c] + 0.5 * placed["height"][c] * placed["rotation"][c, :, 2]
         assert (np.einsum("ti,ti->t", normal, corners.mean(axis=1) - middle) > 0).all()
 
 
 def test_the_volume_is_nearly_that_of_the_cone(placed_and_meshes):
     placed, meshes = placed_and_meshes
-    cones = placed.cones
     for c, mesh in enumerate(meshes):
-        corners = _corners(mesh) - placed.origins[c]
+        corners = _corners(mesh) - placed["origin"][c]
         volume = np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-        r1, r2 = cones.r1[c], cones.r2[c]
-        exact = np.pi / 3 * cones.height[c] * (r1 * r1 + r1 * r2 + r2 * r2) * cones.flatness[c]
-        exact += cones.round_end[c] * 2 * np.pi / 3 * r2**3
+        r1, r2 = placed["r1"][c], placed["r2"][c]
+        exact = (
+            np.pi / 3 * placed["height"][c] * (r1 * r1 + r1 * r2 + r2 * r2) * placed["flatness"][c]
+        )
+        exact += placed["round_end"][c] * 2 * np.pi / 3 * r2**3
         assert volume == pytest.approx(exact, rel=0.03)
 
 
@@ -139,10 +140,10 @@ def test_vertices_lie_on_the_surface(placed_and_meshes):
     placed, meshes = placed_and_meshes
     for c, mesh in enumerate(meshes):
         one = placed[c : c + 1]
-        local = (mesh.vertices - one.origins[0]) @ one.rotations[0]
+        local = (mesh.vertices - one["origin"][0]) @ one["rotation"][0]
         on_axis = np.hypot(local[:, 0], local[:, 1]) < 1e-9
         closest = nearest_on_surface(mesh.vertices, one, 1.0)
-        flat_ends = on_axis & (local[:, 2] <= one.cones.height[0] + 1e-9)
+        flat_ends = on_axis & (local[:, 2] <= one["height"][0] + 1e-9)
         np.testing.assert_allclose(closest.distance[~flat_ends], 0.0, atol=1e-9)
         np.testing.assert_allclose(closest.point[~flat_ends], mesh.vertices[~flat_ends], atol=1e-9)
 

@@ -6,7 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state, state_of_pose
-from stereotrack_core.body.manifold import difference, displaced, tangents_to_axis
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.pose import t_pose
+from stereotrack_core.body.skeleton import HEAD
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from tests.body.poses import SPECIAL_POSES, random_pose
 
@@ -49,7 +51,10 @@ def test_tangents_turn_the_axis_to_where_it_is_wanted(angle):
     for azimuth in np.linspace(0, 2 * np.pi, 9):
         across = np.sin(angle) if angle < np.pi else 0.0
         axis = np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(angle)])
-        turned = rotation_from_vector(np.append(tangents_to_axis(axis), 0.0))
+        origin, to = t_pose(np.zeros(3)), t_pose(np.zeros(3))
+        origin.rotations[HEAD], to.rotations[HEAD, :, 2] = np.eye(3), axis
+        tangents = difference(to, origin, (HEAD,))[6:]
+        turned = rotation_from_vector(np.append(tangents, 0.0))
         np.testing.assert_allclose(turned[:, 2], axis, atol=1e-9)
 
 

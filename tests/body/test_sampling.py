@@ -83,7 +83,7 @@ def test_sight_lines_are_blocked_where_they_pass_a_cone(rng, body, name):
     pose = SPECIAL_POSES.get(name) or random_pose(rng)
     placed = placed_cones(body, body.frames(pose))
     solids = solids_of(placed)
-    middle = placed.origins.mean(axis=0)
+    middle = placed["origin"].mean(axis=0)
     cameras = middle + [[0.0, 3.0, 1.0], [3.0, 0.0, 1.0]]
     starts = middle + rng.uniform(-0.6, 0.6, (90, 3))
     free = [deepest(p, p + 1e-9, solids) < -GRAZING for p in starts]

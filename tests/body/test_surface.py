@@ -83,7 +83,7 @@ def test_the_flattened_torso_is_good_to_some_millimetres(rng, s):
 
 def test_directions_are_unit_vectors_that_point_outwards(rng, body):
     placed = placed_cones(body, body.frames(random_pose(rng)))
-    data = placed.origins[rng.integers(0, 15, 500)] + 0.15 * rng.normal(size=(500, 3))
+    data = placed["origin"][rng.integers(0, 15, 500)] + 0.15 * rng.normal(size=(500, 3))
     closest = nearest_on_surface(data, placed, 0.5)
     taken = closest.cone >= 0
     assert taken.sum() > 400
@@ -94,7 +94,7 @@ def test_directions_are_unit_vectors_that_point_outwards(rng, body):
 
 def test_the_nearest_cone_takes_the_datum(rng, body):
     placed = placed_cones(body, body.frames(random_pose(rng)))
-    data = placed.origins[rng.integers(0, 15, 300)] + 0.2 * rng.normal(size=(300, 3))
+    data = placed["origin"][rng.integers(0, 15, 300)] + 0.2 * rng.normal(size=(300, 3))
     together = nearest_on_surface(data, placed, np.inf)
     single = np.array(
         [nearest_on_surface(data, placed[c : c + 1], np.inf).distance for c in range(15)]

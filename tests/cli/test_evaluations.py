@@ -109,9 +109,6 @@ def test_failures_have_frames_limbs_peak_cause_and_evidence(run, failing):
     assert (failure["first"], failure["last"], failure["found"]) == (4, 9, "truth")
     assert failure["limbs"] == ["left_forearm"]
     assert {"cause", "confidence", "evidence"} <= set(failure["verdict"])
-    assert told["without_truth"] == {
-        "precision": None, "recall": 0.0, "true": 1, "found": 0, "called": 0, "right": 0,
-    }  # fmt: skip
     assert told["rules"]["episode_error"] == 45.0
 
 
@@ -125,7 +122,6 @@ def test_failures_of_a_run_that_has_lost_its_recording(run, failing, tmp_path):
     assert "classified from the run alone" in ended.err
     without = run(*arguments).json["failures"]
     assert without["list"] == []
-    assert "without_truth" not in without
     assert len(run(*arguments, "--recording", failing / "recording").json["failures"]["list"]) == 1
 
 

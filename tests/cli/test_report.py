@@ -10,7 +10,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 
 SECTIONS = (
-    *("recording", "subject", "calibration", "errors", "curves", "failures"),
+    *("recording", "subject", "errors", "curves", "failures"),
     *("parameters", "again"),
 )
 
@@ -29,8 +29,7 @@ def page(recording, tracked, tmp_path_factory):
 def test_the_page_has_all_its_sections(page):
     assert re.findall(r'<h2 id="([a-z]+)"', page) == list(SECTIONS)
     for words in (
-        "Usable: no inconsistencies", "does not state its uncertainty", "over 45 deg off",
-        "--like", "flags",
+        "does not state its uncertainty", "over 45 deg off", "--like", "flags",
     ):  # fmt: skip
         assert words in page
 
@@ -57,20 +56,18 @@ def test_without_the_recording_there_is_still_a_report(run, recording, tracked, 
     text = (tmp_path / "r.html").read_text("utf-8")
     assert "The recording was not found" in text
     assert "the errors are unknown" in text
-    assert "Calibration" not in text
 
 
-def test_a_run_of_a_project_with_its_note(run, recording, tracked, tmp_path):
+def test_a_run_of_a_project(run, recording, tracked, tmp_path):
     copied = tmp_path / "tiny"
     shutil.copytree(recording, copied)
     path = tmp_path / "own.stereotrack"
     with Project.create(path, copied) as project:
-        project.apply(keep_run("first <try>", read_npz(tracked), "with & care"))
+        project.apply(keep_run("first <try>", read_npz(tracked)))
     ended = run("report", path, "-o", tmp_path / "r.html")
     assert ended.status == 0, ended.err
     text = (tmp_path / "r.html").read_text("utf-8")
     assert "Report on first &lt;try&gt;" in text
-    assert "with &amp; care" in text
     wrong = run("report", path, "-o", tmp_path / "r.html", "--run", "second")
     assert wrong.status == 2
     assert "first <try>" in wrong.err

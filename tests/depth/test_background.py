@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -126,3 +128,12 @@ def test_a_person_who_does_not_move_at_all_is_told_by_size():
         assert shown[92:100, 185:220].all()
         assert not shown[:, 230:].any()
         assert not shown[:, :130].any()
+
+
+def test_the_background_is_learned_from_frames_spread_over_the_recording():
+    asked, chain = [], DepthChain(depth_recording(), DepthParameters())
+    shown = FrameSet(0, {"K": pictures(90)})
+    reader = SimpleNamespace(frame_set=lambda k: asked.append(k) or shown)
+    chain.learn_background(reader, range(1000, 1200))
+    assert (asked[0], asked[-1], len(asked)) == (1000, 1199, 40)
+    assert set(np.diff(asked)) == {5, 6}

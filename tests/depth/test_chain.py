@@ -93,6 +93,20 @@ def test_matching_only_what_changed_gives_the_same_inside():
         assert known.sum() > 0.5 * (np.isfinite(a.disparity) & ~a.foreground).sum()
 
 
+def test_nothing_is_matched_where_nothing_has_changed():
+    recording = stereo_recording()
+    chain = chain_with_background(recording)
+    cloud = chain.process(frame_set(recording, 0, box=False))
+    assert len(cloud.points) == 0
+    assert not cloud.problems
+    for name, depth in cloud.depths.items():
+        known = np.isfinite(depth.disparity)
+        assert np.array_equal(depth.disparity[known], chain.background[name].disparity[known])
+        assert cloud.counts[name].measured == known.sum() > 0.5 * known.size
+        assert depth.extent is None
+        assert depth.edges is None
+
+
 @pytest.mark.parametrize("mode", ["percentile", "average"])
 def test_the_background_is_learned_from_passing_boxes(mode):
     recording = stereo_recording()

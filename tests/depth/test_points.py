@@ -41,6 +41,13 @@ def test_points_come_back_from_their_disparities():
     assert np.linalg.norm(points - expected, axis=1).max() < 1e-4
 
 
+def test_a_region_keeps_the_rows_and_columns_of_the_whole_image():
+    whole, part = np.ones((20, 30), bool), np.zeros((20, 30), bool)
+    part[4:, 7:] = True
+    expected = thinned_pixels(part, 3, (0, 0))
+    assert np.array_equal(thinned_pixels(whole[4:, 7:], 3, (7, 4)), expected)
+
+
 def brute_force(points, neighbours, distance, repeat):
     kept = list(range(len(points)))
     while True:

@@ -52,6 +52,18 @@ def test_what_changed_is_inside_the_region():
     assert 180 + 4 <= region.bottom <= 200
 
 
+def test_patches_far_apart_are_matched_apart_and_specks_not_at_all():
+    empty = texture(240, 320, seed=1).astype(np.uint8)
+    image = empty.copy()
+    for left in (20, 260):
+        image[100:140, left : left + 40] = 255 - image[100:140, left : left + 40]
+    image[8:12, 160:164] = 255
+    bands = bands_of(image, empty, 8)
+    assert {band.right < 160 for band in bands} == {True, False}
+    assert all(band.right < 100 or band.left > 220 for band in bands)
+    assert bands_of(empty, empty, 8) == ()
+
+
 def test_a_body_appears_inside_its_corners_region():
     g = DepthGeometry(400, 159.5, 119.5, 0.12, 0.0, 320, 240, RigidTransform.identity())
     corners = np.array([[x, y, z] for x in (-0.2, 0.3) for y in (-0.1, 0.1) for z in (2.0, 3.0)])

@@ -144,6 +144,14 @@ def seeing(recording, points):
     return MemoryReader(recording, sets, empty=False)
 
 
+def test_the_volume_reaches_beyond_what_was_seen_by_the_same_margin_on_both_sides():
+    recording = depth_recording()
+    points = np.random.default_rng(0).uniform([-0.2, 1.4, 0.1], [0.2, 1.5, 1.9], (4000, 3))
+    volume = Volume.of(settled(away(recording), USUAL, seeing(recording, points), names(recording)))
+    ends = np.array([volume.low[2], volume.high[2]]) - AWAY[2]
+    np.testing.assert_allclose(ends, [0.1 - 0.6, 1.9 + 0.6], atol=0.08)
+
+
 def test_the_working_space_is_told():
     recording = away(stereo_recording())
     told = working_space(recording, USUAL, passing(stereo_recording()), names(recording))

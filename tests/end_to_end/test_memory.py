@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import gc
 import mmap
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.clouds import Clouds, OwnClouds
+from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
 
 QUICK = {
@@ -60,15 +63,18 @@ def living_objects() -> int:
 @pytest.mark.parametrize(("name", "frames"), [("accurate", 2150), ("thesis", 1150)])
 def test_memory_is_flat_over_many_frames(name, frames, sound):
     recording = open_recording(sound)
-    settings = preset(name).replaced(**QUICK)
+    spec = RunSpec(preset(name).replaced(**QUICK))
     with (
         EndlessReader(recording, colour=False, cache_bytes=1 << 20) as reader,
-        Pipeline(recording, RunSpec(settings), reader=reader) as pipeline,
+        closing(OwnClouds(recording, spec, "NOSW", reader)) as own,
+        Clouds(recording, spec, own) as clouds,
     ):
-        pipeline.prepare(range(reader.frame_count))
-        assert all(frame.tracked for frame in pipeline.frames(range(SETTLED)))
+        run = prepare(clouds)
+        for advance in advances(run, range(SETTLED)):
+            run = advance.run
+            assert all(frame.tracked for frame in advance.gained.frames)
         objects, resident = living_objects(), resident_bytes()
-        for _ in pipeline.frames(range(SETTLED, frames)):
+        for _ in advances(run, range(SETTLED, frames)):
             pass
         count = frames - SETTLED
         assert (living_objects() - objects) / count < MOST_OBJECTS_PER_FRAME

@@ -125,7 +125,7 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     shared = set.intersection(*(set(one.frames.tolist()) for one in state.sightings))
     gone = min(shared)
     assert page.steps.buttons["lenses"].text().startswith("✓")
-    assert page.coverage.shown.title.startswith("N_left")
+    assert page.coverage.shot.title.startswith("N_left")
     # a picture is unticked, and the lenses are to be calculated again
     tick(page.lenses.tree, page.lenses.tree.item_of(("N_right", gone)))
     assert page.steps.buttons["lenses"].text().startswith("↻")
@@ -201,7 +201,7 @@ def test_into_a_recording(window, qtbot, monkeypatch, tmp_path, small_recording)
     lean = _only_north(folder)
     open_recording(window, qtbot, folder)
     window.context.docks.show_workspace("calibrate")
-    assert window.context.docks.is_shown("rig")
+    assert window.context.docks.is_shown("findings")
     rng = np.random.default_rng(2)
     boards = [board_in_view(north[0], BOARD, rng, (1.2, 2.0)) for _ in range(12)]
     page = described(window, monkeypatch, rendered(tmp_path / "boards", north, boards))

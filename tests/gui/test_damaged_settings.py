@@ -21,7 +21,7 @@ def test_values_of_other_kinds_are_as_if_they_were_not_there(qtbot, dark, failur
     settings = settings_of(tmp_path / "other.ini", content.encode())
     window = window_with(settings)
     qtbot.addWidget(window)
-    assert window.context.session.opening.recent() == []
+    assert window.context.session.opening.recents() == []
     assert window.context.view_state.display == Display()
     assert stored_theme(settings) == "system"
     window.close()

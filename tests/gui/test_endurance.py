@@ -24,12 +24,12 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.worker_processes import TaskProcess
 from tests.gui.hands import CTRL, LEFT, view
 from tests.gui.kept_window import close_window, show_window
 from tests.gui.long_recordings import repeated
+from tests.tracking.running import tracked_frames
 
 pytestmark = [
     pytest.mark.window,
@@ -60,10 +60,9 @@ class Repeating(TaskProcess):
         super().__init__()
         self.leave = threading.Semaphore(0)
         spec = RunSpec(preset("fast").replaced(fit_shape=False), preset="fast", init="tpose")
-        with Pipeline(open_recording(recording), spec) as pipeline:
-            made = list(pipeline.frames(range(SHORT)))
-            self._frames = [pickle.dumps(_sent(frame)) for frame in made]
-            self._prepared = Prepared(pipeline.body, pipeline.origin())
+        made, done = tracked_frames(open_recording(recording), spec, range(SHORT))
+        self._frames = [pickle.dumps(_sent(frame)) for frame in made]
+        self._prepared = Prepared(done.body, done.origin())
 
     def __call__(self, task, hear=None, cancelled=lambda: False, *, listens=True):
         if not isinstance(task, RunTask):

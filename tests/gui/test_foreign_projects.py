@@ -41,7 +41,7 @@ def whole(small_recording, tmp_path_factory):
         for edit in (
             save_subject(Subject("P", shoulder_width=0.4)),
             save_landmark_set(NINE),
-            keep_run("accurate", run(), "a note"),
+            keep_run("accurate", run()),
             PlaceClicks((Click(1, "N_right", "head", (100.0, 120.0)),)),
         ):
             project.apply(edit)

@@ -13,8 +13,8 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.inspection import beginning_at
+from stereotrack_core.tracking.model import cameras_of, model_for
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 
 pytestmark = pytest.mark.window
 
@@ -35,7 +35,8 @@ def with_run(newly_opened, qtbot):
     newly_opened.context.session.clouds.set_parameters(settings.depth)
     body = body_model(proportions_of(recording.subject), settings.body)
     cameras = cameras_of(recording, usable_views(recording, None))
-    frames, tracker = {}, tracker_for(body, settings, cameras, recording.fps, 0)
+    frames, state = {}, None
+    model = model_for(body, settings, cameras, recording.fps, 0)
     for frame in (FRAME - 1, FRAME):
         newly_opened.context.session.clouds.ask(frame)
         qtbot.waitUntil(
@@ -43,9 +44,8 @@ def with_run(newly_opened, qtbot):
             timeout=60_000,
         )
         cloud = newly_opened.context.session.clouds.cloud(frame)
-        if not frames:
-            beginning_at(tracker, cloud)
-        estimate = tracker.step(cloud)
+        state = beginning_at(model, cloud)[0] if state is None else state
+        state, estimate = model.step(state, cloud)
         frames[frame] = TrackedFrame(frame, estimate, np.full((9, 3), np.nan), cloud, {})
     newly_opened.context.session.runs.add(
         RunEntry("stored", "thesis", settings, body, range(1, 3), frames)

@@ -6,7 +6,6 @@ import pytest
 from app.features.inspect.contents import content_of
 from app.features.inspect.drawing import drawing_of
 from app.features.inspect.steps import name_of, steps_of
-from stereotrack_core.tracking.inspection import look_inside
 from tests.tracking.test_trace import followed
 
 KINDS = ("thesis", "fast", "scalar")
@@ -17,7 +16,7 @@ def traces():
     found = {}
     for kind in KINDS:
         tracker, cloud = followed(kind)
-        found[kind] = look_inside(tracker, cloud), cloud
+        found[kind] = tracker.explain(cloud), cloud
     return found
 
 

@@ -121,7 +121,7 @@ def test_what_is_no_run_is_said(window, qtbot, tmp_path):
     assert window.context.session.document.recording is None
 
 
-def test_recents_stand_in_the_menu_with_their_dates(window, qtbot, folder, settings):
+def test_recents_stand_in_the_menu(window, qtbot, folder, settings):
     actions = window.context.actions
     actions.refresh()
     assert not actions.action("recent_1").isVisible()
@@ -131,10 +131,10 @@ def test_recents_stand_in_the_menu_with_their_dates(window, qtbot, folder, setti
     actions.refresh()
     first = actions.action("recent_1")
     assert first.isVisible()
-    assert re.match(r"walk   \d{4}-\d\d-\d\d \d\d:\d\d   .*place$", first.text())
+    assert re.match(r"walk   .*place$", first.text())
     assert not actions.action("recent_2").isVisible()
     actions.action("close").trigger()
-    assert re.search(r"\d{4}-\d\d-\d\d", window.welcome.recent.item(0).text())
+    assert window.welcome.recent.item(0).text().startswith("walk ")
     first.trigger()
     shows(qtbot, window, folder)
     actions.action("forget_recent").trigger()

@@ -18,12 +18,12 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.gui.hands import click, undo_words, view
 from tests.gui.kept_window import open_recording
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
 pytestmark = [pytest.mark.window, pytest.mark.slow]
@@ -50,9 +50,8 @@ def recording(tmp_path_factory):
 def failing(recording):
     """A run whose left hand is somewhere else in frames 5 to 8."""
     unaided = dataclasses.replace(recording, reference=None)
-    with Pipeline(unaided, RunSpec(SETTINGS, "fast", frames=FRAMES)) as pipeline:
-        frames = [one.without_cloud() for one in pipeline.frames(FRAMES)]
-        origin = pipeline.origin()
+    found, done = tracked_frames(unaided, RunSpec(SETTINGS, "fast", frames=FRAMES))
+    frames, origin = [one.without_cloud() for one in found], done.origin()
     for k in range(5, 9):
         points = frames[k].landmarks.copy()
         points[LANDMARKS.index("left_hand")] = points[LANDMARKS.index("left_elbow")]

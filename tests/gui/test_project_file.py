@@ -69,7 +69,7 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     ready(qtbot, window)
     assert window.context.session.project.path == path
     assert window.context.session.document.recording.folder.resolve() == folder.resolve()
-    assert window.context.session.opening.recent() == [path]
+    assert window.context.session.opening.recents() == [path]
     assert len(window.context.session.project.project.clicks.at(3)) == 1
 
 

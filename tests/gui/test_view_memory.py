@@ -71,8 +71,6 @@ def test_what_is_asked_for_is_shown(opened, qtbot, small_recording, tmp_path):
     open_path(opened, qtbot, small_recording, frame=2, workspace="calibrate")
     assert shown(opened)[:2] == (2, "calibrate")
     assert set(shown(opened)[2].values()) == {"left"}
-    rig = opened.features.calibrate.rig
-    assert "stereo, baseline" in rig.tree.topLevelItem(0).text(0)
 
 
 def test_it_is_written_while_the_window_is_open(opened, qtbot):

@@ -1,4 +1,4 @@
-"""The wheel scrolls pages, and changes only fields that a person has gone to."""
+"""The wheel scrolls pages, and changes no field."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from app.services.focus import WheelGuard
 from app.widgets.forms.numbers import NumberField, WholeNumberField
 from app.widgets.style.building import choice, scrolled, vbox
-from tests.gui.hands import LEFT, view
+from tests.gui.hands import view
 
 pytestmark = pytest.mark.window
 
@@ -90,10 +90,6 @@ def page(qtbot, shown):
     return area
 
 
-def middle_of(field):
-    return field.rect().center() - QPoint(field.width() // 4, 0)
-
-
 def test_the_page_scrolls_where_the_wheel_passes_a_field(page):
     assert len(page.fields) == 6
     for field in page.fields:
@@ -104,21 +100,3 @@ def test_the_page_scrolls_where_the_wheel_passes_a_field(page):
         assert value_of(field) == before
         assert page.verticalScrollBar().value() != at
         assert QApplication.focusWidget() is page.spare
-
-
-def test_a_field_that_was_clicked_or_tabbed_into_is_turned(page):
-    for field in page.fields:
-        if isinstance(field, QComboBox | QTabBar):
-            page.fields[page.fields.index(field) - 1].setFocus()
-            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
-            assert QApplication.focusWidget() is field
-        else:
-            QTest.mouseClick(field, LEFT, pos=middle_of(field))
-        before, at = value_of(field), page.verticalScrollBar().value()
-        turn(field)
-        assert value_of(field) != before
-        assert page.verticalScrollBar().value() == at
-        page.spare.setFocus()
-        before = value_of(field)
-        turn(field)
-        assert value_of(field) == before, "it was left"

@@ -151,12 +151,13 @@ def tracked(request, recording, tmp_path_factory):
     patch = pytest.MonkeyPatch()
     patch.setattr(run_journal, "_FRAMES_PER_CHECKPOINT", 2)
     chosen = settings(request.param)
-    run = track(
-        recording,
-        RunSpec(chosen, preset=request.param, init="tpose", smooth=True),
-        keeper=journal,
-        on_frame=lambda _: states.append(path.read_bytes()),
-    )
+
+    def keep(advance):
+        journal.keep(advance)
+        states.append(path.read_bytes())
+
+    spec = RunSpec(chosen, preset=request.param, init="tpose", smooth=True)
+    run = track(recording, spec, on_advance=keep)
     journal.close()
     patch.undo()
     return request.param, chosen, run, states
@@ -172,13 +173,13 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(done, recording, trac
     assert wish.smooth
     assert begun.checkpoint.frame == (done - 1) // 2 * 2
     journal, changed = RunJournal(path, lambda: 9.0, wish), []
-    again = track(
-        recording,
-        RunSpec(chosen, preset=name, init="tpose", smooth=True),
-        keeper=journal,
-        begun=begun,
-        on_frame=lambda frame: changed.append(begun.changed_by(frame)),
-    )
+
+    def keep(advance):
+        journal.keep(advance)
+        changed.extend(map(begun.changed_by, advance.gained.frames))
+
+    spec = RunSpec(chosen, preset=name, init="tpose", smooth=True)
+    again = track(recording, spec, begun=begun, on_advance=keep)
     journal.close()
     assert same_run(whole, again)
     assert not any(changed)
@@ -211,8 +212,9 @@ def test_another_tracker_s_memory_is_refused(recording, tracked, tmp_path):
     other = settings("fast" if name == "thesis" else "thesis")
     with pytest.raises(InputError, match="does not belong"):
         track(recording, RunSpec(other, init="tpose"), begun=begun)
-    broken = {**begun.checkpoint.memory, "P": np.eye(3)}
-    begun = replace(begun, checkpoint=replace(begun.checkpoint, memory=broken))
+    covariance = next(key for key in begun.checkpoint.arrays if key.endswith(".P"))
+    broken = {**begun.checkpoint.arrays, covariance: np.eye(3)}
+    begun = replace(begun, checkpoint=replace(begun.checkpoint, arrays=broken))
     with pytest.raises(InputError, match="does not belong"):
         track(recording, RunSpec(settings(name), init="tpose"), begun=begun)
 

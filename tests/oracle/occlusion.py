@@ -26,15 +26,5 @@ def deepest(start, end, solids, step=0.002):
 
 def solids_of(placed):
     """The cones of a placed body as plain tuples."""
-    cones = placed.cones
-    return [
-        (
-            placed.rotations[c],
-            placed.origins[c],
-            cones.r1[c],
-            cones.r2[c],
-            cones.height[c],
-            cones.flatness[c],
-        )
-        for c in range(len(cones.part))
-    ]
+    names = "rotation", "origin", "r1", "r2", "height", "flatness"
+    return [tuple(cone[name] for name in names) for cone in placed]

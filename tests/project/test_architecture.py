@@ -200,7 +200,7 @@ def test_what_a_library_has_written_is_read_back():
 ROOMS_THAT_READ = ("recording", "interop", "annotation", "tracking", "evaluation")
 BESIDE = {
     *("interop/sleap.py", "interop/records.py"),
-    *("recording/toml_table.py", "tracking/ukf.py"),
+    *("recording/toml_table.py", "tracking/thesis.py"),
 }
 """They read again what they have just written, or take a text that was read as it should be."""
 

@@ -109,6 +109,15 @@ def test_edits_are_told_in_words(project):
     assert project.history.to_redo().words == words
 
 
+def test_nudges_of_two_people_stay_two_edits(project):
+    project.apply(place(ELBOW))
+    for project.who in ("A", "A", "B", "B"):
+        project.apply(MoveClicks((ELBOW.key,), (0.5, 0.0)), continues=True)
+    assert [entry.who for entry in project.history.entries()] == ["B", "A", "A"]
+    project.undo()
+    assert project.clicks.get(ELBOW.key).position == (11.25, 20.5)
+
+
 def test_outside_takes_the_place_away_and_seen_does_not_invent_one(project):
     project.apply(PlaceClicks((ELBOW, HIDDEN)))
     project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.OUTSIDE))

@@ -1,4 +1,4 @@
-"""Runs are kept complete, listed without being read, renamed, noted, removed and restored."""
+"""Runs are kept complete, listed without being read, renamed, removed and restored."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.entries import SaveEntry, facts_as_json
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import (
-    NoteRun,
     RenameRun,
     RestoreRun,
     delete_run,
@@ -88,14 +87,14 @@ def assert_same(found: Run, kept: Run) -> None:
 
 
 def test_a_run_comes_back_bit_by_bit_after_the_project_was_closed(project, project_path):
-    project.apply(keep_run("accurate", run(), "with the coat"))
+    project.apply(keep_run("accurate", run()))
     project.close()
     with Project.open(project_path) as again:
         assert_same(load_run(again.runs, "accurate"), run())
 
 
 def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
-    project.apply(keep_run("one", run(iterations=2, data_points=401), "a note"))
+    project.apply(keep_run("one", run(iterations=2, data_points=401)))
     monkeypatch.setattr(entries, "fetch", lambda *_: pytest.fail("numbers were read"))
     (kept,) = kept_runs(project.runs)
     assert (kept.name, kept.who) == ("one", "A")
@@ -108,7 +107,7 @@ def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, mo
     assert (facts.frames, facts.tracked, facts.first, facts.last) == (3, 2, 0, 2)
     assert (facts.preset, facts.seed, facts.views, facts.init) == ("fast", 3, ("N", "S"), "auto")
     assert (facts.wall_seconds, facts.made[:4]) == (1.5, "2026")
-    assert (facts.note, facts.smoothed) == ("a note", False)
+    assert not facts.smoothed
 
 
 def test_runs_of_one_name_are_not_mixed_up(project):
@@ -178,7 +177,7 @@ def test_what_earlier_versions_noted_of_runs_is_passed_over(project, project_pat
 
 
 def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
-    project.apply(keep_run("first", run(), "a note"))
+    project.apply(keep_run("first", run()))
     (before,) = kept_runs(project.runs)
     assert project.apply(RenameRun("first", "better")).words == "rename run first to better"
     (after,) = kept_runs(project.runs)
@@ -197,20 +196,9 @@ def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
     ):
         with pytest.raises(InputError, match=words):
             project.apply(RenameRun(*wrong))
-    with pytest.raises(InputError, match="no run"):
-        project.apply(NoteRun("x", "note"))
     project.apply(delete_run("two"))
     project.apply(RenameRun("one", "two"))
     assert_same(load_run(project.runs, "two"), run())
-
-
-def test_a_note_is_written_changed_and_taken_away(project):
-    project.apply(keep_run("one", run()))
-    project.apply(NoteRun("one", " lost at 120 "))
-    assert kept_runs(project.runs)[0].facts.note == "lost at 120"
-    project.apply(NoteRun("one", ""))
-    assert kept_runs(project.runs)[0].facts.note == ""
-    assert_same(load_run(project.runs, "one"), run())
 
 
 def test_data_that_have_changed_are_never_given_out(project):

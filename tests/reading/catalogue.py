@@ -35,7 +35,7 @@ from stereotrack_core.interop.run_file import read_run, read_trajectory, write_t
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.runs import facts_to_keep, run_facts
+from stereotrack_core.project.runs import facts_of_meta, run_facts
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import read_segments, read_subject
 from stereotrack_core.recording.detections import read_detections
@@ -195,7 +195,7 @@ def use_run(run: Run, samples: Samples) -> None:
         lambda: fps_of_run(run),
         lambda: body_of_run(run),
         lambda: [pose_of_run(run, i) for i in range(len(run.frame))],
-        lambda: run_facts(json.loads(json.dumps(facts_to_keep(run)))),
+        lambda: run_facts(json.loads(json.dumps(facts_of_meta(run.meta, run.frame, 3)))),
         lambda: stored_spec(run),
         lambda: what_differs(run, samples.recording),
         lambda: angles_of_run(run),

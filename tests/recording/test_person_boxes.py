@@ -68,11 +68,3 @@ def test_the_whole_person_is_in_the_box_and_nothing_else(recording):
     last = 150 + 8 * (COUNT - 1)
     assert boxes["walks"] == pytest.approx((150, 80, last + 100, 280), abs=8)
     assert boxes["known"] == pytest.approx((150, 80, 250, 280), abs=8), "also one who stands still"
-
-
-def test_who_stands_still_is_where_clicks_and_trajectories_say(recording):
-    known = {"stands": np.array([[160.0, 90.0], [180.0, 260.0], [np.nan, 5.0], [9e9, 0.0]])}
-    left, top, right, bottom = person_boxes(recording, known)["stands"]
-    assert (left, right) == pytest.approx((120.0, 220.0), abs=5)
-    assert (top, bottom) == pytest.approx((48.0, 302.0), abs=5)
-    assert "stands" not in person_boxes(recording, {"stands": np.array([[160.0, 90.0]])})

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.failure_segments.drawing import text_width
-from stereotrack_core.report.pages import _environment, drawn_axes, embedded, image_of
+from stereotrack_core.report.pages import _environment, drawn_axes, embedded, svg_of
 from stereotrack_core.tables import Table
 
 VOID = {"br", "hr", "img", "meta", "col"}
@@ -79,9 +78,8 @@ def test_a_page_is_well_formed_and_needs_nothing_else():
 
 @pytest.mark.parametrize("name", [r"$\foo$", "a $x_{$ b", "$$", "3 $ and 4 $"])
 def test_dollar_signs_in_names_begin_no_formula(name):
-    figure, axes = drawn_axes(1, 1, 3.0, 2.0)
+    figure, axes = drawn_axes(1, 3.0, 2.0)
     axes[0].set_title(name)
     axes[0].annotate(name, (0.5, 0.5))
     axes[0].set_xticks([0.0, 1.0], [name, name])
-    assert image_of(figure, "svg")
-    assert text_width(name, 12.0) > 0.0
+    assert svg_of(figure)

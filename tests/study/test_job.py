@@ -10,7 +10,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
 from stereotrack_core.tracking import lockstep
-from stereotrack_core.tracking.iekf import PoseFilter
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -48,14 +48,14 @@ def test_results_are_those_of_runs_alone(plan, cones):
 def test_a_job_that_fails_stops_no_other(plan, monkeypatch):
     jobs = plan(*grid_points([parsed_axis("iterations=2,3,4")]))
     alone = by_identity(jobs[2:])
-    whole = PoseFilter.step
+    whole = Follower.step
 
-    def step(tracker, cloud, *watch):
-        if tracker.setup.parameters.iterations == 3 and cloud.frame == 2:
+    def step(follower, state, cloud, recorder=None):
+        if follower.setup.parameters.iterations == 3 and cloud.frame == 2:
             raise ZeroDivisionError("no hope")
-        return whole(tracker, cloud, *watch)
+        return whole(follower, state, cloud, recorder)
 
-    monkeypatch.setattr(PoseFilter, "step", step)
+    monkeypatch.setattr(Follower, "step", step)
     results = by_identity(jobs)
     assert [results[job.identity].status for job in jobs] == ["done", "failed", "done"]
     failed = results[jobs[1].identity]
@@ -78,12 +78,12 @@ def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
 
 def test_no_tracker_sees_the_reference(plan, monkeypatch):
     seen = []
-    whole = lockstep.Pipeline
+    whole = lockstep.Clouds
 
-    def pipeline(recording, *arguments, **options):
+    def clouds(recording, *arguments):
         seen.append(recording.reference)
-        return whole(recording, *arguments, **options)
+        return whole(recording, *arguments)
 
-    monkeypatch.setattr(lockstep, "Pipeline", pipeline)
+    monkeypatch.setattr(lockstep, "Clouds", clouds)
     by_identity(plan(Point()))
     assert seen == [None]

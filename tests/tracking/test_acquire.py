@@ -9,9 +9,10 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.initialise.first_pose import facing_right, first_pose_in
 from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.model import initialiser as looking
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
-from stereotrack_core.tracking.tracker import initialiser as looking
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import (
     CAMERAS,
     POSES,
@@ -28,9 +29,7 @@ def initialiser(make_tracker):
     body = make_tracker("manifold").setup.body
     volume = Volume.of(DepthParameters())
     setup = Setup(body, preset("fast").tracking, CAMERAS, 10.0, 0, volume)
-    tracker = looking(setup)
-    tracker.reinitialise()
-    return tracker
+    return Stepping(looking(setup))
 
 
 @pytest.mark.parametrize(("name", "heading"), [("t", 75.0), ("reaching", 200.0)])
@@ -97,13 +96,15 @@ def test_the_first_pose_is_that_of_the_first_cloud(initialiser, rng):
         for k, pose in enumerate(poses)
     ]
     shares = []
-    found = first_pose_in(initialiser, clouds, lambda done, count: shares.append(done / count))
+    found = first_pose_in(
+        initialiser.model, clouds, lambda done, count: shares.append(done / count)
+    )
     assert shares == sorted(shares)
     assert shares[0] == 0.0
     assert 0.5 < shares[-1] < 1.0
     assert found is not None
     assert np.abs(difference(found, poses[0], initialiser.setup.joints)[:3]).max() < 0.03
-    assert first_pose_in(initialiser, [cloud_of(np.empty((0, 3)))]) is None
+    assert first_pose_in(initialiser.model, [cloud_of(np.empty((0, 3)))]) is None
 
 
 def _clouds(initialiser, pose, rng, count=4):
@@ -116,7 +117,7 @@ def _clouds(initialiser, pose, rng, count=4):
 @pytest.mark.parametrize(("name", "heading"), [("reaching", 180.0), ("t", 90.0)])
 def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
     true = turned(POSES[name], heading)
-    found = first_pose_in(initialiser, _clouds(initialiser, true, rng))
+    found = first_pose_in(initialiser.model, _clouds(initialiser, true, rng))
     assert found is not None
     assert axis_off(found, true) < 12.0
     if name == "reaching":
@@ -128,5 +129,5 @@ def test_a_body_taken_from_the_wrong_side_is_turned(initialiser, rng, heading):
     true = turned(POSES["reaching"], heading)
     clouds = _clouds(initialiser, true, rng, 2)
     for start in (true, turned_round(true)):
-        found = facing_right(initialiser, start, clouds)
+        found = facing_right(initialiser.model, start, clouds)
         assert angle_between(found.torso[:, 1], true.torso[:, 1]) < np.radians(30.0)

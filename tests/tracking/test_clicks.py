@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.manifold import columns_of, displaced
+from stereotrack_core.body.manifold import columns_of, displaced, jacobian
 from stereotrack_core.body.model import body_model, body_of_subject, landmarks
 from stereotrack_core.body.offsets import offsets_by_landmark
 from stereotrack_core.body.proportions import AVERAGE
@@ -18,8 +18,7 @@ from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repair import repaired
 from stereotrack_core.tracking.residuals.clicks import (
@@ -29,10 +28,11 @@ from stereotrack_core.tracking.residuals.clicks import (
 )
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.state import Setup
-from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.step import PersonModel
 from tests.annotation.scenes import cameras
 from tests.tracking.keypoints.cases import BODY
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import (
     CAMERAS,
     POSES,
@@ -82,7 +82,10 @@ def test_derivatives_agree_with_differences():
         moved = row.predicted(body.frames(displaced(pose, steps, ALL_JOINTS)))
         numerical = (moved[: columns.n] - moved[columns.n :]).T / 2e-6
         np.testing.assert_allclose(
-            row.jacobian(body.frames(pose), columns), numerical, rtol=1e-4, atol=1e-4
+            jacobian(row.rows(body.frames(pose)), body.frames(pose), columns),
+            numerical,
+            rtol=1e-4,
+            atol=1e-4,
         )
         off = row.measured - moved[: columns.n].mean(axis=0)
         assert np.abs(off).max() < 0.1
@@ -110,8 +113,7 @@ def test_one_wrong_click_does_not_lead_astray():
 def tracker():
     """A tracker of a whole person."""
     setup = setup_of(body_model(AVERAGE, SETTINGS.body))
-    follower = PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup))
-    return PersonTracker(follower)
+    return Stepping(PersonModel(Follower(setup, IteratedEstimator(setup))))
 
 
 def test_a_clicked_frame_brings_a_lost_body_back(tracker, rng):
@@ -130,20 +132,24 @@ def test_a_clicked_frame_brings_a_lost_body_back(tracker, rng):
 
 @dataclass
 class Course:
-    """What :func:`repaired` is given, with clouds made again from the truth."""
+    """A run for :func:`repaired`, with clouds made again from the truth."""
 
-    tracker: PersonTracker
+    model: PersonModel
     spec: RunSpec
 
-    def cloud(self, frame) -> tuple[Cloud, float]:
-        body, rng = self.tracker.setup.body, np.random.default_rng(frame)
+    @property
+    def clouds(self):
+        return self
+
+    def take(self, frame) -> tuple[Cloud, float]:
+        body, rng = self.model.setup.body, np.random.default_rng(frame)
         return cloud_of(surface_points(body, _pose(frame), 600, rng, 0.01), frame), 0.0
 
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_a_stretch_before_a_clicked_frame_is_repaired(tracker, rng, smooth):
     body = tracker.setup.body
-    frames = _followed(tracker.leader, rng, frames=10, points=600, noise=0.01)
+    frames = _followed(Stepping(tracker.model.follower), rng, frames=10, points=600, noise=0.01)
     for k in range(3, 8):
         estimate = frames[k].estimate
         delta = np.zeros(len(estimate.P))
@@ -155,13 +161,13 @@ def test_a_stretch_before_a_clicked_frame_is_repaired(tracker, rng, smooth):
         frames[8], estimate=dataclasses.replace(frames[8].estimate, prior=None)
     )
     spec = RunSpec(SETTINGS, clicks=Detections(clicks_on(body, _pose(8), 8)), smooth=smooth)
-    found, mended = repaired(Course(tracker, spec), frames)
+    found, mended = repaired(Course(tracker.model, spec), frames)
     assert set(range(3, 8)) <= set(mended) <= set(range(8))
     for frame in found:
         assert angle_errors(body, frame.pose, _pose(frame.frame)).max() < 12.0
         np.testing.assert_allclose(frame.landmarks, landmarks(body, frame.pose), atol=1e-9)
         assert frame.frame not in mended or frame.estimate.prior is None
-    untouched, none = repaired(Course(tracker, RunSpec(SETTINGS)), frames)
+    untouched, none = repaired(Course(tracker.model, RunSpec(SETTINGS)), frames)
     assert none == []
     assert untouched == frames
 

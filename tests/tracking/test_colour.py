@@ -11,15 +11,15 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
-from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.part_colours import PartColours
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.state import Setup
-from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.step import PersonModel
 from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
+from tests.tracking.running import Stepping, tracked_frames
 from tests.tracking.scenes import (
     CAMERAS,
     POSES,
@@ -68,17 +68,15 @@ def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
     settings = preset("accurate").replaced(**TINY, fit_shape=False, search_arms=False)
     run = track(coloured, RunSpec(settings, frames=range(FRAMES), init="tpose"))
     assert run.tracked.all()
-    with Pipeline(coloured, RunSpec(settings, init="tpose")) as pipeline:
-        (first, *_) = pipeline.frames(range(FRAMES))
-        assert first.cloud.colours is not None
+    (first, *_), _ = tracked_frames(coloured, RunSpec(settings, init="tpose"), range(FRAMES))
+    assert first.cloud.colours is not None
     grey = write_depth_recording(tmp_path_factory.mktemp("grey"), BODY, [POSES["t"]] * FRAMES)
     found = {}
     for weight in (0.0, 0.06):
         spec = RunSpec(settings.replaced(colour_weight=weight), init="tpose")
-        with Pipeline(grey, spec) as pipeline:
-            frames = list(pipeline.frames(range(FRAMES)))
-            assert frames[0].cloud.colours is None
-            found[weight] = np.array([frame.x for frame in frames])
+        frames, _ = tracked_frames(grey, spec, range(FRAMES))
+        assert frames[0].cloud.colours is None
+        found[weight] = np.array([frame.x for frame in frames])
     np.testing.assert_array_equal(found[0.0], found[0.06])
 
 
@@ -89,8 +87,8 @@ def _clouds(rng, count=3):
 
 def _tracked(clouds, *, coloured=True, **changes):
     setup = Setup(BODY, preset("fast").replaced(**changes).tracking, CAMERAS, 10.0, 0)
-    correspondences = DataToModel(setup, coloured=coloured)
-    tracker = PersonTracker(PoseFilter(setup, IteratedEstimator(setup), correspondences))
+    follower = Follower(setup, IteratedEstimator(setup), uses_colours=coloured)
+    tracker = Stepping(PersonModel(follower))
     tracker.start(POSES["t"])
     return [tracker.step(cloud) for cloud in clouds], tracker
 
@@ -110,6 +108,16 @@ def test_without_weight_or_colours_nothing_differs_bit_for_bit(rng):
 def test_colours_are_learned_and_senseless_ones_do_no_harm(rng):
     found, tracker = _tracked(_clouds(rng), colour_weight=0.06)
     assert all(estimate.tracked for estimate in found)
-    assert tracker.memory()["colour_count"].sum() > 500
+    assert tracker.state.leader.colours.count.sum() > 500
     assert angle_errors(BODY, found[-1].pose, POSES["t"])[[0, 2, 3, 4, 5]].max() < 6.0
     assert found[-1].correspondences.data.shape[1] == 3
+
+
+def test_learned_colours_fade_by_two_percent_a_frame(rng):
+    points, frames = surface_points(BODY, POSES["t"], 2500, rng), BODY.frames(POSES["t"])
+    dark, bright = (np.full(points.shape, level) for level in (0.0, 1.0))
+    first = PartColours.unknown(BODY).updated(BODY, points, dark, frames)
+    second = first.updated(BODY, points, bright, frames)
+    taught = first.count > 0
+    np.testing.assert_allclose(second.count, 1.98 * first.count)
+    np.testing.assert_allclose(second.mean[taught], 1.0 / 1.98)

@@ -17,12 +17,13 @@ from stereotrack_core.body.surface import nearest_on_surface, parts_of_cones
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.estimate import limb_directions, limb_sigma_deg
 from stereotrack_core.tracking.frame import in_chain_axes
+from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.residuals.surface import (
     unexplained_fraction_of,
 )
-from stereotrack_core.tracking.tracker import tracker_for
 from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points
 
 BODY = body_model(AVERAGE)
@@ -72,7 +73,7 @@ def test_a_limb_that_no_data_see_keeps_still_and_becomes_uncertain(name, rng):
     points = _points_of_one_view(pose)
     feet = nearest_on_surface(points, placed_cones(BODY, BODY.frames(pose)), np.inf)
     hidden = np.isin(parts_of_cones(BODY, feet.cone), HIDDEN)
-    tracker = tracker_for(BODY, preset("accurate"), CAMERAS[:1], 10.0, 0)
+    tracker = Stepping(model_for(BODY, preset("accurate"), CAMERAS[:1], 10.0, 0))
     tracker.start(pose)
     sigma = []
     for frame in range(7):

@@ -15,14 +15,13 @@ from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import detecting
+from stereotrack_core.tracking.clouds import Clouds, chain_of
 from stereotrack_core.tracking.detecting import SeenKeypoints
 from stereotrack_core.tracking.frame import DETECTED_SCENES
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import other_files, stored_spec
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shared_clouds import chain_of
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial
 from tests.same_run import same_run
@@ -74,9 +73,9 @@ def spec(**changes):
 
 @pytest.fixture(scope="module")
 def seen_cloud(recording):
-    with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
-        pipeline.learn(range(5))
-        yield reader, pipeline.cloud(0)[0]
+    with Clouds(recording, spec(detector="off")) as clouds, FrameReader(recording) as reader:
+        clouds.learn(range(5), Hooks())
+        yield reader, clouds.take(0)[0]
 
 
 def seen_of(recording, detector, seen_cloud):
@@ -142,9 +141,12 @@ def test_a_run_holds_what_was_seen_and_is_repeated_without_the_detector(
 def test_frames_of_a_run_that_goes_on_are_not_looked_at_again(recording, detector, tmp_path):
     path, states = tmp_path / "run.part", []
     journal = RunJournal(path, lambda: 1.0)
-    whole = track(
-        recording, spec(), keeper=journal, on_frame=lambda _: states.append(path.read_bytes())
-    )
+
+    def keep(advance):
+        journal.keep(advance)
+        states.append(path.read_bytes())
+
+    whole = track(recording, spec(), on_advance=keep)
     journal.close()
     path.write_bytes(states[2])
     begun, _ = read_unfinished(path)

@@ -9,7 +9,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.interop.first_pose import first_pose, with_heading
 from stereotrack_core.interop.run_journal import read_unfinished
-from stereotrack_core.tracking import pipeline
+from stereotrack_core.tracking import tracking
+from stereotrack_core.tracking.frame import FirstFrame
 from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.heading_watch import WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
@@ -30,10 +31,9 @@ def finder():
 
 
 def _watched(finder, poses, fps=10.0, last=None):
-    watch = HeadingWatch(fps)
-    watch.first = 0, poses[0]
+    watch = HeadingWatch(fps, first=FirstFrame(0, poses[0]))
     for k, pose in enumerate(poses):
-        watch.take(finder, pose, cloud_of(np.zeros((0, 3)), k), last=k == last)
+        watch = watch.updated(finder, pose, cloud_of(np.zeros((0, 3)), k), is_last=k == last)
     return watch
 
 
@@ -79,7 +79,7 @@ def _begun_the_wrong_way(folder, monkeypatch, count=15):
     body = body_model(AVERAGE, settings.body)
     poses = [turned(POSES["t"], 180.0)] * 2 + [turned(BENT, 180.0)] * (count - 2)
     wrong = turned_round(poses[0])
-    monkeypatch.setattr(pipeline, "first_pose_in", lambda *_: wrong)
+    monkeypatch.setattr(tracking, "first_pose_in", lambda *_: wrong)
     recording = write_depth_recording(folder, body, poses)
     return recording, RunSpec(settings, frames=range(len(poses)))
 

@@ -6,7 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state
-from stereotrack_core.body.manifold import columns_of, difference, displaced
+from stereotrack_core.body.manifold import (
+    ELBOW,
+    KINDS,
+    TORSO_ROW,
+    columns_of,
+    difference,
+    displaced,
+)
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
@@ -16,12 +23,9 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.residuals.limits import (
-    ClearanceResidual,
-    DirectionResidual,
-    limit_residuals,
-)
+from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.thesis_collisions import collisions_avoided
+from tests.oracle.limits import limits
 from tests.tracking.scenes import POSES, numerical_information, pose_with_arms
 
 BODY = body_model(AVERAGE)
@@ -31,8 +35,8 @@ FOLDED = pose_with_arms([1, 0, 0], [-1, 0.15, 0], [-1, 0, 0], [-1, 0.1, 0])
 
 
 def _rows(pose, kind, joints=THESIS_JOINTS, parameters=PARAMETERS):
-    found = limit_residuals(BODY, pose, parameters, joints)
-    return [row for row in found if isinstance(row, kind)]
+    found = limit_rows(BODY, pose, parameters, joints)
+    return found[found["kind"] == kind]
 
 
 def _corrected(pose, rounds=8):
@@ -41,9 +45,11 @@ def _corrected(pose, rounds=8):
     P0 = np.diag(np.r_[np.full(6, 1e-6), np.full(n - 6, 0.5)])
     prior = pose
     for _ in range(rounds):
-        rows = limit_residuals(BODY, pose, PARAMETERS, ALL_JOINTS)
-        A, b = numerical_information(rows, BODY, pose, ALL_JOINTS)
-        found = gathered(rows, BODY, pose, columns_of(ALL_JOINTS))
+        rows = limit_rows(BODY, pose, PARAMETERS, ALL_JOINTS)
+        plain = limits(BODY, pose, PARAMETERS, ALL_JOINTS)
+        assert [KINDS[kind] for kind in rows["kind"]] == [number.kind for number in plain]
+        A, b = numerical_information(plain, BODY, pose, ALL_JOINTS)
+        found = gathered((rows,), BODY.frames(pose), columns_of(ALL_JOINTS))
         np.testing.assert_allclose(found.A, A, atol=1e-5 * np.abs(found.A).max())
         np.testing.assert_allclose(found.b, b, atol=1e-4 * np.abs(found.b).max() + 1e-9)
         dx, _ = posterior(np.linalg.inv(P0), difference(prior, pose, ALL_JOINTS), found)
@@ -52,27 +58,21 @@ def _corrected(pose, rounds=8):
 
 
 def test_a_folded_elbow_is_asked_to_open():
-    (row,) = _rows(FOLDED, DirectionResidual)
-    assert row.part.tolist() == [5]
+    (row,) = _rows(FOLDED, ELBOW)
+    assert row["part"] == 5
     before = FOLDED.rotations[5, :, 2]
-    np.testing.assert_allclose(row.measured, np.radians(150.0) - np.arccos(before[2]))
+    np.testing.assert_allclose(row["innovation"], np.radians(150.0) - np.arccos(before[2]))
     along = _corrected(FOLDED, 1).rotations[5, :, 2]
     assert np.degrees(np.arccos(before[2])) > 165
     assert 145 < np.degrees(np.arccos(along[2])) < 160
 
 
 def test_an_arm_in_the_torso_is_pushed_out():
-    (row,) = _rows(IN_BELLY, ClearanceResidual)
-    assert set(row.part) == {5}
-    frames = BODY.frames(IN_BELLY)
-    here = row.predicted(type(frames)(frames.rotations[None], frames.origins[None]))[0]
-    assert (row.measured > here).all()
-    after = _rows(_corrected(IN_BELLY, 1), ClearanceResidual)
-    deepest = (row.measured - here).max()
-    for left in after:
-        frames = BODY.frames(_corrected(IN_BELLY, 1))
-        there = left.predicted(type(frames)(frames.rotations[None], frames.origins[None]))[0]
-        assert (left.measured - there).max() < 0.5 * deepest
+    rows = _rows(IN_BELLY, TORSO_ROW)
+    assert set(rows["part"]) == {5}
+    assert (rows["innovation"] > 0.0).all()
+    after = _rows(_corrected(IN_BELLY, 1), TORSO_ROW)
+    assert (after["innovation"] < 0.5 * rows["innovation"].max()).all()
 
 
 THESIS_BODY = body_model(AVERAGE, preset("thesis").body)

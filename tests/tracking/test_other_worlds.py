@@ -11,12 +11,12 @@ from stereotrack_core.calibrate.align import aligned
 from stereotrack_core.evaluation.joint_angles import angles_of_run
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Upright
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import upright_run
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
 SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
@@ -34,9 +34,8 @@ def recording(tmp_path_factory):
 def landmarks_in(recording, axis, init):
     world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
     turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
-    with Pipeline(turned, RunSpec(SETTINGS, init=init)) as pipeline:
-        frames = list(pipeline.frames(range(2)))
-        meta = pipeline.origin().meta()
+    frames, done = tracked_frames(turned, RunSpec(SETTINGS, init=init), range(2))
+    meta = done.origin().meta()
     assert all(frame.tracked for frame in frames)
     return np.array([world.inverse().apply(frame.landmarks) for frame in frames]), meta
 

@@ -11,13 +11,14 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.prepare import Start
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import stored_spec
-from stereotrack_core.tracking.retrack import Beginning, Retrack
+from stereotrack_core.tracking.retrack import Retrack
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import shape_of_meta
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
 SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
@@ -41,9 +42,8 @@ def recording(tmp_path_factory):
 def tracked(recording):
     """All frames and the run, whose left hand is somewhere else in frames 3 and 4."""
     unaided = dataclasses.replace(recording, reference=None)
-    with Pipeline(unaided, RunSpec(SETTINGS, "fast", frames=range(7))) as pipeline:
-        frames = [one.without_cloud() for one in pipeline.frames(range(7))]
-        origin = pipeline.origin()
+    found, done = tracked_frames(unaided, RunSpec(SETTINGS, "fast", frames=range(7)))
+    frames, origin = [one.without_cloud() for one in found], done.origin()
     for k in (3, 4):
         points = frames[k].landmarks + np.eye(9)[LANDMARKS.index("left_hand")][:, None] * 0.4
         frames[k] = dataclasses.replace(frames[k], landmarks=points)
@@ -62,8 +62,8 @@ def task(recording, tracked):
     before = frames[STRETCH.start - 1]
     spec = dataclasses.replace(stored_spec(run).spec, frames=STRETCH, clicks=used)
     unaided = dataclasses.replace(recording, reference=None)
-    start = Beginning(before.pose, before.P)
-    return Retrack(unaided, spec, range(7), shape_of_meta(run.meta), start)
+    start = Start(before.pose, before.P, shape_of_meta(run.meta))
+    return Retrack(unaided, spec, range(7), start)
 
 
 def test_the_stretch_is_tracked_again_and_the_rest_stays(recording, tracked, task):

@@ -7,9 +7,11 @@ import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.tracker import tracker_for
+from stereotrack_core.tracking.saved_state import check_like, restored, saved
 from tests.tracking.keypoints.test_reprojection import seen
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points, turned
 
 PRESETS = ("thesis", "accurate", "annealed", "scalar", "keypoints")
@@ -20,7 +22,8 @@ def tracker_of(name):
     if name != "thesis":
         settings = settings.replaced(data_points=300, search_arms=False)
     body = body_model(AVERAGE, settings.body)
-    tracker = tracker_for(body, settings, CAMERAS, 10.0, 0, clouds=name != "keypoints")
+    model = model_for(body, settings, CAMERAS, 10.0, 0, clouds=name != "keypoints")
+    tracker = Stepping(model)
     tracker.start(POSES["pointing"])
     return tracker
 
@@ -41,15 +44,17 @@ def test_a_saved_state_is_restored_whole_after_an_abandoned_try(name):
     *first, second, third = clouds_of(tracker)
     for cloud in first:
         assert tracker.step(cloud).tracked
-    saved = tracker.memory()
-    kept = {key: np.array(array) for key, array in saved.items()}
+    before = tracker.state
+    arrays = saved(before, "state")
+    kept = {key: np.array(array) for key, array in arrays.items()}
     expected = tracker.step(second)
     tracker.step(replace(cloud_of(np.empty((0, 3)), 5), keypoints=None))
     if name in ("thesis", "accurate", "keypoints"):  # the others look for a body as accurate does
         tracker.step(third)
-    for key, array in saved.items():
+    for key, array in saved(before, "state").items():
         np.testing.assert_array_equal(array, kept[key], err_msg=f"a saved {key} has changed")
-    tracker.recall(saved)
+    check_like(before, kept, "state")
+    tracker.state = restored(type(before), kept, "state")
     again = tracker.step(second)
     np.testing.assert_array_equal(again.x, expected.x)
     np.testing.assert_array_equal(again.P, expected.P)

@@ -21,23 +21,24 @@ from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import second_look
-from stereotrack_core.tracking.frame import in_place
+from stereotrack_core.tracking.frame import FirstFrame
 from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.second_look import (
     LOOKING_AGAIN,
     best_way,
 )
 from stereotrack_core.tracking.state import State
+from stereotrack_core.tracking.step import PersonModel
 from stereotrack_core.tracking.stored import check_meta, pose_of_run
-from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial, start_before
 from tests.same_run import same_run
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import (
     angle_errors,
     pose_with_arms,
@@ -70,25 +71,30 @@ def recording(tmp_path_factory):
 @pytest.fixture
 def misled(monkeypatch):
     """Trackers whose arms are put elsewhere in two frames, which they doubt."""
-    step = PersonTracker.step
+    step = PersonModel.step
 
-    def mislead(tracker, cloud, trace=None):
-        found = step(tracker, cloud, trace)
+    def mislead(model, before, cloud, recorder=None):
+        state, found = step(model, before, cloud, recorder)
         if cloud.frame not in WRONG:
-            return replace(found, limb_lost=np.full(6, 0.05))
+            return state, replace(found, limb_lost=np.full(6, 0.05))
         rotations = found.pose.rotations.copy()
         rotations[ARMS] = ELSEWHERE.rotations[ARMS]
         pose = replace(found.pose, rotations=rotations)
-        tracker.leader.resume(State(pose, found.P, cloud.frame))
-        x = state_of_pose(pose, tracker.setup.joints)
-        return replace(found, pose=pose, x=x, limb_lost=np.full(6, 0.9))
+        x = state_of_pose(pose, model.setup.joints)
+        leader = State(pose, found.P, cloud.frame, colours=state.leader.colours)
+        state = replace(state, leader=leader)
+        return state, replace(found, pose=pose, x=x, limb_lost=np.full(6, 0.9))
 
-    monkeypatch.setattr(PersonTracker, "step", mislead)
+    monkeypatch.setattr(PersonModel, "step", mislead)
     monkeypatch.setattr(second_look, "_AFTER", AFTER)
 
 
 def spec_of(poses, **changes):
     return RunSpec(SETTINGS.replaced(**changes), init=poses[0])
+
+
+def numbers(advance):
+    return [frame.frame for frame in advance.gained.frames]
 
 
 def worst(run, poses):
@@ -101,7 +107,7 @@ def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, misled):
     recording, poses = recording
     without = track(recording, spec_of(poses, second_look=0))
     seen = []
-    looked = track(recording, spec_of(poses), on_frame=lambda one: seen.append(one.frame))
+    looked = track(recording, spec_of(poses), on_advance=lambda one: seen.extend(numbers(one)))
     assert worst(without, poses) > 40.0
     assert worst(looked, poses) < 20.0
     ((first, over),) = looked.meta["looked_again"]
@@ -134,14 +140,14 @@ def test_a_run_that_was_stopped_looks_again_as_if_it_never_had_been(
     whole = track(recording, spec)
     seen = []
     journal = RunJournal(part, lambda: 0.0)
+
+    def keep(advance):
+        journal.keep(advance)
+        seen.extend(numbers(advance))
+
     with closing(journal):
-        track(
-            recording,
-            spec,
-            on_frame=lambda one: seen.append(one.frame),
-            cancelled=lambda: seen[-1] >= stop,
-            keeper=journal,
-        )
+        hooks = Hooks(cancelled=lambda: seen[-1] >= stop)
+        track(recording, spec, on_advance=keep, hooks=hooks)
     begun, _wish = read_unfinished(part)
     assert begun.checkpoint.frame == stop
     assert same_run(whole, track(recording, spec, begun=begun))
@@ -152,16 +158,20 @@ def test_a_program_that_is_killed_while_frames_come_again_loses_none(
 ):
     recording, poses = recording
     spec, part = replace(spec_of(poses), frames=range(COUNT)), tmp_path / "run.part"
-    whole, seen = track(recording, spec), []
+    whole = track(recording, spec)
 
-    def killed(one):
-        seen.append(one.frame)
-        if len(seen) > 1 and seen[-1] < seen[-2]:
-            raise KeyboardInterrupt
+    journal, written, record_of = RunJournal(part, lambda: 0.0), [], run_journal._record_of
 
-    journal = RunJournal(part, lambda: 0.0)
-    with closing(journal), pytest.raises(KeyboardInterrupt):
-        track(recording, spec, on_frame=killed, keeper=journal)
+    def killed(frame, seconds):
+        written.append(frame.frame)
+        if len(written) > 2 and written[-1] == written[-2] + 1 < max(written):
+            raise KeyboardInterrupt  # after the first frame that is written again
+        return record_of(frame, seconds)
+
+    with monkeypatch.context() as patch, closing(journal):
+        patch.setattr(run_journal, "_record_of", killed)
+        with pytest.raises(KeyboardInterrupt):
+            track(recording, spec, on_advance=journal.keep)
     begun, _wish = read_unfinished(part)
     assert begun.checkpoint.frame < WRONG[0]
     assert same_run(whole, track(recording, spec, begun=begun))
@@ -181,7 +191,7 @@ def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):
             raise Cancelled
 
     recording, poses = recording
-    run = track(recording, spec_of(poses), on_preparing=stop)
+    run = track(recording, spec_of(poses), hooks=Hooks(on_preparing=stop))
     assert run.frame.tolist() == list(range(WRONG[-1] + AFTER + 1))
     assert run.meta["looked_again"] == []
 
@@ -220,18 +230,19 @@ def test_the_best_way_is_the_best_of_all(case):
 def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recording, misled, stretch):
     recording, poses = recording
     spec = spec_of(poses, second_look=2)
-    frames = []
-    run = track(recording, spec, on_frame=lambda one: in_place(frames, one.without_cloud()))
-    assert run.meta["looked_again"] != []
-    before = {one.frame: one for one in frames}
-    start = start_before(before, stretch.start, (0, poses[0]))
+    frames, run = tracked_frames(recording, spec)
+    assert run.look.changed
+    before = {one.frame: one.without_cloud() for one in frames}
+    start = start_before(before, stretch.start, FirstFrame(0, poses[0]))
     trial = Trial(replace(spec, frames=stretch), start, range(COUNT))
     with (
         FrameReader(recording, colour=False) as reader,
         closing(CloudStore(recording, reader)) as store,
-        trial.begun(store) as pipeline,
+        trial.begun(store) as (run, hooks),
     ):
-        found = {one.frame: one for one in trial.frames(pipeline)}
+        found = {}
+        for advance in trial.advances(run, hooks):
+            found |= {one.frame: one for one in advance.gained.frames}
     assert start.unlike == ()
     assert list(found) == list(stretch)
     for k, one in found.items():

@@ -84,6 +84,8 @@ def test_smoothing_makes_nothing_less_certain(make_tracker, rng, name):
         assert (b.estimate.limb_sigma_deg <= a.estimate.limb_sigma_deg + 0.2).all()
     np.testing.assert_array_equal(back[-1].x, frames[-1].x)
     np.testing.assert_array_equal(back[-1].P, frames[-1].P)
+    last, filtered = (one[-1].estimate.limb_sigma_deg for one in (back, frames))
+    np.testing.assert_allclose(last, filtered, rtol=1e-6)
     assert np.trace(back[3].P) < np.trace(frames[3].P)
 
 

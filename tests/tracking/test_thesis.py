@@ -26,14 +26,16 @@ def prepared(make_tracker, rng):
     """A tracker before its first correction, and a cloud that does not fit yet."""
     tracker = make_tracker("thesis", model_points=40)
     tracker.start(disturbed(POSES["pointing"], THESIS_JOINTS, rng))
-    tracker.predict(0)
+    tracker.state = tracker.model.predict(tracker.state, 0)
     return tracker, surface_points(tracker.setup.body, POSES["pointing"], 700, rng, 0.005)
 
 
 def test_a_correction_is_that_of_the_text_with_directions_held_at_x_hat(prepared):
     tracker, points = prepared
-    pairs = tracker.closest(tracker.sample(), cKDTree(points))
-    x, P, e = tracker.x.copy(), tracker.P.copy(), pairs.e.copy()
+    model, before = tracker.model, tracker.state
+    drawn = model.sample(before, np.random.default_rng(0))
+    pairs = model.closest(before, drawn, cKDTree(points))
+    x, P, e = before.x.copy(), before.P.copy(), pairs.e.copy()
     own = list(zip(pairs.sampled.part, pairs.sampled.points, strict=True))
 
     def h(state):
@@ -43,9 +45,9 @@ def test_a_correction_is_that_of_the_text_with_directions_held_at_x_hat(prepared
     P_nunu = P_zz + 0.02**2 * np.eye(len(own))
     K = P_xz @ np.linalg.inv(P_nunu)
     nu = np.array([e[i] @ pairs.measured[i] for i in range(len(own))]) - z_hat
-    innovation = tracker.correct(pairs)
-    np.testing.assert_allclose(tracker.x, x + K @ nu, atol=1e-8)
-    np.testing.assert_allclose(tracker.P, P - K @ P_nunu @ K.T, atol=1e-8)
+    after, innovation = model.correct(before, pairs)
+    np.testing.assert_allclose(after.x, x + K @ nu, atol=1e-8)
+    np.testing.assert_allclose(after.P, P - K @ P_nunu @ K.T, atol=1e-8)
     assert innovation == pytest.approx(np.sqrt(np.mean(nu**2 / np.diag(P_nunu))), rel=1e-8)
 
 

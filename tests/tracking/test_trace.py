@@ -14,10 +14,12 @@ from stereotrack_core.tracking.inspection import (
     FIRST,
     NOBODY,
     beginning_at,
-    look_inside,
+    explain,
 )
+from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.tracker import tracker_for
+from stereotrack_core.tracking.saved_state import saved
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, disturbed, surface_points
 
 _QUICK = {"data_points": 500, "iterations": 3, "search_refined": 2}
@@ -49,7 +51,7 @@ def followed(kind, frames=1):
     """A tracker that has followed some frames, and the cloud that comes next."""
     name, changes = KINDS[kind]
     settings = preset(name).replaced(**changes)
-    tracker = tracker_for(body_model(AVERAGE, settings.body), settings, CAMERAS, 10.0, 3)
+    tracker = Stepping(model_for(body_model(AVERAGE, settings.body), settings, CAMERAS, 10.0, 3))
     rng = np.random.default_rng(7)
     clouds = [
         cloud_of(surface_points(tracker.setup.body, POSES["reaching"], 1000, rng, 0.004), k)
@@ -61,27 +63,13 @@ def followed(kind, frames=1):
     return tracker, clouds[-1]
 
 
-def states(tracker):
-    """Every number that a tracker keeps from frame to frame."""
-    names = ("x", "P", "pose", "movement", "_movement", "_cost", "_doubt", "_age", "_unchanged")
-    return {name: copy.deepcopy(getattr(tracker, name)) for name in names if hasattr(tracker, name)}
-
-
-def assert_same(a, b):
-    for name, value in a.items():
-        if name == "pose":
-            np.testing.assert_array_equal(value.rotations, b[name].rotations)
-            np.testing.assert_array_equal(value.position, b[name].position)
-        else:
-            np.testing.assert_array_equal(value, b[name])
-
-
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind):
     tracker, cloud = followed(kind)
-    before = states(tracker)
-    trace = look_inside(tracker, cloud)
-    assert_same(before, states(tracker))
+    before = copy.deepcopy(saved(tracker.state, "state"))
+    trace = tracker.explain(cloud)
+    for name, array in saved(tracker.state, "state").items():
+        np.testing.assert_array_equal(array, before[name])
     found = tracker.step(cloud)
     assert found.tracked
     assert trace.estimate.tracked
@@ -102,7 +90,7 @@ def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind)
 @pytest.mark.parametrize("kind", ["thesis", "accurate"])
 def test_iterations_lead_from_the_prediction_to_the_result(kind):
     tracker, cloud = followed(kind)
-    trace = look_inside(tracker, cloud)
+    trace = tracker.explain(cloud)
     assert trace.method == ("thesis" if kind == "thesis" else "manifold")
     first = trace.corrections[0]
     assert first.before.pose is trace.predicted.pose or kind == "thesis"
@@ -119,7 +107,7 @@ def test_iterations_lead_from_the_prediction_to_the_result(kind):
 def new_tracker(kind, tracker):
     name, changes = KINDS[kind]
     settings = preset(name).replaced(**changes)
-    return tracker_for(tracker.setup.body, settings, CAMERAS, 10.0, 3)
+    return model_for(tracker.setup.body, settings, CAMERAS, 10.0, 3)
 
 
 @pytest.mark.parametrize("kind", ["thesis", "fast"])
@@ -127,9 +115,9 @@ def test_a_stored_frame_begins_where_the_tracker_was(kind):
     tracker, cloud = followed(kind)
     before = Estimate(True, "", *state_of(tracker))
     new = new_tracker(kind, tracker)
-    words = beginning_at(new, cloud, before)
-    trace = look_inside(new, cloud)
-    own = look_inside(tracker, cloud)
+    state, words = beginning_at(new, cloud, before)
+    trace = explain(new, state, cloud)
+    own = tracker.explain(cloud)
     np.testing.assert_allclose(trace.predicted.P, own.predicted.P, rtol=1e-12)
     assert "covariance stored for the previous frame" in words
     if kind == "fast":  # nothing random but what goes by seed and frame
@@ -149,18 +137,18 @@ def test_a_first_frame_begins_with_its_own_pose():
     here = Estimate(True, "", *state_of(tracker))
     lost = Estimate(False, "nobody", *state_of(tracker))
     new = new_tracker("fast", tracker)
-    words = beginning_at(new, cloud, lost, here)
+    state, words = beginning_at(new, cloud, lost, here)
     assert words == FIRST
-    np.testing.assert_array_equal(new.pose.position, here.pose.position)
+    np.testing.assert_array_equal(state.pose.position, here.pose.position)
 
 
 @pytest.mark.parametrize("kind", ["thesis", "fast"])
 def test_without_a_run_somebody_is_looked_for(kind):
     tracker, cloud = followed(kind)
     new = new_tracker(kind, tracker)
-    words = beginning_at(new, cloud)
+    state, words = beginning_at(new, cloud)
     assert words == NOBODY
-    trace = look_inside(new, cloud)
+    trace = explain(new, state, cloud)
     assert trace.estimate.tracked
     off = trace.after.pose.position - state_of(tracker)[0].position
     assert np.linalg.norm(off) < 0.15

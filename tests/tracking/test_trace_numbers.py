@@ -5,7 +5,6 @@ import pytest
 
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import difference
-from stereotrack_core.tracking.inspection import look_inside
 from tests.tracking.scenes import POSES, cloud_of, pose_with_arms, surface_points
 from tests.tracking.test_trace import followed
 
@@ -25,7 +24,7 @@ def world_of(body, pose, part, local):
 def test_the_thesis_cross_covariance_is_the_weighted_sum_over_its_sigma_points(iteration):
     """(2.12) to (2.18) and (3.5) to (3.11), one sigma point after the other."""
     tracker, cloud = followed("thesis")
-    found = look_inside(tracker, cloud).corrections[iteration]
+    found = tracker.explain(cloud).corrections[iteration]
     body, points, P = tracker.setup.body, found.points, found.before.P
     n, alpha, beta = len(P), tracker.setup.parameters.ut_alpha, 2.0
     spread = alpha**2 * n  # n + lambda with kappa 0
@@ -62,7 +61,7 @@ def test_the_thesis_cross_covariance_is_the_weighted_sum_over_its_sigma_points(i
 @pytest.mark.parametrize("kind", ["accurate", "ekf"])
 def test_points_rows_and_prior_together_are_the_correction(kind):
     tracker, cloud = followed(kind)
-    trace = look_inside(tracker, cloud)
+    trace = tracker.explain(cloud)
     for found in trace.corrections:
         rows = sum((row.dx for row in found.rows), np.zeros(len(found.dx)))
         total = found.from_prior + found.gain @ found.points.residual + rows
@@ -78,6 +77,6 @@ def test_a_lost_arm_is_found_by_a_pair_that_costs_less():
     lost = pose_with_arms([0.1, 0.1, -1], [0.1, 0.2, -1], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1])
     tracker.start(lost)
     points = surface_points(tracker.setup.body, POSES["pointing"], 1500, np.random.default_rng(0))
-    trace = look_inside(tracker, cloud_of(points, 4))
+    trace = tracker.explain(cloud_of(points, 4))
     (chosen,) = [pair for pair in trace.search.pairs if pair.chosen]
     assert chosen.cost < trace.search.followed.cost - trace.search.gain

@@ -6,6 +6,7 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.state import Setup
 from tests.tracking.scenes import (
@@ -55,6 +56,16 @@ def test_the_search_finds_an_arm_that_is_lost(make_tracker, rng):
     for cloud in _clouds(tracker.setup.body, true, rng, 3):
         found = tracker.step(cloud)
     assert angle_errors(tracker.setup.body, found.pose, true)[2:].max() < 6.0
+
+
+@pytest.mark.parametrize(("better", "kept"), [(2.9, True), (3.1, False)])
+def test_other_arms_have_to_be_clearly_better(make_tracker, rng, monkeypatch, better, kept):
+    costs = iter([10.0, *[10.0 - better] * 3])
+    monkeypatch.setattr(ArmSearch, "cost", lambda *_: next(costs))
+    tracker = make_tracker("manifold", search_arms=True)
+    tracker.start(POSES["t"], -1.0, P=tracker.P)
+    (cloud,) = _clouds(tracker.setup.body, POSES["t"], rng, 1)
+    assert tracker.step(cloud).prior.carried.all() == kept
 
 
 @BOTH

@@ -8,11 +8,11 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.writing import write_png
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import Untracked
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import HEIGHT, VIEWS, WIDTH, write_depth_recording
+from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
 FRAMES = 3
@@ -35,9 +35,8 @@ def with_views(recording, **changes):
 
 def untracked(recording, **changes):
     settings = SETTINGS.replaced(**changes)
-    with Pipeline(recording, RunSpec(settings, init="tpose")) as pipeline:
-        found = [frame.without_cloud() for frame in pipeline.frames(range(FRAMES))]
-    return Untracked(recording, settings).take(found)
+    frames, _ = tracked_frames(recording, RunSpec(settings, init="tpose"), range(FRAMES))
+    return Untracked(recording, settings).take([frame.without_cloud() for frame in frames])
 
 
 def only_cause(recording, **changes):

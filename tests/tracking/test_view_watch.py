@@ -8,6 +8,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.saved_state import restored, saved
 from stereotrack_core.tracking.view_watch import ViewWatch, views_left_out
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
@@ -96,7 +97,7 @@ def test_a_body_that_is_too_wide_everywhere_is_no_view_s_fault():
 
 def test_it_goes_on_from_its_memory(sound, knocked):
     wrong, half = with_view(sound, knocked), len(FRAMES) // 2
-    restored = ViewWatch.of_memory(watched(wrong, frames=FRAMES[:half]).memory())
-    once, again = watched(wrong), watched(wrong, restored, FRAMES[half:])
+    kept = saved(watched(wrong, frames=FRAMES[:half]), "watch")
+    once, again = watched(wrong), watched(wrong, restored(ViewWatch, kept, "watch"), FRAMES[half:])
     assert np.array_equal(once.signs, again.signs)
     assert once.left_out == again.left_out == "W"

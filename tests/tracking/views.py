@@ -33,12 +33,13 @@ def geometry_at(place: RigidTransform) -> DepthGeometry:
 
 def solids(placed, wider=None):
     """Cones as plain tuples, each `wider` (C, 2) along its x and y."""
-    c = placed.cones
-    wider = np.zeros((len(c), 2)) if wider is None else wider
+    wider = np.zeros((len(placed), 2)) if wider is None else wider
     x, y = wider.T
-    mean = 0.5 * (c.r1 + c.r2)
-    s = (c.flatness * mean + y) / (mean + x)
-    values = placed.rotations, placed.origins, c.r1 + x, c.r2 + x, c.height, s, c.round_end
+    r1, r2 = placed["r1"], placed["r2"]
+    mean = 0.5 * (r1 + r2)
+    s = (placed["flatness"] * mean + y) / (mean + x)
+    turns, origins = placed["rotation"], placed["origin"]
+    values = turns, origins, r1 + x, r2 + x, placed["height"], s, placed["round_end"]
     return list(zip(*values, strict=True))
 
 

@@ -35,8 +35,7 @@ _IN_THE_MENU = (
     *("annotate-accept-detector", ""),
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
     *("annotate-flag", "annotate-unflag", ""),
-    *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes", ""),
-    "annotate-export-selection",
+    *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes"),
 )
 """Commands that the timeline offers for its selection; empty ones separate."""
 
@@ -78,9 +77,6 @@ def _going(p: AnnotationPanels) -> list[Command]:
                 "interpolate the frames between them, and store the result as the project's "
                 "reference.", p.reference.fit, icon="fit", why_not=p.reference.why_not,
                 section=True),
-        command("annotate-fit-stop", "Stop fit", "Stop the running fit and keep the present "
-                "reference.", p.reference.cancel, icon="stop",
-                why_not=lambda: "" if p.reference.fitting else "No fit is running."),
     ]  # fmt: skip
 
 
@@ -162,12 +158,6 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
     return [
         setup("annotate-subject", "Subject …", "Edit the subject's segment lengths, or measure "
               "them from clicks.", dialogs.show_subjects, icon="ruler", section=True),
-        setup("annotate-landmarks", "Import landmark set …", "Click the landmarks of a file: "
-              "names, colours, limbs, positions on the body.", dialogs.ask_to_import_landmarks,
-              icon="clicks", why_not=p.no_edit),
-        setup("annotate-landmarks-export", "Export landmark set …", "Write the landmark set to a "
-              "file that a text editor can change.", dialogs.ask_to_export_landmarks,
-              icon="export"),
         file("annotate-import", "Import clicks …", "Import clicks, labels of other tools or a "
              "reference. New and conflicting clicks are shown before anything is written.",
              dialogs.ask_to_import, icon="open", why_not=p.no_edit, section=True),
@@ -177,8 +167,4 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
         file("annotate-export-reference", "Export the reference …", "Write the trajectory fitted "
              "to the clicks: with its uncertainty, or in the format of another program.",
              dialogs.ask_to_export_reference, icon="export", why_not=no_reference),
-        Menu(_SELECTION, p.no_project).command(
-            "annotate-export-selection", "Export selected clicks …", "Write the selected clicks "
-            "to a file.", lambda: dialogs.ask_to_export(p.selection()), icon="export", section=True,
-        ),
     ]  # fmt: skip

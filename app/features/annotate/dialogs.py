@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QDialog
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
-from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
@@ -20,7 +19,7 @@ from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import AxesContradicted, Stated, world_from_axes
 from stereotrack_core.interop.run_file import at_recording, reference_in
-from stereotrack_core.project.entries import Choose, save_landmark_set, save_reference
+from stereotrack_core.project.entries import Choose, save_reference
 from stereotrack_core.project.exporting.formats import ExportFormat, Kind, formats_of
 from stereotrack_core.project.exporting.runs import (
     Exported,
@@ -30,14 +29,13 @@ from stereotrack_core.project.exporting.runs import (
 )
 from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.schema import LANDMARK_SET, REFERENCE
-from stereotrack_core.project.selection import Selection
+from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import up_of_cameras
 
 from ...services.failures import message_of
 from ...session.project import message_of_finding
-from ...widgets.forms.form_dialog import ask_to_export, ask_to_open, ask_to_save
+from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.click_files import ImportDialog
 from .exchange.merging import TakeInDialog
@@ -45,7 +43,6 @@ from .panels import AnnotationPanels
 from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
-_LANDMARK_SETS = "Landmark sets (*.toml)"
 _Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
 """Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
 _Compared: TypeAlias = tuple[Callable[[], Incoming], Incoming, tuple[InputError, ...]]
@@ -173,19 +170,15 @@ class AnnotationDialogs(QObject):
 
         self._begin(f"comparing clicks with {source}", work, show)
 
-    def ask_to_export(self, selection: Selection | None = None) -> None:
-        """Let the person choose where clicks are written to, all of them or those selected."""
-        title = f"Export clicks of {selection.words()}" if selection else "Export clicks"
-        self._ask_where(title, "clicks", partial(self.export, selection))
+    def ask_to_export(self) -> None:
+        """Let the person choose where clicks are written to."""
+        self._ask_where("Export clicks", "clicks", self.export)
 
-    def export(self, selection: Selection | None, path: Path, form: ExportFormat) -> None:
+    def export(self, path: Path, form: ExportFormat) -> None:
         """Write clicks to a file; says so when it is done, and what the format cannot store."""
 
         def write(project: Project, recording: Recording) -> Exported:
             clicks = project.clicks.all()
-            if selection is not None:
-                frames, has = selection.frames, selection.has
-                clicks = tuple(one for one in clicks if one.frame in frames and has(one.landmark))
             return export_clicks(path, clicks, recording, project.landmark_set(), form)
 
         self._write("exporting clicks", write)
@@ -266,7 +259,7 @@ class AnnotationDialogs(QObject):
     def _on_agreement_closed(self) -> None:
         self._agreement = None
 
-    # ---- subject and landmarks
+    # ---- subject
 
     def show_subjects(self) -> None:
         """Enter or measure the subject's lengths."""
@@ -274,39 +267,6 @@ class AnnotationDialogs(QObject):
         if panels.project is not None and recording is not None:
             known = (panels.project, recording.cameras, recording.subject)
             self._show(SubjectDialog(*known, panels.tasks, panels.window))
-
-    def ask_to_import_landmarks(self) -> None:
-        """Let the person choose a file that says which landmarks are clicked."""
-        window, title = self._panels.window, "Import landmark set"
-        ask_to_open(window, title, self._folder(), _LANDMARK_SETS, self.import_landmarks)
-
-    def import_landmarks(self, path: Path) -> None:
-        """Click the landmarks of a file from now on; clicks of others stay in the project."""
-        project = self._panels.project
-
-        def use() -> None:
-            landmarks = read_landmark_set(path)
-            if project is not None and landmarks != project.landmark_set():
-                is_usual = landmarks == NINE
-                if not is_usual:
-                    project.apply(save_landmark_set(landmarks))
-                project.apply(Choose(LANDMARK_SET.name, None if is_usual else landmarks.name))
-            self._panels.said.emit(f"The landmarks are those of {path.name}.")
-
-        self._attempt(use)
-
-    def ask_to_export_landmarks(self) -> None:
-        """Let the person choose where the landmark set is written to."""
-        proposed, window = Path(self._folder()) / "landmarks.toml", self._panels.window
-        ask_to_save(window, "Export landmark set", proposed, _LANDMARK_SETS, self.export_landmarks)
-
-    def export_landmarks(self, path: Path) -> None:
-        """Write the landmark set to a file."""
-        project, path = self._panels.project, path if path.suffix else path.with_suffix(".toml")
-        if project is not None:
-            landmarks = project.landmark_set()
-            if self._attempt(lambda: write_landmark_set(path, landmarks)):
-                self._panels.said.emit(f"Saved to {path}.")
 
     @Slot()
     def _close_all(self) -> None:

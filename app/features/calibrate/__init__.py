@@ -1,1 +1,1 @@
-"""Calibrate: the rig, and what looks wrong about it."""
+"""Calibrate: the cameras, and what looks wrong about them."""

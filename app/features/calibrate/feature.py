@@ -1,4 +1,4 @@
-"""Calibrate: the cameras of the rig, where they stand, and what looks wrong about them."""
+"""Calibrate: cameras by pictures of a board, and what looks wrong about a recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...widgets.forms.message import Message
 from ...widgets.tables.panels import FindingsPanel
-from ...widgets.tables.trees import RigPanel
 from .checking import RecordingChecks
 from .controller import CalibrationController
 from .panels.page import CalibrationPage
@@ -63,7 +62,7 @@ class CalibrateController(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.rig, self.findings = RigPanel(), FindingsPanel()
+        self.findings = FindingsPanel()
         self.calibration = CalibrationController(context)
         self.page = CalibrationPage(self.calibration)
         self.checks = RecordingChecks(context)
@@ -71,7 +70,6 @@ class CalibrateController(QObject):
         self.checks.changed.connect(self._show_findings)
         context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
-        context.docks.add("rig", "Rig", self.rig)
         self._told: Message | None = None
         self._told_cameras: tuple[str, ...] = ()
         session = context.session
@@ -83,7 +81,6 @@ class CalibrateController(QObject):
 
     @Slot()
     def _show_recording(self) -> None:
-        self.rig.show_rig(self._session.document.recording)
         self.findings.show_findings(None)
 
     @Slot()
@@ -101,7 +98,6 @@ class CalibrateController(QObject):
         cameras, notifier = self._session.cameras, self._context.notifier
         found, doubtful = cameras.findings(), cameras.doubtful()
         self._show_findings()
-        self.rig.show_findings({name: one.what for one in found for name in doubtful})
         if doubtful != self._told_cameras:  # and not again while more is clicked
             self._told_cameras = doubtful
             if self._told is not None:
@@ -120,11 +116,10 @@ def register(context: Context) -> CalibrateController:
         Workspace(
             "calibrate",
             "Calibrate",
-            "Calibrate cameras with pictures of a board; inspect the rig and problems of the "
-            "recording.",
+            "Calibrate cameras with pictures of a board; inspect problems of the recording.",
             "calibrate",
             side=(),
-            bottom=(("rig", "findings"),),
+            bottom=(("findings",),),
             side_share=0.0,
             bottom_shares=(0.22,),
             side_heights=(),

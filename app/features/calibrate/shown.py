@@ -12,7 +12,7 @@ from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.calibrate.report import lens_table
 from stereotrack_core.tables import Table, number
 
-from ...widgets.camera.board_picture import BoardShot, CoverageShown
+from ...widgets.camera.board_picture import BoardShot
 from ...widgets.forms.step_list import StepShown
 from ...widgets.scene.content import SceneContent
 from ...widgets.tables.table import Cell
@@ -133,10 +133,11 @@ def shot_shown(state: Calibration, read: ReadPicture | None) -> BoardShot | None
     if errors is not None:
         title += f": {rms_of(errors):.2f} px"
     columns = state.found_board.columns if corners is not None else 0
-    return BoardShot(title, read.image, corners, errors, columns, read.problem)
+    size = (0, 0) if read.image is None else (read.image.shape[1], read.image.shape[0])
+    return BoardShot(title, size, corners, errors, columns, image=read.image, message=read.problem)
 
 
-def coverage_shown(state: Calibration) -> CoverageShown | None:
+def coverage_shown(state: Calibration) -> BoardShot | None:
     """Coverage of the camera whose picture is shown, or of the first one."""
     name = state.shot[0] if state.shot is not None else ""
     fit = state.fits.get(name) or next(iter(state.fits.values()), None)
@@ -148,7 +149,7 @@ def coverage_shown(state: Calibration) -> CoverageShown | None:
         f"{coverage.tilt_deg:.0f}°, {coverage.nearest_m:.1f} to {coverage.farthest_m:.1f} m"
     )
     corners = pixels[np.isfinite(pixels[..., 0])]
-    return CoverageShown(title, fit.sightings.size, coverage.cells, corners)
+    return BoardShot(title, fit.sightings.size, corners, cells=coverage.cells)
 
 
 # ---- tables and scene

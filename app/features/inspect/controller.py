@@ -14,10 +14,10 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inspection import RecordedStep
+from stereotrack_core.tracking.model import TrackModel, cameras_of, model_for
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import StepTrace, movement
-from stereotrack_core.tracking.tracker import Tracker, cameras_of, tracker_for
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 
 from ...context import Context
@@ -147,8 +147,10 @@ def _keypoints(
     return session.keypoints.for_trial(settings, range(frame, frame + 1))
 
 
-def _maker(of: KeptRecording, entry: RunEntry | None, settings: Settings) -> Callable[[], Tracker]:
-    """What makes a tracker as a run has it; as the next one would, where there is none."""
+def _maker(
+    of: KeptRecording, entry: RunEntry | None, settings: Settings
+) -> Callable[[], TrackModel]:
+    """Function that makes the model of a run, or of the next run if there is none."""
     recording, usable = of.recording, of.views
     if entry is None:
         body, views, seed = body_of_subject(recording.subject, settings.body), usable, 0
@@ -157,7 +159,7 @@ def _maker(of: KeptRecording, entry: RunEntry | None, settings: Settings) -> Cal
         kept = tuple(name for name in (spec and spec.views) or () if name in usable)
         body, views, seed = entry.body, kept or usable, spec.seed if spec else 0
     cameras, clouds = cameras_of(recording, views), not of.mono
-    return partial(tracker_for, body, settings, cameras, recording.fps, seed, clouds=clouds)
+    return partial(model_for, body, settings, cameras, recording.fps, seed, clouds=clouds)
 
 
 def _settings_of(entry: RunEntry) -> Settings:

@@ -74,8 +74,8 @@ def _recents(session: Session, files: FileController) -> list[Command]:
     none = "Nothing was opened yet."
 
     def says(place: int) -> str:
-        there = place < len(files.recents)
-        return files.recents[place].says() if there else ""
+        found = files.recents[place : place + 1]  # none beyond the end of the list
+        return "".join(f"{path.name}   {path.parent}" for path in found)
 
     def there(place: int) -> bool:
         return place < len(files.recents)
@@ -85,7 +85,7 @@ def _recents(session: Session, files: FileController) -> list[Command]:
         *(
             command(
                 f"recent_{place + 1}", f"Recent {place + 1}", "Open this recording or project "
-                "again. The date is that of its last opening.",
+                "again.",
                 partial(files.open_recent, place), says=partial(says, place),
                 shown=partial(there, place),
             )

@@ -43,7 +43,7 @@ class FileController(QObject):
 
     def ask_for_recording(self) -> None:
         """Let the person choose a recording folder."""
-        recent = self._session.opening.recent()
+        recent = self._session.opening.recents()
         start = str(recent[0].parent) if recent else str(Path.home())
         parent = self._context.docks.dialog_parent
         ask_for_folder(parent, "Open a recording folder", start, self._session.opening.open)
@@ -83,7 +83,7 @@ class FileController(QObject):
     def open_recent(self, place: int) -> None:
         """Open again what was opened last, or the one before it, and so on."""
         if place < len(self.recents):
-            self._session.opening.open(self.recents[place].path)
+            self._session.opening.open(self.recents[place])
 
     # ---- runs
 

@@ -23,7 +23,7 @@ _SEEN_IN = {
     **dict.fromkeys(("reference", "subject"), ("annotate", "body")),
     "parameter_set": ("tune", "parameters"),
     "run": ("track", "runs"),
-    "description": ("calibrate", "rig"),
+    "description": ("calibrate", "findings"),
 }
 """Workspace and panel that show what a table of the project holds."""
 
@@ -39,7 +39,7 @@ class ProjectController(QObject):
 
     def ask_for_project(self) -> None:
         """Let the person choose a project file."""
-        recent = self._session.opening.recent()
+        recent = self._session.opening.recents()
         start = str(recent[0].parent) if recent else str(Path.home())
         parent = self._context.docks.dialog_parent
         ask_to_open(parent, "Open project", start, _FILTER, self._session.opening.open)

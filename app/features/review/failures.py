@@ -15,7 +15,6 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
     FailureSegment,
-    agreement_of,
 )
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
 from stereotrack_core.recording.description import Recording
@@ -41,7 +40,7 @@ class _Wanted:
 def _drawn(wanted: _Wanted) -> ImageArray:
     with wanted.reader.used() as reader:
         return evidence_picture(
-            wanted.search, wanted.recording, wanted.failure, reader=reader, paper=wanted.paper
+            wanted.search, wanted.recording, wanted.failure, reader, wanted.paper
         )
 
 
@@ -214,8 +213,6 @@ class FailureController(QObject):
             if len(listed) < len(every)
             else (f"{len(every)} failure{'s' if len(every) != 1 else ''}")
         )
-        if found.search.reference is not None:
-            words += f"; {agreement_of(every).words}"
         if self.presenter.looking:
             words += "; images are being analysed for causes"
         return f"{words}."

@@ -66,7 +66,6 @@ class RunsController(QObject):
         self.panel.activated.connect(lambda i: runs.activate(runs.entries[i]))
         self.panel.shown.connect(lambda i, shown: runs.show(runs.entries[i], visible=shown))
         self.panel.renamed.connect(lambda i, name: self.keeper.rename(runs.entries[i], name))
-        self.panel.noted.connect(self._on_noted)
         redraw = self._context.docks.redraw
         for piece in (self._show_runs, self._show_numbers, self.show_comparison):
             session.judging.judged.connect(partial(redraw.soon, piece))
@@ -148,8 +147,6 @@ class RunsController(QObject):
             seed="" if facts is None or facts.seed is None else str(facts.seed),
             when=_when(facts.made) if facts is not None else "",
             made=self._made(entry, facts),
-            note=facts.note if facts is not None else "",
-            noted=bool(entry.kept) and not self._session.project.why_no_edit(),
         )
 
     def _frames(self, entry: RunEntry, facts: RunFacts | None) -> str:
@@ -193,11 +190,6 @@ class RunsController(QObject):
         if facts.detector or not wanted or is_installed():
             return ""
         return f"\n{_DETECTOR_HELPS}"
-
-    @Slot(int, str)
-    def _on_noted(self, place: int, note: str) -> None:
-        for entry in self._session.runs.entries[place : place + 1]:  # none, where it has gone
-            self.keeper.note(entry, note)
 
     # ---- commands
 

@@ -7,7 +7,6 @@ list, and is read when it is to be shown.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import (
     KeptRun,
-    NoteRun,
     RenameRun,
     RestoreRun,
     RunFacts,
@@ -137,13 +135,6 @@ class RunKeeper(QObject):
         if self._project.apply(RenameRun(entry.kept, name)) is not None:
             entry.kept = entry.name = name
         self._runs.tell()  # where it was refused, the list shows the old name again
-
-    def note(self, entry: RunEntry, note: str) -> None:
-        """Write something about a run that the project keeps."""
-        if entry.kept and self._project.apply(NoteRun(entry.kept, note)) is not None:
-            if entry.facts is not None:
-                entry.facts = replace(entry.facts, note=note.strip())
-            self._runs.tell()
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; one that the project keeps can be restored."""

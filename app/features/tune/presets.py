@@ -27,6 +27,7 @@ from stereotrack_core.tracking.presets import (
 
 from ...context import Context
 from ...session.runs import RunEntry
+from ...session.tracking import Chosen
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_panel import ParameterPanel
@@ -92,7 +93,9 @@ class PresetWork(QObject):
     def use(self, name: str) -> None:
         """Take all values from a preset."""
         try:
-            self._session.tracker.use_preset(name, self.settings(name))
+            settings = self.settings(name)
+            chosen = Chosen(name, settings, settings)
+            self._session.tracker.take(chosen, f"use preset {name}")
         except InputError as error:
             self._context.notifier.error(error)
         self._parameters.set_preset(self._session.track.preset)
@@ -153,7 +156,9 @@ class PresetWork(QObject):
         """Write the settings to this file."""
         track = self._session.track
         path = path if path.suffix else path.with_suffix(".toml")
-        name = path.stem if track.differs_from_preset or track.preset in PRESETS else track.preset
+        name = (
+            path.stem if track.settings != track.base or track.preset in PRESETS else track.preset
+        )
         own = named(name, track.settings, self._base())
         if self._context.notifier.attempt(lambda: write_preset(path, own)):
             remedy = f"stereotrack track … --preset {path}"

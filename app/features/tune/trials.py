@@ -16,7 +16,7 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import began_of, shape_of_meta
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
-from stereotrack_core.tracking.tuning.trial import Start, Trial, start_before
+from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
 from ...services.tasks.task import Task
 from ...session.runs import RunEntry
@@ -257,7 +257,7 @@ def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Seque
         began = began_of(run.stored.meta)
     first = spec.frames_of(0).start
     if made is not None and made.start is not None and first == made.stretch.start:
-        start: Start | None = made.start
+        start: TrialStart | None = made.start
     else:
         start = start_before(run.frames, first, began)
     if start is None:

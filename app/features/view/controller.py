@@ -221,19 +221,6 @@ class ViewController(QObject):
         self._state.toggle_overlay(name)
         self._context.settings.setValue("overlays_shown", sorted(self._state.display.overlays))
 
-    def overlay_on(self, name: str) -> bool:
-        """Whether an overlay is switched on."""
-        return name in self._state.displayed.overlays
-
-    def toggle_loupe(self) -> None:
-        """Switch the loupe."""
-        self._state.change_display(loupe=not self._state.display.loupe)
-
-    def toggle_loupe_corner(self) -> None:
-        """Keep the loupe in a corner, or at the cursor; switches it on where it is off."""
-        corner = not self._state.display.loupe_in_corner
-        self._state.change_display(loupe_in_corner=corner, loupe=True)
-
     def toggle_keep_person(self) -> None:
         """Enlarge and follow the person, or show whole pictures."""
         keep = not self._state.display.keep_person

@@ -70,7 +70,7 @@ def commands(context: Context, view: ViewController, first_zoom: FirstZoom) -> l
     session, docks, state = context.session, context.docks, context.view_state
     return [
         *_pictures(session, state),
-        *_overlays(session, view),
+        *_overlays(session, state, view),
         *_arrangements(session, state, view),
         *_zoom(session, state, view, first_zoom),
         *_light(session, view.light),
@@ -96,7 +96,10 @@ def _pictures(session: Session, state: ViewState) -> list[Command]:
     ]  # fmt: skip
 
 
-def _overlays(session: Session, view: ViewController) -> list[Command]:
+def _overlays(session: Session, state: ViewState, view: ViewController) -> list[Command]:
+    def is_on(name: str) -> bool:
+        return name in state.displayed.overlays
+
     def no_keypoints() -> str:
         none = "The project has no predictions of a detector. Import predictions first."
         return session.no_recording() or ("" if session.keypoints.drawn else none)
@@ -108,7 +111,7 @@ def _overlays(session: Session, view: ViewController) -> list[Command]:
             f"overlay_{name}", f"{_MENU}/Overlay", text,
             f"Show or hide {text.lower()}.{_IN_ANNOTATE if name in LEADING else ''}",
             partial(view.toggle_overlay, name), keys, icon,
-            needs.get(name, session.no_recording), partial(view.overlay_on, name),
+            needs.get(name, session.no_recording), partial(is_on, name),
         )
         for name, text in (*OVERLAYS.items(), *CLICK_OVERLAYS.items())
         for keys, icon in (_OVERLAY_KEYS[name],)
@@ -155,11 +158,9 @@ def _zoom(
                 "view zoomed to where the person moves. Press 0 for whole images; drag with the "
                 "right button to zoom to a rectangle.", first_zoom.toggle,
                 checked=first_zoom.chosen),
-        command("loupe", "Loupe", "Magnify the image under the cursor.", view.toggle_loupe, "L",
-                "loupe", checked=lambda: state.display.loupe),
-        command("loupe_corner", "Loupe in the corner", "Show the loupe in a corner of the view so "
-                "that it hides nothing around the cursor.", view.toggle_loupe_corner, "Shift+L",
-                checked=lambda: state.display.loupe_in_corner),
+        command("loupe", "Loupe", "Magnify the image under the cursor.",
+                lambda: state.change_display(loupe=not state.display.loupe), "L", "loupe",
+                checked=lambda: state.display.loupe),
     ]  # fmt: skip
 
 

@@ -167,8 +167,8 @@ class CameraView(PictureView):
         def paint(painter: QPainter, enlarge: QTransform, factor: float) -> None:
             self._paint_picture(painter, self._to_widget() * enlarge, factor * self._scale())
 
-        bounds, corner = QRectF(self.rect()), self._display.loupe_in_corner
-        paint_loupe(painter, cursor, bounds, self._scale(), paint, rim=rim, corner=corner)
+        size = loupe_size(QRectF(self.rect()))
+        paint_loupe(painter, cursor, size, self._scale(), paint, rim)
 
     def _paint_marks(self, painter: QPainter, transform: QTransform) -> None:
         marks, preview = self.marks, self._hand.preview()
@@ -345,8 +345,7 @@ class CameraView(PictureView):
         if cursor is None or not offer.words:
             self.label.hide()
             return
-        loupe = self._display.loupe and not self._display.loupe_in_corner
-        clear = 0.5 * loupe_size(QRectF(self.rect())) if loupe else 0.0
+        clear = 0.5 * loupe_size(QRectF(self.rect())) if self._display.loupe else 0.0
         self.label.say(offer.words, offer.colour, cursor, clear)
 
     def enterEvent(self, event: QEnterEvent) -> None:

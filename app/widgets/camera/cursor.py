@@ -20,62 +20,42 @@ FACTOR = 4.0
 LEAST_SCALE = 5.0
 """Widget pixels that a pixel of the picture has in the loupe at least."""
 
-_MARGIN = 10.0
-
 
 def loupe_size(bounds: QRectF) -> float:
-    """Side or diameter of the loupe in a widget of this size."""
+    """Diameter of the loupe in a widget of this size."""
     return min(SIZE, 0.62 * min(bounds.width(), bounds.height()))
 
 
 def paint_loupe(
     painter: QPainter,
     cursor: QPointF,
-    bounds: QRectF,
+    size: float,
     scale: float,
     paint: Callable[[QPainter, QTransform, float], None],
-    *,
     rim: QColor,
-    corner: bool,
 ) -> None:
-    """Paint the neighbourhood of the cursor around it, or in the `corner` farthest from it.
+    """Paint the neighbourhood of the cursor around it, in a circle of a diameter of `size`.
 
-    `cursor` and `bounds` are in the widget, which has `scale` pixels for one of the picture;
-    `paint` paints the picture with a further transform, and is told the factor of it.
+    `cursor` is in the widget, which has `scale` pixels for one of the picture; `paint` paints the
+    picture with a further transform, and is told the factor of it.
     """
     factor = max(FACTOR, LEAST_SCALE / max(scale, 1e-6))
-    size = loupe_size(bounds)
-    centre = _corner(cursor, bounds, size) if corner else cursor
-    frame = QRectF(centre.x() - 0.5 * size, centre.y() - 0.5 * size, size, size)
     path = QPainterPath()
-    if corner:
-        path.addRoundedRect(frame, 6.0, 6.0)
-    else:
-        path.addEllipse(frame)
+    path.addEllipse(cursor, 0.5 * size, 0.5 * size)
     painter.save()
     painter.setClipPath(path)
-    painter.fillRect(frame, QColor("black"))
+    painter.fillRect(path.boundingRect(), QColor("black"))
     enlarge = (
         QTransform.fromTranslate(-cursor.x(), -cursor.y())
         * QTransform.fromScale(factor, factor)
-        * QTransform.fromTranslate(centre.x(), centre.y())
+        * QTransform.fromTranslate(cursor.x(), cursor.y())
     )
     paint(painter, enlarge, factor)
-    _paint_cross(painter, centre, size)
+    _paint_cross(painter, cursor, size)
     painter.restore()
     painter.setPen(QPen(rim, 2))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawPath(path)
-
-
-def _corner(cursor: QPointF, bounds: QRectF, size: float) -> QPointF:
-    """Middle of the loupe in the corner away from the cursor."""
-    left = cursor.x() > bounds.center().x()
-    top = cursor.y() > bounds.center().y()
-    reach = 0.5 * size + _MARGIN
-    x = bounds.left() + reach if left else bounds.right() - reach
-    y = bounds.top() + reach if top else bounds.bottom() - reach
-    return QPointF(x, y)
 
 
 def _paint_cross(painter: QPainter, centre: QPointF, size: float) -> None:
@@ -96,15 +76,10 @@ _WIDEST = 250
 _PADDING = 5
 _DOT = 4
 _GAP = 16.0
-_LEAST_CONTRAST = 4.5
-"""Between writing and what it stands on, as WCAG 2 asks for writing of this size."""
-
-_OVER_WHITE = QColor(44, 44, 44)
-"""What the back looks like over a white picture, where it is brightest."""
 
 
 class CursorLabel(QLabel):
-    """A name in its limb's colour on a dark box that stays inside its parent."""
+    """A name, with a dot of its limb's colour, on a dark box that stays inside its parent."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -131,7 +106,7 @@ class CursorLabel(QLabel):
             self.setText(words)
             self.setAccessibleName(words)
             self.setStyleSheet(
-                f"{_BOX} color: {readable(QColor(colour or _PLAIN)).name()};"
+                f"{_BOX} color: {_PLAIN};"
                 f" padding: 0 {_PADDING}px 0 {self._indent()}px;"
                 f" font-weight: {'bold' if colour else 'normal'};"
             )
@@ -161,32 +136,6 @@ class CursorLabel(QLabel):
         self.ensurePolished()
         words = self.fontMetrics().boundingRect(widest, Qt.TextFlag.TextWordWrap, self.text())
         return QSize(words.width() + edge + 4, words.height() + _PADDING).boundedTo(room)
-
-
-def readable(colour: QColor) -> QColor:
-    """The colour, mixed with white until it can be read on the label over any picture."""
-    parts = (colour.redF(), colour.greenF(), colour.blueF())
-    for white in range(0, 100, 5):
-        share = white / 100.0
-        shown = QColor.fromRgbF(*(part + share * (1.0 - part) for part in parts))
-        if contrast(shown, _OVER_WHITE) >= _LEAST_CONTRAST:
-            return shown
-    return QColor(_PLAIN)
-
-
-def contrast(one: QColor, other: QColor) -> float:
-    """Contrast ratio of two colours after WCAG 2: 1 for the same, 21 for black and white."""
-    low, high = sorted((_luminance(one), _luminance(other)))
-    return (high + 0.05) / (low + 0.05)
-
-
-def _luminance(colour: QColor) -> float:
-    parts = (
-        value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
-        for value in (colour.redF(), colour.greenF(), colour.blueF())
-    )
-    red, green, blue = parts
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 def _beside(cursor: QPointF, size: QSize, room: QRect, gap: float) -> QRect:

@@ -120,8 +120,6 @@ class Display:
     contrast: float = 1.0
     """Factor."""
     loupe: bool = False
-    loupe_in_corner: bool = False
-    """Whether the loupe is in a corner, so that it hides nothing around the cursor."""
     keep_person: bool = False
     """Whether views enlarge the person and follow it, until somebody zooms by hand."""
 

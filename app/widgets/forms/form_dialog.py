@@ -31,7 +31,7 @@ class FormDialog(QDialog):
     """A form that is accepted by one button.
 
     `run` does what the button says, and closes the dialog; with `close` the other button says Close
-    instead of Cancel. Return presses it unless that shall not be `by_return`.
+    instead of Cancel.
     """
 
     def __init__(
@@ -42,7 +42,6 @@ class FormDialog(QDialog):
         parent: QWidget | None = None,
         *,
         close: bool = False,
-        by_return: bool = True,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
@@ -52,10 +51,8 @@ class FormDialog(QDialog):
         self.buttons = QDialogButtonBox(standard.Close if close else standard.Cancel)
         self._run = run
         self.accept_button = push_button(accept, self._take_over)
-        self.accept_button.setAutoDefault(by_return)
-        self.buttons.addButton(
-            self.accept_button, role.AcceptRole if by_return else role.ActionRole
-        )
+        self.accept_button.setAutoDefault(True)
+        self.buttons.addButton(self.accept_button, role.AcceptRole)
         self.buttons.rejected.connect(self.reject)
 
     def lay_out(self, *items: Item, size: tuple[int, int]) -> None:

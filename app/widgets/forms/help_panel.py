@@ -10,7 +10,6 @@ from PySide6.QtGui import (
     QColor,
     QImage,
     QKeyEvent,
-    QResizeEvent,
     QTextBlock,
     QTextCursor,
     QTextDocument,
@@ -28,7 +27,6 @@ from PySide6.QtWidgets import (
 from ..style.building import hbox, tool_button, vbox
 from ..style.theme import current_theme
 
-_ADDRESS = Qt.ItemDataRole.UserRole
 _MARGIN, _ABOVE = 14, 4
 
 
@@ -76,10 +74,6 @@ class Page(QTextBrowser):
             top = self.document().documentLayout().blockBoundingRect(block).top()
             self.verticalScrollBar().setValue(round(top) - _ABOVE)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit_pictures()
-
     def _blocks(self) -> list[QTextBlock]:
         block, found = self.document().begin(), []
         while block.isValid():
@@ -110,30 +104,18 @@ class Page(QTextBrowser):
             if look.hasProperty(QTextFormat.Property.BlockCodeFence):
                 look.setBackground(QColor(theme.raised))
                 QTextCursor(block).setBlockFormat(look)
-        self._fit_pictures()
 
-    def _fit_pictures(self) -> None:
-        """Make pictures, which stand in paragraphs of their own, as wide as the page at most."""
+    def loadResource(self, kind: int, name: QUrl | str) -> object:
+        """Pictures are as wide as the page at most."""
+        if kind != QTextDocument.ResourceType.ImageResource.value:
+            return super().loadResource(kind, name)
+        picture, ratio = QImage(str(self._folder / QUrl(name).fileName())), self.devicePixelRatioF()
         room = self.viewport().width() - 2 * _MARGIN - 2
-        for block in self._blocks():
-            look = block.begin().fragment().charFormat() if block.length() > 1 else None
-            if look is None or not look.isImageFormat():
-                continue
-            picture = look.toImageFormat()
-            name, ratio = picture.name(), self.devicePixelRatioF()
-            full = QImage(str(self._folder / name))
-            wanted = min(room, full.width())
-            if wanted > 0 and picture.width() != wanted:
-                picture.setWidth(wanted)
-                smooth = Qt.TransformationMode.SmoothTransformation
-                shown = full.scaledToWidth(round(wanted * ratio), smooth)
-                kind = QTextDocument.ResourceType.ImageResource
-                self.document().addResource(kind.value, QUrl(name), shown)
-                cursor = QTextCursor(block)
-                cursor.movePosition(
-                    QTextCursor.MoveOperation.NextCharacter, QTextCursor.MoveMode.KeepAnchor
-                )
-                cursor.setCharFormat(picture)
+        if picture.width() > room > 0:
+            smooth = Qt.TransformationMode.SmoothTransformation
+            picture = picture.scaledToWidth(round(room * ratio), smooth)
+            picture.setDevicePixelRatio(ratio)
+        return picture
 
 
 class HelpPanel(QWidget):

@@ -58,12 +58,11 @@ class WelcomePage(QWidget):
         self.recent.itemActivated.connect(self._on_recent)
         self.recent.itemClicked.connect(self._on_recent)
 
-    def set_recent(self, recents: Sequence[tuple[Path, str]]) -> None:
-        """List what was opened last, with the date as a person reads it, the newest first."""
+    def set_recent(self, recents: Sequence[Path]) -> None:
+        """List what was opened last, the newest first."""
         self.recent.clear()
-        for folder, when in recents:
-            parts = (folder.name, when, str(folder.parent))
-            item = QListWidgetItem("    ".join(part for part in parts if part))
+        for folder in recents:
+            item = QListWidgetItem(f"{folder.name}    {folder.parent}")
             item.setData(Qt.ItemDataRole.UserRole, str(folder))
             item.setToolTip(str(folder))
             self.recent.addItem(item)

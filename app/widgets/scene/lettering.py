@@ -1,4 +1,4 @@
-"""What is written over the scene: names, metres on the floor, axes, what colours of points mean."""
+"""What is written over the scene: names, north, axes, what colours of points mean."""
 
 from __future__ import annotations
 
@@ -8,23 +8,15 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import FloatArray
 
 from ..style.theme import Theme
-from .content import FLOOR_HALF, NORTH_TIP, PointLegend, SceneContent
+from .content import NORTH_TIP, PointLegend, SceneContent
 from .orbit import Orbit
 
 _AXES = (("x", "#e0605a"), ("y", "#4fa85a"), ("z", "#4d97e8"))
-"""Of the world, as the numbers on the floor count: x is east, y north, z up."""
+"""Of the world: x is east, y north, z up."""
 _AXIS_LENGTH = 26.0
-_OUTSIDE = 0.22
-"""Metres from the edge of the floor to the numbers beside it."""
-_CLOSEST = 22.0
-"""Pixels between two numbers below which only the outer ones are written."""
-_ENOUGH = 3
-"""Numbers along a line of the floor that tell how large it is."""
-_BORDER = 30.0
-"""Pixels from the sides of the picture within which a number would be cut off."""
 _MARGIN, _GAP, _ROW, _SWATCH = 6.0, 6.0, 18.0, 9.0
 
 
@@ -39,7 +31,7 @@ def paint_lettering(
     """Write what belongs to the layers that are shown."""
     if layers["floor"]:
         _paint_axes(painter, orbit, area)
-    words = list(_words(content, layers, orbit, area))
+    words = list(_words(content, layers))
     places = orbit.project(np.array([at for _, at, _ in words]), area.width(), area.height())
     written: list[QRectF] = []
     for (text, _, colour), (x, y) in zip(words, places, strict=True):
@@ -55,49 +47,13 @@ def paint_lettering(
 
 
 def _words(
-    content: SceneContent, layers: Mapping[str, bool], orbit: Orbit, area: QRectF
+    content: SceneContent, layers: Mapping[str, bool]
 ) -> Iterator[tuple[str, FloatArray, str]]:
     """Texts, where (3,) they stand in the world, and which of the theme's colours they have."""
     if layers["cameras"]:
         yield from ((one.name, one.position_world, "text") for one in content.cameras)
     if layers["floor"]:
         yield "N", np.array([0.0, NORTH_TIP + 0.15, content.floor_z]), "text"
-        yield from _metres(content.floor_z, orbit, area)
-
-
-def _metres(floor_z: float, orbit: Orbit, area: QRectF) -> Iterator[tuple[str, FloatArray, str]]:
-    """Metres along two lines of the floor: its edges before the eye, or what is seen of others."""
-    counts = np.arange(-FLOOR_HALF, FLOOR_HALF + 0.5)
-    beside = np.concatenate([[FLOOR_HALF + _OUTSIDE], np.arange(FLOOR_HALF, -FLOOR_HALF, -0.5)])
-    for axis, name in enumerate("xy"):
-        across = np.copysign(1.0, orbit.toward_eye[1 - axis]) * beside
-        places = np.full((len(across), len(counts), 3), floor_z)
-        places[..., axis], places[..., 1 - axis] = counts, across[:, None]
-        at = orbit.project(places, area.width(), area.height()).reshape(*places.shape[:2], 2)
-        inside = area.adjusted(_BORDER, _ROW, -_BORDER, -0.5 * _ROW)
-        seen = _within(at, inside) & ~_within(at, _corner_of_axes(area))
-        line = int(np.argmax(seen.sum(axis=1) >= min(_ENOUGH, seen.sum(axis=1).max())))
-        shown = np.flatnonzero(seen[line])
-        if (
-            len(shown) > 2
-            and np.linalg.norm(np.diff(at[line, shown], axis=0), axis=1).min() < _CLOSEST
-        ):
-            shown = shown[[0, -1]]
-        for k in shown:
-            number = f"{counts[k]:.0f}".replace("-", "−")
-            outer = k in shown[[0, -1]]
-            yield f"{name} = {number} m" if outer else number, places[line, k], "muted"
-
-
-def _within(places: FloatArray, box: QRectF) -> BoolArray:
-    """Which places (..., 2) are in a box; none that is not known."""
-    low, high = (box.left(), box.top()), (box.right(), box.bottom())
-    return np.asarray(((places > low) & (places < high)).all(axis=-1))
-
-
-def _corner_of_axes(area: QRectF) -> QRectF:
-    """Where the axes are drawn, with room for words that reach into it."""
-    return QRectF(area.right() - 110.0, area.bottom() - 90.0, 110.0, 90.0)
 
 
 def _write(painter: QPainter, text: str, box: QRectF, colour: str, shadow: str) -> None:

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QPen
-from PySide6.QtWidgets import QLineEdit, QTreeWidgetItem, QWidget
+from PySide6.QtWidgets import QTreeWidgetItem, QWidget
 
 from ..style.building import empty_label, label, vbox
 from ..style.colours import LIMB_COLOURS, PEN_STYLES, LineStyle, line_pixmap
@@ -47,10 +47,6 @@ class RunRow:
     """When it was tracked, short."""
     made: str = ""
     """Preset and changed parameters."""
-    note: str = ""
-    """What a person has written about it."""
-    noted: bool = False
-    """Whether a note can be written: the project keeps the run."""
 
 
 class RunsPanel(QWidget):
@@ -59,7 +55,6 @@ class RunsPanel(QWidget):
     activated = Signal(int)
     shown = Signal(int, bool)
     renamed = Signal(int, str)
-    noted = Signal(int, str)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -68,35 +63,23 @@ class RunsPanel(QWidget):
         self.tree.setIconSize(QSize(30, 14))
         self.tree.setEditTriggers(CellTree.EditTrigger.EditKeyPressed)
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self._rows: tuple[RunRow, ...] = ()
-        self._noted_row = -1
+        self.made = label("", "muted", margins=(8, 2, 8, 6))
+        """Preset and settings of the active run."""
+        self.made.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._none = empty_label("Run the tracker or open a run to see it listed here.")
-        self.setLayout(vbox(self._none, (self.tree, 1), self._make_foot()))
+        self.setLayout(vbox(self._none, (self.tree, 1), self.made))
         self.tree.changed.connect(self._on_changed)
         self.tree.itemClicked.connect(self._on_clicked)
         # a run that is not shown is shown, and read from the project where it has to be
         self.tree.activated.connect(lambda index: self.activated.emit(index.row()))
         self.show_rows(())
 
-    def _make_foot(self) -> QWidget:
-        """What the active run was made with, and room for a note."""
-        self.foot = QWidget(self)
-        self.made = label("", "muted")
-        self.made.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.note = QLineEdit(self.foot)
-        self.note.setPlaceholderText("Note on this run")
-        self.note.setAccessibleName("Note on the active run")
-        self.note.setToolTip("Note on the active run")
-        self.note.editingFinished.connect(self._on_noted)
-        self.foot.setLayout(vbox(self.made, self.note, margins=(8, 2, 8, 6), spacing=4))
-        return self.foot
-
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Show these runs."""
-        self._rows = tuple(rows)
         self._none.setVisible(not rows)
-        self.foot.setVisible(bool(rows))
-        self._show_foot()
+        active = next((row for row in rows if row.active), None)
+        self.made.setVisible(bool(rows))
+        self.made.setText("No run is active." if active is None else active.made)
         self.tree.setVisible(bool(rows))
         for column, heading in enumerate(("time", "seed", "when"), start=3):
             self.tree.setColumnHidden(column, not any(getattr(row, heading) for row in rows))
@@ -113,22 +96,6 @@ class RunsPanel(QWidget):
         )  # fmt: skip
         others = (row.frames, row.score, row.time, row.seed, row.when)
         return TreeRow((name, *(Cell(text, row.hint, bold=row.active) for text in others)))
-
-    def _show_foot(self) -> None:
-        place = next((k for k, row in enumerate(self._rows) if row.active), -1)
-        row = self._rows[place] if place >= 0 else None
-        self.made.setText(row.made if row is not None else "No run is active.")
-        self.note.setEnabled(row is not None and row.noted)
-        typing = self.note.hasFocus() and place == self._noted_row and self.note.isModified()
-        if not typing:
-            self.note.setText(row.note if row is not None else "")
-        self._noted_row = place
-
-    @Slot()
-    def _on_noted(self) -> None:
-        if self._noted_row >= 0 and self.note.isModified():
-            self.note.setModified(False)
-            self.noted.emit(self._noted_row, self.note.text())
 
     def _on_changed(self, place: int, ticked: bool, name: str) -> None:
         self.shown.emit(place, ticked)

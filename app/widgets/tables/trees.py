@@ -1,21 +1,16 @@
-"""Rows under rows, such as the cameras of the rig."""
+"""Rows under rows, such as the pictures of cameras."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor, QResizeEvent
-from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
+from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem
 
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording, View
-
-from ..style.building import vbox
 from ..style.theme import current_theme
-from .table import STRETCH, VALUE, Cell, CellRow, Column, dress_list, fit_list, swatch
+from .table import VALUE, Cell, CellRow, Column, dress_list, fit_list, swatch
 
 
 @dataclass(frozen=True)
@@ -134,87 +129,3 @@ def _write_cell(item: QTreeWidgetItem, place: int, cell: Cell, align: Qt.Alignme
         ticks = cell.ticked is not None
         item.setFlags(flags | Qt.ItemFlag.ItemIsUserCheckable if ticks else flags)
         item.setData(0, Qt.ItemDataRole.CheckStateRole, on if ticks else None)
-
-
-_RIG = tuple(
-    Column(heading, tip, width=STRETCH if heading == "Direction" else 0)
-    for heading, tip in {
-        "Camera": "View and its cameras",
-        "Size": "Image size in pixels",
-        "f x, f y": "Focal lengths in pixels",
-        "c x, c y": "Principal point in pixels",
-        "Distortion": "Lens distortion at the image corner, in pixels",
-        "Position [m]": "Optical centre in world coordinates: x east, y north, z up",
-        "Direction": "Compass direction and inclination of the optical axis",
-    }.items()
-)
-_WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
-
-
-class RigPanel(QWidget):
-    """A row per view, and below it a row per camera: intrinsics, place and where it looks."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._found: Mapping[str, str] = {}
-        self._recording: Recording | None = None
-        self.tree = CellTree("Cameras of the rig", _RIG)
-        self.setLayout(vbox((self.tree, 1)))
-
-    def show_findings(self, found: Mapping[str, str]) -> None:
-        """Mark cameras that something is wrong with: what it is, by name."""
-        self._found = found
-        self.show_rig(self._recording)
-
-    def show_rig(self, recording: Recording | None) -> None:
-        """Show the cameras of a recording."""
-        self._recording = recording
-        views = () if recording is None else recording.views
-        self.tree.show_rows([self._view_row(view, recording) for view in views if recording])
-
-    def _view_row(self, view: View, recording: Recording) -> TreeRow:
-        reference = recording.reference_camera(view)
-        words: str = view.kind
-        cameras = [reference]
-        if view.left is not None:
-            left = recording.cameras[view.left.camera]
-            baseline = float(np.linalg.norm(left.position_world - reference.position_world))
-            words = f"stereo, baseline {1000.0 * baseline:.1f} mm"
-            cameras.insert(0, left)
-        rows = tuple(TreeRow(_camera_cells(one, self._found.get(one.name, ""))) for one in cameras)
-        return TreeRow((Cell(f"View {view.name}: {words}"),), rows)
-
-
-def _camera_cells(camera: Camera, wrong: str) -> CellRow:
-    """What the rig panel says about a camera, column by column."""
-    K, place = camera.matrix, camera.position_world
-    texts = (
-        f"{camera.width} × {camera.height}",
-        _pair(K[0, 0], K[1, 1]),
-        f"{K[0, 2]:.1f}, {K[1, 2]:.1f}",
-        f"{_corner_distortion(camera):.1f} px",
-        f"{place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}",
-        _direction_words(camera),
-    )
-    name = Cell(camera.name, wrong, "warning" if wrong else "")
-    return (name, *(Cell(text) for text in texts))
-
-
-def _pair(a: float, b: float) -> str:
-    return f"{a:.1f}" if abs(a - b) < 0.05 else f"{a:.1f}, {b:.1f}"
-
-
-def _corner_distortion(camera: Camera) -> float:
-    """Pixels by which the lens displaces the picture's corner from where a pinhole has it."""
-    corner = np.array([camera.width - 1.0, camera.height - 1.0])
-    ideal = camera.matrix[:2, :2] @ camera.normalised(corner) + camera.matrix[:2, 2]
-    return float(np.linalg.norm(ideal - corner))
-
-
-def _direction_words(camera: Camera) -> str:
-    """Where a camera looks, such as ``SE, 15° down``."""
-    axis = camera.world_from_camera.rotation[:, 2]
-    bearing = np.degrees(np.arctan2(axis[0], axis[1])) % 360.0
-    wind = _WINDS[round(bearing / 45.0) % 8]
-    tilt = np.degrees(np.arcsin(np.clip(axis[2], -1.0, 1.0)))
-    return f"{wind}, {abs(tilt):.0f}° {'up' if tilt > 0 else 'down'}"

@@ -44,12 +44,14 @@ from stereotrack_core.annotation.fit.state import (
 )
 from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, MeasuredDepth, depth_cost
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.manifold import Rows
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.posing import TRUNK
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import information
+from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.limits import Limit, limit_residuals
+from stereotrack_core.tracking.residuals.limits import limit_rows
 
 _FIRST_DAMPING = 1e-2
 _LEAST_DAMPING, _MOST_DAMPING = 1e-5, 1e6
@@ -79,7 +81,7 @@ class _Seen:
     expected: FloatArray
     clicks: ClickResidual
     residual: FloatArray
-    limits: tuple[Limit, ...]
+    limits: Rows
     cost: float
 
 
@@ -131,7 +133,7 @@ class Descent:
         P = np.asarray(scipy.linalg.inv(A, check_finite=False), dtype=np.float64)
         P = 0.5 * (P + P.T)
         columns = self._freedom.columns
-        J = here.clicks.jacobian(here.frames, columns)
+        J = here.clicks.jacobian(here.frames)
         J = J.reshape(len(self._clicks), 2, columns.n)
         weight = mixture_weight(here.residual, sigma, self._outlier_share)
         spread = J @ P @ np.swapaxes(J, 1, 2)
@@ -144,16 +146,13 @@ class Descent:
         local = f.own_place(state.offsets)
         clicks = ClickResidual(self._clicks, f, local, np.repeat(sigma**2, 2))
         residual = clicks.missed(frames)
-        limits = limit_residuals(body, state.pose, _LIMITS, f.joints) if limited else ()
+        limits = limit_rows(body, state.pose, _LIMITS, f.joints)[: None if limited else 0]
         away = f.pose_difference(self.expected.pose, state.pose)
         expected = np.concatenate([away, -state.offsets.ravel()])
         cost = float(self._prior @ expected**2) + float(
             mixture_cost(residual, sigma, self._outlier_share).sum()
         )
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        for row in limits:
-            off = row.measured - row.predicted(stacked)[0]
-            cost += float((off**2 / row.variance).sum())
+        cost += float((limits["innovation"] ** 2 / limits["variance"]).sum())
         return _Seen(state, frames, expected, clicks, residual, limits, cost)
 
     def _normal(self, here: _Seen, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -162,14 +161,9 @@ class Descent:
         A, b = np.diag(self._prior), self._prior * here.expected
         weight = mixture_weight(here.residual, sigma, self._outlier_share)
         variance = np.repeat(sigma**2 / weight, 2)
-        told = information(here.clicks.jacobian(frames, columns).T, here.residual.ravel(), variance)
-        A, b = A + told.A, b + told.b
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        for row in here.limits:
-            off = row.measured - row.predicted(stacked)[0]
-            told = information(row.jacobian(frames, columns).T, off, row.variance)
-            A, b = A + told.A, b + told.b
-        return A, b
+        told = information(here.clicks.jacobian(frames).T, here.residual.ravel(), variance)
+        told += gathered((here.limits,), frames, columns)
+        return A + told.A, b + told.b
 
 
 _WIDEST = 40.0

@@ -16,8 +16,8 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.state import Freedom
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.manifold import Columns
 from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.filtering.linearisation import Information, information
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 
@@ -109,8 +109,8 @@ class ClickResidual:
         inside = _in_cameras(self.clicks, world)
         return _pixels(self.clicks, inside[..., :2] / inside[..., 2:])
 
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:  # noqa: ARG002
-        """Derivatives (2 M, n) at one pose; the columns are those of the fit's own state."""
+    def jacobian(self, frames: PartFrames) -> FloatArray:
+        """Derivatives (2 M, n) by the fit's own state at one pose."""
         c = self.clicks
         places = frames.apply(self.freedom.parts, self.local)
         inside = _in_cameras(c, places[c.landmark])
@@ -120,6 +120,11 @@ class ClickResidual:
         flat /= inside[:, 2, None, None]
         gradients = (c.raw_from_normalised @ flat @ c.rotations).reshape(-1, 3)
         return self.freedom.landmark_jacobian(np.repeat(c.landmark, 2), gradients, places, frames)
+
+    def information(self, frames: PartFrames) -> Information:
+        """Normal equations of the fit's own state at one pose."""
+        J = self.jacobian(frames)
+        return information(J.T, self.missed(frames).ravel(), self.variance)
 
 
 def _in_cameras(clicks: Clicks, world: FloatArray) -> FloatArray:
@@ -146,33 +151,20 @@ class BiasedSurface:
     freedom: Freedom
     biased: PartFrames
 
-    @property
-    def measured(self) -> FloatArray:
-        """Signed distances (m,) of the points at the pose that they were paired at."""
-        return self.surface.distance
-
-    @property
-    def variance(self) -> FloatArray:
-        """Variances (m,)."""
-        return self.surface.variance
-
-    def predicted(self, frames: PartFrames) -> FloatArray:
-        """Nothing to be left (S, m); pairs hold for one pose only."""
-        return np.zeros((len(frames.origins), len(self.surface.part)))
-
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:  # noqa: ARG002
-        """Derivatives (m, n) of the closest points on their directions."""
+    def information(self, frames: PartFrames) -> Information:
+        """Normal equations of the fit's own state, where the points were paired."""
         s = self.surface
         J = self.freedom.jacobian(s.point, s.direction, s.part, frames)
         first = self.freedom.of_biases.start
+        point_in_part = s.point_in_part
         for limb in range(len(LIMBS)):
             a, b = np.searchsorted(s.part, [limb, limb + 1])
             if a < b:
                 along = s.direction[a:b] @ self.biased.rotations[limb]
-                turn = np.cross(s.point_in_part[a:b], along)
+                turn = np.cross(point_in_part[a:b], along)
                 at = first + 6 * limb
                 J[a:b, at : at + 3], J[a:b, at + 3 : at + 6] = along, turn
-        return J
+        return information(J.T, s.distance, s.variance)
 
 
 _LEAST_WEIGHT = 1e-4

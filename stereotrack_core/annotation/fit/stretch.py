@@ -35,6 +35,7 @@ from stereotrack_core.body.pose import PartFrames, Pose, rotation_towards
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.edges import EdgeMap
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
@@ -42,10 +43,10 @@ from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.correction import Residual, gathered
+from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.limits import limit_residuals
-from stereotrack_core.tracking.residuals.silhouette import EdgeMap, SilhouetteObservation, edge_maps
+from stereotrack_core.tracking.residuals.limits import limit_rows
+from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
     FIRST_LOSS,
     Trust,
@@ -228,15 +229,17 @@ class Stretch:
         """What the frame's measurements say in round `i`, linearised at a state."""
         f = self.freedom
         body = f.body_at(state.offsets)
-        rows: list[Residual] = list(limit_residuals(body, state.pose, self._limits, f.joints))
+        frames = body.frames(state.pose)
+        limits = limit_rows(body, state.pose, self._limits, f.joints)
+        total, rows = gathered((limits,), frames, f.columns), list[ClickResidual | BiasedSurface]()
         if len(frame.clicks):
             variance = self.sigmas(frame.clicks, i) ** 2 / judgement.weight
             rows.append(self.click_residual(frame.clicks, state, np.repeat(variance, 2)))
         if f.with_depth and frame.depth is not None and len(frame.depth.points):
-            off = biased(body.frames(state.pose), state.biases)
+            off = biased(frames, state.biases)
             rows.append(self.surface(frame.depth.points, body, off, i))
             rows += self.outlines(frame.depth, body, state.pose, off)
-        return gathered(tuple(rows), body, state.pose, f.columns)
+        return sum((row.information(frames) for row in rows), total)
 
     def sigmas(self, clicks: Clicks, i: int) -> FloatArray:
         """Pixels (M,) that right clicks are taken to scatter in round `i`."""
@@ -288,7 +291,7 @@ class Stretch:
         s, sigma = self.settings, self.sigmas(clicks, i)
         row = self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         frames = self.freedom.body_at(state.offsets).frames(state.pose)
-        J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
+        J = row.jacobian(frames).reshape(len(clicks), 2, -1)
         residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
         return judged(residual, spread, sigma, old.weight, s.outlier_share)

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -18,7 +15,6 @@ from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
-from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.limbs import limb_bgr, limb_ends
 from stereotrack_core.evaluation.summary import errors_against, points_at
 from stereotrack_core.geometry.camera import Camera
@@ -27,9 +23,6 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON, LandmarkTr
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
-
-if TYPE_CHECKING:
-    from PIL.ImageFont import FreeTypeFont
 
 _SHIFT = 4
 _FARTHEST = 1e4
@@ -131,51 +124,6 @@ def _silhouettes(
     return shapes
 
 
-def text_width(text: str, size: float, *, bold: bool = False) -> float:
-    """Width in pixels of a line of text whose letters are `size` pixels high."""
-    return float(_font(size, bold).getlength(text))
-
-
-def write(
-    picture: ImageArray,
-    text: str,
-    place: tuple[float, float],
-    size: float,
-    colour: tuple[int, int, int] = (20, 20, 20),
-    *,
-    bold: bool = False,
-    middle: bool = False,
-) -> None:
-    """Write a line of text into a picture, in place.
-
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8, BGR
-    place : (float, float), pixels
-        Where the line begins, on its base line; its middle where `middle` is set.
-    size : float, pixels
-    colour : (int, int, int)
-        Blue, green, red.
-    """
-    from PIL import Image, ImageDraw  # only where something is written: it takes its time
-
-    drawn = Image.fromarray(picture)
-    pen = ImageDraw.Draw(drawn)
-    anchor = "ms" if middle else "ls"
-    pen.text(place, text, font=_font(size, bold), fill=colour, anchor=anchor)
-    picture[:] = np.asarray(drawn)
-
-
-@cache
-def _font(size: float, bold: bool) -> FreeTypeFont:
-    import matplotlib  # it takes its time as well
-    from PIL import ImageFont
-
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name
-    return ImageFont.truetype(place, size, layout_engine=ImageFont.Layout.BASIC)
-
-
 def best_view(
     recording: Recording, run: Run, frames: Sequence[int], limbs: Sequence[str] = ()
 ) -> str:
@@ -218,11 +166,6 @@ class Paper:
     ground: tuple[int, int, int]
     ink: tuple[int, int, int]
     faint: tuple[int, int, int]
-
-    def sheet(self, height: int, width: int) -> ImageArray:
-        """Empty paper (height, width, 3)."""
-        empty: ImageArray = np.full((height, width, 3), self.ground, dtype=np.uint8)
-        return empty
 
 
 WHITE = Paper((255, 255, 255), (20, 20, 20), (90, 90, 90))
@@ -298,35 +241,18 @@ class Shown:
 
 
 def picture_strip(
-    shown: Shown,
-    frames: Sequence[int],
-    view: str | None = None,
-    *,
-    reader: FrameReader | None = None,
-    height: int = _STRIP_HEIGHT,
-    paper: Paper = WHITE,
+    shown: Shown, frames: Sequence[int], reader: FrameReader, paper: Paper = WHITE
 ) -> ImageArray:
     """Pictures (H, W, 3) BGR of a view beside each other, below them with the model, and numbers.
 
-    From left to right they show the frames, each so many pixels high, in the view that shows the
-    limbs best where none is named. Raises InputError for no frames, a view that is not there, or
-    frames that the recording has not.
+    From left to right they show the frames, at least one, in the view that shows the limbs best.
     """
-    if not len(frames):
-        raise InputError(
-            "there are no frames to show", where="frames", remedy="Select at least one."
-        )
     recording, run = shown.recording, shown.run
-    chosen = _view(recording, view or best_view(recording, run, frames, shown.limbs))
-    window = _person_window(recording.reference_camera(chosen), run, frames, height)
-    with ExitStack() as opened:
-        own = reader or opened.enter_context(FrameReader(recording, views=[chosen.name]))
-        sets = [own.frame_set(int(frame)) for frame in frames]
-    columns = [
-        _column(shown.pictures(images, chosen, window), lines, paper)
-        for images, lines in zip(sets, shown.captions(frames), strict=True)
-    ]
-    return _beside(columns, f"view {chosen.name}", paper)
+    view = recording.view(best_view(recording, run, frames, shown.limbs))
+    window = _person_window(recording.reference_camera(view), run, frames, _STRIP_HEIGHT)
+    pictures = [shown.pictures(reader.frame_set(int(frame)), view, window) for frame in frames]
+    columns = list(zip(pictures, shown.captions(frames), strict=True))
+    return _sheet(columns, f"view {view.name}", paper)
 
 
 def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
@@ -358,39 +284,33 @@ def _person_window(camera: Camera, run: Run, frames: Sequence[int], height: int)
     return Window(float(low[0]), float(low[1]), float(scale), width, height)
 
 
-def _view(recording: Recording, name: str) -> View:
-    try:
-        return recording.view(name)
-    except KeyError:
-        known = ", ".join(view.name for view in recording.views)
-        raise InputError(
-            f"there is no view {name!r}", where=recording.name, remedy=f"Available views: {known}."
-        ) from None
+def _sheet(
+    columns: Sequence[tuple[Sequence[ImageArray], Sequence[str]]], title: str, paper: Paper
+) -> ImageArray:
+    """Columns of pictures with lines of text below, beside each other under a title."""
+    import matplotlib  # all three only where something is written: they take their time
+    from PIL import Image, ImageDraw, ImageFont
 
-
-def _column(pictures: Sequence[ImageArray], lines: Sequence[str], paper: Paper) -> ImageArray:
-    """Pictures above each other, with lines of text below."""
-    widest = max(text_width(line, _TEXT, bold=i == 0) for i, line in enumerate(lines))
-    width = max(pictures[0].shape[1], int(np.ceil(widest)) + 4)
-    text = paper.sheet(_LINE * len(lines) + _GAP, width)
-    for i, line in enumerate(lines):
-        place = width / 2, _LINE * (i + 1) - 4
-        write(text, line, place, _TEXT, paper.ink, bold=i == 0, middle=True)
-    rows = []
-    for picture in pictures:
-        row, left = paper.sheet(len(picture), width), (width - picture.shape[1]) // 2
-        row[:, left : left + picture.shape[1]] = picture
-        rows += [row, paper.sheet(_GAP, width)]
-    return np.vstack([*rows[:-1], text])
-
-
-def _beside(columns: Sequence[ImageArray], title: str, paper: Paper) -> ImageArray:
-    height = max(len(column) for column in columns)
-    width = sum(column.shape[1] + _GAP for column in columns) - _GAP
-    sheet = paper.sheet(height + _LINE + 2 * _BORDER, width + 2 * _BORDER)
-    write(sheet, title, (_BORDER, _BORDER + _LINE - 7), _TEXT - 2, paper.faint)
-    left, top = _BORDER, _BORDER + _LINE
-    for column in columns:
-        sheet[top : top + len(column), left : left + column.shape[1]] = column
-        left += column.shape[1] + _GAP
-    return sheet
+    place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
+    font = ImageFont.truetype(place, _TEXT, layout_engine=ImageFont.Layout.BASIC)
+    widths = [
+        max(pictures[0].shape[1], *(int(font.getlength(line)) + 5 for line in lines))
+        for pictures, lines in columns
+    ]
+    below = _BORDER + _LINE + sum(len(picture) + _GAP for picture in columns[0][0])
+    height = below + _LINE * max(len(lines) for _, lines in columns) + _BORDER
+    width = sum(widths) + _GAP * (len(widths) - 1) + 2 * _BORDER
+    sheet = Image.new("RGB", (width, height), paper.ground[::-1])
+    pen = ImageDraw.Draw(sheet)
+    pen.text((_BORDER, _BORDER), title, font=font, fill=paper.faint[::-1])
+    left = _BORDER
+    for wide, (pictures, lines) in zip(widths, columns, strict=True):
+        top = _BORDER + _LINE
+        for picture in pictures:
+            beside = (wide - picture.shape[1]) // 2
+            sheet.paste(Image.fromarray(picture[..., ::-1]), (left + beside, top))
+            top += len(picture) + _GAP
+        middle, words = (left + wide / 2, below), "\n".join(lines)
+        pen.text(middle, words, paper.ink[::-1], font, anchor="ma", align="center")
+        left += wide + _GAP
+    return np.ascontiguousarray(np.asarray(sheet)[..., ::-1])

@@ -29,11 +29,11 @@ def strip_of(
     search: FailureSearch,
     recording: Recording,
     failure: FailureSegment,
-    reader: FrameReader | None = None,
+    reader: FrameReader,
 ) -> ImageArray:
     """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
     frames = evenly(failure.first, failure.last, _STRIP_FRAMES)
-    return picture_strip(_shown(search, recording, failure), frames, reader=reader)
+    return picture_strip(_shown(search, recording, failure), frames, reader)
 
 
 def before_peak_after(search: FailureSearch, failure: FailureSegment) -> list[int]:
@@ -51,10 +51,9 @@ def evidence_picture(
     search: FailureSearch,
     recording: Recording,
     failure: FailureSegment,
-    *,
-    reader: FrameReader | None = None,
+    reader: FrameReader,
     paper: Paper = WHITE,
 ) -> ImageArray:
     """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
     shown, frames = _shown(search, recording, failure), before_peak_after(search, failure)
-    return picture_strip(shown, frames, reader=reader, paper=paper)
+    return picture_strip(shown, frames, reader, paper)

@@ -58,7 +58,6 @@ def failures(
     *,
     recording: Recording | None = None,
     reference: LandmarkTrajectory | None = None,
-    rules: FailureRules | None = None,
 ) -> tuple[FailureSegment, ...]:
     """The stretches in which a run fails, with their probable causes.
 
@@ -68,8 +67,6 @@ def failures(
         The run's; its images tell more about causes.
     reference : LandmarkTrajectory, optional
         Taken as truth; without it the run is judged by its own signs.
-    rules : FailureRules, optional
-        What counts as a failure.
 
     Examples
     --------
@@ -78,7 +75,7 @@ def failures(
     ...     print(failure.first, failure.last, failure.limbs)
     """
     fps = fps_of_run(run) if recording is None else recording.fps
-    return find_failures(FailureSearch(run, fps, reference, recording, rules or FailureRules()))
+    return find_failures(FailureSearch(run, fps, reference, recording))
 
 
 def find_failures(

@@ -22,8 +22,8 @@ from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.tracking.clouds import read_cloud
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _ALONG = np.linspace(0.15, 1.0, 7)

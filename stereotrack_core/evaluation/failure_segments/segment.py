@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, TypeAlias
@@ -116,50 +115,3 @@ def limbs_words(limbs: tuple[str, ...]) -> str:
         elif not (part == "forearm" and f"{side}_upper_arm" in limbs):
             words.append(limb.replace("_", " "))
     return ", ".join(words)
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """Counts of failures."""
-
-    true: int = 0
-    """Found with truth."""
-    found: int = 0
-    """Those of them that one found without truth overlaps, on the same limb."""
-    called: int = 0
-    """Found without truth."""
-    right: int = 0
-    """Those of them that overlap one found with truth, on the same limb."""
-
-    @property
-    def precision(self) -> float:
-        """Share of those found without truth that are right; NaN where there are none."""
-        return self.right / self.called if self.called else float("nan")
-
-    @property
-    def recall(self) -> float:
-        """Share of those found with truth that are found without; NaN where there are none."""
-        return self.found / self.true if self.true else float("nan")
-
-    @property
-    def words(self) -> str:
-        """How many failures are found without truth, as people read it."""
-        return (
-            f"detection without the reference finds {self.found} of {self.true} true failures, and "
-            f"{self.right} of its {self.called} detections are true"
-        )
-
-
-def agreement_of(failures: Iterable[FailureSegment]) -> Agreement:
-    """Compare the failures of a run that were found by truth with the others.
-
-    Two belong together where they share a frame and a limb.
-    """
-    every = list(failures)
-    truth, called = ([e for e in every if e.found == how] for how in ("truth", "signs"))
-    return Agreement(
-        true=len(truth),
-        found=sum(any(one.overlaps(other) for other in called) for one in truth),
-        called=len(called),
-        right=sum(any(one.overlaps(other) for other in truth) for one in called),
-    )

@@ -22,10 +22,17 @@ from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from
 from stereotrack_core.tracking.correction import gathered, innovation_of
 from stereotrack_core.tracking.estimator import Estimator, Measurements, Posterior, Prediction
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
-from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.state import Belief, Particles
 
 RANDOM = 3
 """Purpose for which baselines draw random numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settled(Belief):
+    """Pose of a baseline, and the particles that it leaves for the next frame."""
+
+    particles: Particles | None = None
 
 
 class Baseline(Estimator):
@@ -39,7 +46,7 @@ class Baseline(Estimator):
     """
 
     @abstractmethod
-    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
         """Find the pose and its covariance by the data."""
 
     def estimate(self, measured: Measurements, predicted: Prediction) -> Posterior:
@@ -49,7 +56,8 @@ class Baseline(Estimator):
         found = self.settle(measured, predicted)
         carried = np.ones(len(predicted.P), dtype=np.bool_)
         surface = measured.surface(found.pose, wide=False)
-        return Posterior(found.pose, found.P, surface, innovation, predicted.P, carried)
+        signs = surface, innovation, predicted.P, carried
+        return Posterior(found.pose, found.P, *signs, found.particles)
 
 
 class ExtendedKalman(Baseline):
@@ -61,10 +69,11 @@ class ExtendedKalman(Baseline):
     there are many more data than states.
     """
 
-    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
         """Correct once."""
         surface = measured.surface(predicted.pose, wide=True)
-        return measured.corrected(predicted, predicted, surface)
+        found = measured.corrected(predicted, predicted, surface)
+        return Settled(found.pose, found.P)
 
 
 STEPS, _DRAWN = 80, 300
@@ -101,7 +110,7 @@ class ScalarDistance(Baseline):
     curvature with the process noise.
     """
 
-    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
         """Descend from the prediction."""
         rng, pose = measured.random(RANDOM), predicted.pose
         share = 1.0 / self.setup.parameters.effective_sample_size
@@ -121,13 +130,15 @@ class ScalarDistance(Baseline):
         found = _slope_at(measured, pose, wide=False)
         P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
         _, P = posterior(P0_inverse, np.zeros(len(v)), found)
-        return Belief(pose, P)
+        return Settled(pose, P)
 
 
 def _slope_at(measured: Measurements, pose: Pose, *, wide: bool) -> Information:
     """Curvature and negative gradient of the sum at a pose; sensors and limits take part."""
-    rows = (measured.surface(pose, wide=wide), *measured.beside(pose), *measured.limits(pose))
-    return gathered(rows, measured.setup.body, pose, measured.setup.columns)
+    frames, columns = measured.setup.body.frames(pose), measured.setup.columns
+    seen = (measured.surface(pose, wide=wide), *measured.beside(pose))
+    rows = (*(each.rows(frames) for each in seen), measured.limits(pose))
+    return gathered(rows, frames, columns)
 
 
 ROUNDS, ITERATIONS = 4, 5
@@ -167,7 +178,7 @@ class LimbIcp(Baseline):
     says anything about stays where the prediction has it, by the process noise.
     """
 
-    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
         """Register and join, a few times with data given to the limbs anew."""
         P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
         at: Belief = predicted
@@ -184,7 +195,7 @@ class LimbIcp(Baseline):
                 from_prior = difference(predicted.pose, at.pose, joints)
                 dx, P = posterior(P0_inverse, from_prior, found)
                 at = Belief(displaced(at.pose, np.clip(dx, -0.5, 0.5), joints), P)
-        return at
+        return Settled(at.pose, at.P)
 
     def register(self, part: int, data: FloatArray, pose: Pose, all_data: int) -> Registered:
         """Move one part of a pose rigidly to its data (N, 3), which are so many of all data."""
@@ -223,8 +234,8 @@ def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Infor
     """What registered limbs, other sensors and limits say about a pose, linearised there."""
     setup = measured.setup
     frames = setup.body.frames(pose)
-    rows = (*measured.beside(pose), *measured.limits(pose))
-    total = gathered(rows, setup.body, pose, setup.columns)
+    rows = (*(each.rows(frames) for each in measured.beside(pose)), measured.limits(pose))
+    total = gathered(rows, frames, setup.columns)
     for limb in limbs:
         shift = limb.origin - frames.origins[limb.part]
         turn = vector_from_rotation(limb.rotation @ frames.rotations[limb.part].T)

@@ -9,25 +9,24 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.body.manifold import difference, displaced
-from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose, t_pose
-from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, PARENTS, TORSO
-from stereotrack_core.body.surface import closest_on_cone, cone_tables
+from stereotrack_core.body.manifold import REST_ROW, difference, displaced
+from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import FOREARMS, PARENTS, TORSO
+from stereotrack_core.body.surface import closest_on_cone, in_cone
 from stereotrack_core.compiled import compiled
-from stereotrack_core.experiments.baselines.estimators import RANDOM, Baseline
+from stereotrack_core.experiments.baselines.estimators import RANDOM, Baseline, Settled
 from stereotrack_core.tracking.correction import Residual
-from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import (
     LEAST_ELBOW_ANGLE,
-    limit_residuals,
-    resting_limbs,
-    shoulders_at_rest,
+    limit_rows,
+    off_rest,
+    resting,
 )
 from stereotrack_core.tracking.residuals.surface import FIRST_LOSS
-from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.state import Particles, Setup
 
 PARTICLES, LAYERS = 200, 10
 """As many as the paper's, which tracks fewer numbers with more views."""
@@ -62,31 +61,7 @@ class AnnealedParticles(Baseline):
     layer, whose particles go on to the next frame.
     """
 
-    def begin(self, pose: Pose) -> None:
-        """Draw the next frame's particles around its prediction."""
-        self._particles: FloatArray | None = None
-        self._centre = self._left = pose
-
-    def memory(self) -> Memory:
-        """The particles."""
-        if self._particles is None:
-            return {}
-        return {
-            "particles": self._particles,
-            "centre_position": self._centre.position,
-            "centre_rotations": self._centre.rotations,
-            "left_position": self._left.position,
-            "left_rotations": self._left.rotations,
-        }
-
-    def recall(self, memory: Memory) -> None:
-        """Restore saved particles; none were there before the first frame."""
-        self._particles = memory.get("particles")
-        if self._particles is not None:
-            self._centre = Pose(memory["centre_position"], memory["centre_rotations"])
-            self._left = Pose(memory["left_position"], memory["left_rotations"])
-
-    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
         """Scatter, weigh and draw the particles, layer by layer."""
         setup, rng = self.setup, measured.random(RANDOM)
         energy = PoseEnergy(setup.body, setup.parameters, setup.joints)
@@ -106,23 +81,20 @@ class AnnealedParticles(Baseline):
             pose = displaced(predicted.pose, mean, setup.joints)
             particles = particles[systematic(weights, float(rng.random()))]
         off = weighed - mean
-        self._particles, self._centre, self._left = particles, predicted.pose, pose
-        return Belief(pose, (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(predicted.P)))
+        P = (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(predicted.P))
+        return Settled(pose, P, Particles(particles, predicted.pose, pose))
 
     def _scattered(self, predicted: Prediction, rng: np.random.Generator) -> FloatArray:
         """Particles (K, n) as displacements of the predicted pose, before the first layer."""
-        setup, P0 = self.setup, predicted.P
-        taken_elsewhere = difference(predicted.pose, self._left, setup.joints)
-        if self._particles is None or np.linalg.norm(taken_elsewhere) > _ELSEWHERE:
+        setup, P0, last = self.setup, predicted.P, predicted.particles
+        if last is None or _apart(predicted.pose, last.pose, setup) > _ELSEWHERE:
             drawn = rng.normal(size=(PARTICLES, len(P0)))
             result: FloatArray = drawn @ np.linalg.cholesky(P0).T
             return result
-        seen = displaced(self._centre, self._particles, setup.joints)
-        moved = [
-            difference(seen[k], predicted.pose, setup.joints) for k in range(len(self._particles))
-        ]
+        seen = displaced(last.centre, last.displacements, setup.joints)
+        moved = [difference(seen[k], predicted.pose, setup.joints) for k in range(PARTICLES)]
         scatter = np.sqrt(predicted.gone * np.diagonal(setup.Q))
-        return np.array(moved) + scatter * rng.normal(size=self._particles.shape)
+        return np.array(moved) + scatter * rng.normal(size=last.displacements.shape)
 
     def _limbs(self) -> list[IntArray]:
         """Columns of each chain of parts that hangs on the torso."""
@@ -134,6 +106,11 @@ class AnnealedParticles(Baseline):
             at = int(self.setup.columns.first[joint])
             chains.setdefault(root, []).extend((at, at + 1))
         return [np.array(columns) for columns in chains.values()]
+
+
+def _apart(a: Pose, b: Pose, setup: Setup) -> float:
+    """Length of the error state between two poses."""
+    return float(np.linalg.norm(difference(a, b, setup.joints)))
 
 
 def limbs_exchanged(
@@ -202,10 +179,6 @@ class PoseEnergy:
         self.body = body
         self.parameters = parameters
         self.joints = joints
-        self._always = resting_limbs(joints)
-        self._has_girdle = CLAVICLES[0] in joints
-        # Nothing is violated in the T pose: as many rows come first in every pose.
-        self._resting = len(limit_residuals(body, t_pose(np.zeros(3)), parameters, joints))
 
     def of(
         self,
@@ -226,28 +199,27 @@ class PoseEnergy:
         p = self.parameters
         poses = displaced(centre, deltas, self.joints)
         frames = self.body.frames(poses)
-        tables = cone_tables(self.body.cones, frames)
+        placed = placed_cones(self.body, frames)
         result = np.empty(len(deltas))
         _robust_sums(
             np.ascontiguousarray(data),
-            tables,
+            placed,
             p.max_correspondence_distance,
             (FIRST_LOSS * p.loss_scale) ** 2,
             result,
         )
         crowd = max(1.0, len(data) / p.effective_sample_size)
         result /= p.sigma_measurement**2 * crowd
-        for residual in (*beside, *self._always):
+        for residual in beside:
             nu = residual.measured - residual.predicted(frames)
             result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
-        if self._has_girdle:
-            off, variance = shoulders_at_rest(poses.rotations)
-            result += 0.5 * np.sum(off**2 / variance, axis=1)
-        for k in np.flatnonzero(self._suspected(frames, tables, poses)).tolist():
-            result[k] += self._violations(poses[k], frames, k)
+        off, variance = off_rest(resting(self.joints), poses.rotations)
+        result += 0.5 * np.sum(off**2 / variance, axis=1)
+        for k in np.flatnonzero(self._suspected(frames, placed, poses)).tolist():
+            result[k] += self._violations(poses[k])
         return result
 
-    def _suspected(self, frames: PartFrames, tables: FloatArray, poses: Pose) -> BoolArray:
+    def _suspected(self, frames: PartFrames, placed: PlacedCones, poses: Pose) -> BoolArray:
         """Poses (K,) whose elbows may be folded too far, or whose forearms are at the torso."""
         arms = list(FOREARMS)
         straight = poses.rotations[:, arms][:, :, 2, 2].min(axis=1)
@@ -256,37 +228,30 @@ class PoseEnergy:
             return np.asarray(folded)
         along = frames.rotations[:, arms][..., 2] * self.body.skeleton.lengths[arms][:, None]
         places = frames.origins[:, arms, None] + _ALONG[:, None] * along[:, :, None]
-        distance = np.empty(len(tables))
-        _least_distances(places.reshape(len(tables), -1, 3), tables[:, 0].copy(), distance)
+        distance = np.empty(len(placed))
+        _least_distances(places.reshape(len(placed), -1, 3), placed[:, 0].copy(), distance)
         return np.asarray(folded | (distance < self.parameters.clearance + _SLACK))
 
-    def _violations(self, pose: Pose, frames: PartFrames, k: int) -> float:
-        own = PartFrames(frames.rotations[k : k + 1], frames.origins[k : k + 1])
-        rows = limit_residuals(self.body, pose, self.parameters, self.joints)
-        total = 0.0
-        for residual in rows[self._resting :]:
-            nu = residual.measured - residual.predicted(own)[0]
-            total += 0.5 * float(np.sum(nu**2 / residual.variance))
-        return total
+    def _violations(self, pose: Pose) -> float:
+        rows = limit_rows(self.body, pose, self.parameters, self.joints)
+        rows = rows[rows["kind"] != REST_ROW]
+        return 0.5 * float(np.sum(rows["innovation"] ** 2 / rows["variance"]))
 
 
 @compiled(inline="always")
-def _distance(row: Any, p: Any) -> float:
-    x, y, z = p[0] - row[9], p[1] - row[10], p[2] - row[11]
-    px = row[0] * x + row[3] * y + row[6] * z
-    py = row[1] * x + row[4] * y + row[7] * z
-    pz = row[2] * x + row[5] * y + row[8] * z
-    return closest_on_cone(row, px, py, pz)[0]  # type: ignore[no-any-return]
+def _distance(cone: Any, p: Any) -> float:
+    px, py, pz = in_cone(cone, p[0], p[1], p[2])
+    return closest_on_cone(cone, px, py, pz)[0]  # type: ignore[no-any-return]
 
 
 @compiled()
-def _robust_sums(points: Any, tables: Any, reach: float, squared_scale: float, out: Any) -> None:
-    for k in range(tables.shape[0]):
+def _robust_sums(points: Any, placed: Any, reach: float, squared_scale: float, out: Any) -> None:
+    for k in range(placed.shape[0]):
         total = 0.0
         for i in range(points.shape[0]):
             nearest = reach
-            for c in range(tables.shape[1]):
-                nearest = min(nearest, abs(_distance(tables[k, c], points[i])))
+            for c in range(placed.shape[1]):
+                nearest = min(nearest, abs(_distance(placed[k, c], points[i])))
             e = nearest * nearest
             total += 0.5 * squared_scale * e / (squared_scale + e)
         out[k] = total

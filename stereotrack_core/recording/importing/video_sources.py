@@ -32,11 +32,6 @@ _RAW_STREAMS = frozenset(
 """FFmpeg's names of streams without a container."""
 
 
-def _has_clock(container: Any) -> bool:
-    """Whether a container states times; for raw streams, FFmpeg assumes 25 frames per second."""
-    return container.format.name not in _RAW_STREAMS
-
-
 _MOST_PACKETS = 5000  # of a video without an index, to see whether its frame rate is constant
 _USUAL_RATES = (5, 6, 10, 12, 12.5, 15, 20, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 120)
 _AS_USUAL = 0.01  # of a rate
@@ -94,7 +89,8 @@ def _usual_title(source: Source) -> str:
 def _video(path: Path, track: int) -> Source:
     with open_container(path) as container:
         stream = video_stream(container, track)
-        context, clock = stream.codec_context, _has_clock(container)
+        # for raw streams, FFmpeg assumes 25 frames per second
+        context, clock = stream.codec_context, container.format.name not in _RAW_STREAMS
         rate = stream.average_rate or stream.guessed_rate
         frame = next(container.decode(stream))
         depth = frame.format.name.startswith("gray16")

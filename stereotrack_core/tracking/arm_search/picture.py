@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray
-from stereotrack_core.body.model import Cones
+from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.body.surface import cone_tables
 from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 
@@ -47,16 +46,16 @@ class SeenPicture:
     scale: float
     """Disparity over inverse range."""
 
-    def drawn(self, table: FloatArray) -> Float32Array:
-        """Inverse ranges (h, w) of cones (C, 18); 0 where there are none."""
-        picture: Float32Array = self.drawn_each(table[None])[0]
+    def drawn(self, placed: PlacedCones) -> Float32Array:
+        """Inverse ranges (h, w) of cones (C,); 0 where there are none."""
+        picture: Float32Array = self.drawn_each(placed[None])[0]
         return picture
 
-    def drawn_each(self, tables: FloatArray) -> Float32Array:
-        """Inverse ranges (K, h, w) of cones in K poses (K, C, 18), each by itself."""
-        pictures = np.zeros((len(tables), *self.measured.shape), dtype=np.float32)
+    def drawn_each(self, placed: PlacedCones) -> Float32Array:
+        """Inverse ranges (K, h, w) of cones in K poses (K, C), each by itself."""
+        pictures = np.zeros((len(placed), *self.measured.shape), dtype=np.float32)
         box = self.left, self.top, self.step
-        _draw_each(tables, self.camera_from_world, self.pinhole, self.eye, box, pictures)
+        _draw_each(placed, self.camera_from_world, self.pinhole, self.eye, box, pictures)
         return pictures
 
     def unlike_pairs(
@@ -75,7 +74,7 @@ class SeenPicture:
         """
         pixels = np.empty((len(left), len(right)))
         as_seen = self.measured, self.person, self.scale
-        disagreements(rest, left, right, *as_seen, sigma**2, unknown, pixels)
+        _disagreements(rest, left, right, as_seen, (sigma**2, unknown), pixels)
         return pixels
 
     def area(self, place: FloatArray) -> float:
@@ -86,7 +85,10 @@ class SeenPicture:
 
 def seen_pictures(cloud: Cloud, step: int) -> tuple[SeenPicture, ...]:
     """Pictures of the views in which somebody is, every `step`-th pixel."""
-    found = (_seen_picture(depth, step) for depth in cloud.depths.values())
+    for depth in cloud.depths.values():
+        if step not in depth.thinned:
+            depth.thinned[step] = _seen_picture(depth, step)
+    found = (depth.thinned[step] for depth in cloud.depths.values())
     return tuple(picture for picture in found if picture is not None)
 
 
@@ -112,35 +114,36 @@ def _seen_picture(depth: ViewDepth, step: int) -> SeenPicture | None:
     )
 
 
-def outline_table(cones: Cones, frames: PartFrames) -> FloatArray:
-    """Tables (..., C, 18) of cones, as thick as their outlines are; see :func:`cone_tables`."""
-    table = cone_tables(cones, frames)
-    table[..., 12:14] = np.maximum(table[..., 12:14] + cones.outline[:, :1], 0.01)
-    return table
+def outline_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:
+    """The cones (..., C) in one pose or in stacked ones, as thick as their outlines are."""
+    placed = placed_cones(body, frames)
+    for end in ("r1", "r2"):
+        placed[end] = np.maximum(placed[end] + placed["outline"][..., 0], 0.01)
+    return placed
 
 
 @compiled()
-def cone_images(table: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
+def cone_images(placed: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
     """Fill the cones' images (C, 11) in one view.
 
-    `table` (C, 18) is that of :func:`cone_table`; `place` (3, 4) is camera_from_world, `pinhole`
+    `placed` (C,) are the cones; `place` (3, 4) is camera_from_world, `pinhole`
     focal length and principal point, `eye` the camera's centre in the world.
     """
-    for c in range(table.shape[0]):
-        row = table[c]
-        s, front = row[15], 1.0
+    for c in range(placed.shape[0]):
+        cone, front = placed[c], 1.0
+        R, s = cone.rotation, cone.flatness
         for end in range(2):
-            height, r = row[14] * end, row[12 + end]
-            px, py = row[2] * height + row[9], row[5] * height + row[10]
-            pz = row[8] * height + row[11]
+            height, r = cone.height * end, cone.r2 if end else cone.r1
+            px, py = R[0, 2] * height + cone.origin[0], R[1, 2] * height + cone.origin[1]
+            pz = R[2, 2] * height + cone.origin[2]
             a = place[0, 0] * px + place[0, 1] * py + place[0, 2] * pz + place[0, 3]
             b = place[1, 0] * px + place[1, 1] * py + place[1, 2] * pz + place[1, 3]
             z = place[2, 0] * px + place[2, 1] * py + place[2, 2] * pz + place[2, 3]
             if z < 0.3:
                 front, z = 0.0, 0.3
             dx, dy, dz = eye[0] - px, eye[1] - py, eye[2] - pz
-            wx = row[0] * dx + row[3] * dy + row[6] * dz
-            wy = row[1] * dx + row[4] * dy + row[7] * dz
+            wx = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
+            wy = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
             norm = max(math.sqrt(wx * wx + wy * wy), 1e-9)
             wx, wy = wx / norm, wy / norm
             images[c, 5 * end] = pinhole[0] * a / z + pinhole[1]
@@ -192,32 +195,21 @@ def _draw(images: Any, left: float, top: float, step: float, picture: Any) -> No
 
 
 @compiled()
-def _draw_each(tables: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictures: Any) -> None:
-    """Draw cones in K poses (K, C, 18) into pictures (K, h, w); `box` is left, top and step."""
-    images = np.empty((tables.shape[1], COLUMNS))
-    for k in range(tables.shape[0]):
-        cone_images(tables[k], place, pinhole, eye, images)
+def _draw_each(placed: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictures: Any) -> None:
+    """Draw cones in K poses (K, C) into pictures (K, h, w); `box` is left, top and step."""
+    images = np.empty((placed.shape[1], COLUMNS))
+    for k in range(placed.shape[0]):
+        cone_images(placed[k], place, pinhole, eye, images)
         _draw(images, box[0], box[1], box[2], pictures[k])
 
 
 @compiled()
-def disagreements(
-    rest: Any,
-    left: Any,
-    right: Any,
-    measured: Any,
-    person: Any,
-    scale: float,
-    squared_sigma: float,
-    unknown: float,
-    pixels: Any,
+def _disagreements(
+    rest: Any, left: Any, right: Any, as_seen: Any, likeness: Any, out_pixels: Any
 ) -> None:
-    """Fill sums over the pixels by how much bodies do not look as measured, 0 to 1 each.
-
-    `rest` (h, w) and the arms `left` (K, h, w) and `right` (L, h, w), of which all pairs are taken,
-    are inverse ranges, as is `measured`, 0 where not known; `person` is 1 where the picture shows
-    the person; `unknown` counts for a body where the person is but nothing was measured.
-    """
+    """Fill sums over the pixels; see :meth:`SeenPicture.unlike_pairs`."""
+    measured, person, scale = as_seen
+    squared_sigma, unknown = likeness
     for k in range(left.shape[0]):
         for m in range(right.shape[0]):
             total = 0.0
@@ -233,4 +225,4 @@ def disagreements(
                         total += e * e / (e * e + squared_sigma)
                     else:
                         total += unknown
-            pixels[k, m] = total
+            out_pixels[k, m] = total

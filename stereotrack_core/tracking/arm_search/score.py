@@ -9,10 +9,10 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.surface import in_cone
 from stereotrack_core.compiled import compiled
-from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, Arms, ArmShape
+from stereotrack_core.tracking.residuals.limits import ROOM, nearest_shares
 
 _ALONG = np.linspace(0.0, 3.0, 11)[4:]
 """Seven places along the arm beyond the elbow: 1 elbow, 2 wrist, 3 finger tip."""
@@ -24,52 +24,78 @@ _SHARES = (
 )
 """Shares (7, 4) of the nodes in these places."""
 
-_UPPER, _FORE = (0, 1), (1, 3)
-"""First and last node of an upper arm, and of a forearm with its hand."""
+_MEET = np.array([[1, 3, 1, 3], [0, 1, 1, 3], [1, 3, 0, 1]])
+"""First and last node of the left and of the right arm's limbs that may meet, as in ``PAIRS``."""
 
 _DEEP = -0.03
 """Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
 give way where arms lie on them."""
+
+_UPPER_MOVES, _FORE_MOVES = math.radians(30.0), math.radians(40.0)
+"""Angles by which upper arm and forearm move easily from frame to frame."""
 
 _FOLDED, _FOLDING = math.radians(140.0), math.radians(15.0)
 
 
 def anatomy_cost(body: BodyModel, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
-    cones = body.cones
+    torso = body.cones.records[:1]
     places = _SHARES @ shape.nodes(arms)
-    in_cone = (places - cones.origins[0]) @ cones.rotations[0]
     cost = np.empty(len(arms))
     mirrored = -1.0 if shape.side == LEFT else 1.0
-    _anatomy_costs(arms.upper, arms.fore, mirrored, in_cone, cones.sizes[0], cost)
+    _anatomy_costs(arms.upper, arms.fore, mirrored, places, torso, cost)
     return cost
 
 
 def change_cost(predicted: Arms, arms: Arms) -> FloatArray:
     """Cost (K,) of the change against the predicted arm."""
-    upper = np.degrees(angle_between(arms.upper, predicted.upper)) / 30.0
-    fore = np.degrees(angle_between(arms.fore, predicted.fore)) / 40.0
-    return 2.0 * (np.log1p(upper**2) + np.log1p(fore**2))
+    cost = np.empty(len(arms))
+    _change_costs(predicted.upper, predicted.fore, arms.upper, arms.fore, cost)
+    return cost
+
+
+@compiled()
+def _change_costs(was_upper: Any, was_fore: Any, upper: Any, fore: Any, out_cost: Any) -> None:
+    for k in range(upper.shape[0]):
+        moved = _angle(was_upper[0], upper[k]) / _UPPER_MOVES
+        turned = _angle(was_fore[0], fore[k]) / _FORE_MOVES
+        out_cost[k] = 2.0 * (math.log1p(moved * moved) + math.log1p(turned * turned))
+
+
+@compiled(inline="always")
+def _angle(a: Any, b: Any) -> float:
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return math.atan2(math.sqrt(x * x + y * y + z * z), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArray:
-    """Cost (K, L) of pairs of arms that go through each other.
+    """Cost (K, L) of pairs of arms, nodes (K, 4, 3) and (L, 4, 3), that go through each other.
 
-    Parameters
-    ----------
-    left, right : (K, 4, 3) and (L, 4, 3) float64, torso's frame
-        Nodes of arms, see :meth:`ArmShape.nodes`.
-    least : float, metres
-        Least distance of the forearms' axes, see :mod:`residuals.limits`; 0: none.
+    Axes of forearms are at `least` so many metres apart, see :mod:`residuals.limits`; 0: none.
     """
     total: FloatArray = np.zeros((len(left), len(right)))
-    if least <= 0.0:
-        return total
-    one, two = left[:, None], right[None]
-    for (a, b), (c, d), room in ((_FORE, _FORE, 1.0), (_UPPER, _FORE, 2.0), (_FORE, _UPPER, 2.0)):
-        apart = segment_distance(one[..., a, :], one[..., b, :], two[..., c, :], two[..., d, :])
-        total += 3.0 * np.clip((room * least - apart) / 0.03, 0.0, 2.0)
+    if least > 0.0:
+        _crossing_costs(left, right, least, total)
     return total
+
+
+@compiled()
+def _crossing_costs(left: Any, right: Any, least: float, out_cost: Any) -> None:
+    u, v = np.empty(3), np.empty(3)
+    for k in range(left.shape[0]):
+        for m in range(right.shape[0]):
+            for meet in range(3):
+                a, b = _MEET[meet, 0], _MEET[meet, 1]
+                c, d = _MEET[meet, 2], _MEET[meet, 3]
+                for i in range(3):
+                    u[i] = left[k, b, i] - left[k, a, i]
+                    v[i] = right[m, d, i] - right[m, c, i]
+                s, t = nearest_shares(left[k, a], u, right[m, c], v)
+                squared = 0.0
+                for i in range(3):
+                    squared += (left[k, a, i] + s * u[i] - right[m, c, i] - t * v[i]) ** 2
+                room = ROOM[meet] * least - math.sqrt(squared)
+                out_cost[k, m] += 3.0 * _steps(room / 0.03)
 
 
 @compiled(error_model="numpy")
@@ -119,14 +145,14 @@ def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: 
 
 @compiled(error_model="numpy")
 def _anatomy_costs(
-    upper: Any, fore: Any, mirrored: float, places: Any, cone: Any, result: Any
+    upper: Any, fore: Any, mirrored: float, places: Any, torso: Any, result: Any
 ) -> None:
     """Fill costs (K,) of elbows bent too far, arms inside the torso, and where arms cannot be.
 
     `upper` and `fore` (K, 3) are directions in the torso's frame, `mirrored` is -1 for left arms;
-    `places` (K, P, 3), beyond the elbows, are in the frame of the torso's `cone`.
+    `places` (K, P, 3), beyond the elbows, as well; `torso` (1,) is the torso's cone.
     """
-    r1, r2, height, flat = cone[0], cone[1], cone[2], cone[3]
+    cone = torso[0]
     for k in range(upper.shape[0]):
         ux, uy, uz = mirrored * upper[k, 0], upper[k, 1], upper[k, 2]
         fx, fy, fz = mirrored * fore[k, 0], fore[k, 1], fore[k, 2]
@@ -138,11 +164,11 @@ def _anatomy_costs(
         if uz < 0.4:
             cost += 6.0 * _steps((along * uy - fy - 0.40) / 0.30)
         for i in range(places.shape[1]):
-            x, y, z = places[k, i, 0], places[k, i, 1], places[k, i, 2]
-            if 0.0 <= z <= height:
-                out = math.sqrt(x * x + (y / flat) * (y / flat))
-                off = out - r1 - (r2 - r1) * z / height
-                cost += 3.0 * _steps((_DEEP - (flat * off if out > 0.0 else off)) / 0.03)
+            x, y, z = in_cone(cone, places[k, i, 0], places[k, i, 1], places[k, i, 2])
+            if 0.0 <= z <= cone.height:
+                out = math.hypot(x, y / cone.flatness)
+                off = out - cone.r1 - (cone.r2 - cone.r1) * z / cone.height
+                cost += 3.0 * _steps((_DEEP - (cone.flatness * off if out > 0.0 else off)) / 0.03)
         result[k] = cost
 
 

@@ -30,7 +30,7 @@ from stereotrack_core.tracking.arm_search.arms import (
 from stereotrack_core.tracking.arm_search.keypoints import ArmKeypoints, arm_keypoints
 from stereotrack_core.tracking.arm_search.picture import (
     SeenPicture,
-    outline_table,
+    outline_cones,
     seen_pictures,
 )
 from stereotrack_core.tracking.arm_search.score import (
@@ -65,9 +65,8 @@ _FREE_KEPT, _FREE_PAIRS = 10, 20
 _APART, _ANYWHERE = np.radians(30.0), np.radians(90.0)
 """Angle from which two places of an arm differ then, and spread of further candidates."""
 
-_NATURAL = 2.0
-"""Factor on what speaks against an arm's anatomy, in addition: there is no history then that could
-outweigh it."""
+_NATURAL = 3.0
+"""Factor then on what speaks against an arm's anatomy: no history could outweigh it."""
 
 _PICTURE_STEP = 3
 """Every so many pixels are compared: arms are several of these wide."""
@@ -120,7 +119,7 @@ class ArmSearch:
         self.parameters = parameters
         self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
         of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
-        self._arms = [body.cones[chosen] for chosen in of_arm]
+        self._arms = [replace(body, cones=body.cones[chosen]) for chosen in of_arm]
         self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
         self._reach = max(shape.reach for shape in self._shapes) + 0.1
 
@@ -180,30 +179,21 @@ class ArmSearch:
 
     def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:
         """Cost of one pose by the same measure, with the body where `pose` has it."""
-        frames, before = self.body.frames(pose), self.body.frames(predicted)
-        arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
-        total, nearest = float(self._crossing(evidence, *arms)[0, 0]), evidence.body_distance
-        for shape, arm in zip(evidence.shapes, arms, strict=True):
-            total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
-            nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
-        squared = nearest**2
-        total += np.sum(squared / (squared + _SQUARED_SCALE))
-        if not evidence.pictures:
-            return float(total)
-        return float(total + self._unlike(evidence, frames, frames, frames)[0, 0])
+        return sum(self.terms(evidence, predicted, pose).values())
 
     def terms(self, evidence: Evidence, predicted: Pose, pose: Pose) -> dict[str, float]:
-        """What :meth:`cost` of a pose is made of, by name."""
+        """Terms of :meth:`cost` by name."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
-        far = [self._distances(evidence, s, arms[s.side])[0] for s in evidence.shapes]
-        found = {"data": 0.0, "keypoints": 0.0, "anatomy": 0.0, "change": 0.0}
+        found = dict.fromkeys(("data", "keypoints", "anatomy", "change"), 0.0)
+        nearest = evidence.body_distance
         for shape, arm in zip(evidence.shapes, arms, strict=True):
             expected = arm_of_pose(before, shape.side)
-            of_arm = self.arm_terms(evidence, shape.side, arm, expected, far[1 - shape.side])
-            found["data"] = float(of_arm.pop("data")[0])  # of both arms together, either way
-            for name, cost in of_arm.items():
+            for name, cost in self._own_terms(evidence, shape, arm, expected).items():
                 found[name] += float(cost[0])
+            nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
+        squared = nearest**2
+        found["data"] = float(np.sum(squared / (squared + _SQUARED_SCALE)))
         found["crossing"] = float(self._crossing(evidence, *arms)[0, 0])
         found["pictures"] = float(self._unlike(evidence, frames, frames, frames)[0, 0])
         return found
@@ -217,21 +207,16 @@ class ArmSearch:
         others = np.minimum(evidence.body_distance, other)
         distances = self._distances(evidence, shape, arms)
         unexplained_sums(others, distances, _SQUARED_SCALE, explained)
-        return {
-            "data": explained,
-            "keypoints": self._keypoints(evidence, shape, arms),
-            "anatomy": anatomy_cost(self.body, shape, arms),
-            "change": change_cost(expected, arms),
-        }
+        return {"data": explained, **self._own_terms(evidence, shape, arms, expected)}
 
     def _unlike(
         self, evidence: Evidence, frames: PartFrames, left: PartFrames, right: PartFrames
     ) -> FloatArray:
         """Cost (K, L) of what views should see of K left and L right arms and do not."""
-        rest = outline_table(self._trunk.cones, frames)
+        rest = outline_cones(self._trunk, frames)
         arms = [
-            outline_table(cones, posed).reshape(-1, len(cones), 18)
-            for cones, posed in zip(self._arms, (left, right), strict=True)
+            outline_cones(arm, posed).reshape(-1, len(arm.cones))
+            for arm, posed in zip(self._arms, (left, right), strict=True)
         ]
         total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
         for seen in evidence.pictures:
@@ -253,7 +238,7 @@ class ArmSearch:
             rng = np.random.default_rng((shape.side, len(arms)))
             arms = joined(arms, arms_around(arms[:1], len(arms), _ANYWHERE, _ANYWHERE, rng))
         distances = self._distances(evidence, shape, arms)
-        own = self._own_cost(evidence, shape, arms, expected)
+        own = sum(self._own_terms(evidence, shape, arms, expected).values(), np.zeros(len(arms)))
         chosen: dict[int, None] = {0: None}
         for others in (evidence.body_distance, np.minimum(evidence.body_distance, other)):
             explained = np.empty(len(arms))
@@ -306,20 +291,17 @@ class ArmSearch:
         nodes = evidence.shapes[LEFT].nodes(left), evidence.shapes[RIGHT].nodes(right)
         return crossing_cost(*nodes, self.parameters.arms_apart)
 
-    def _own_cost(
+    def _own_terms(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
-    ) -> FloatArray:
-        seen = self._keypoints(evidence, shape, arms)
+    ) -> dict[str, FloatArray]:
+        seen = np.zeros(len(arms))
+        if evidence.keypoints is not None:
+            seen = self.parameters.keypoint_cost * evidence.keypoints[shape.side].cost(shape, arms)
         natural = anatomy_cost(self.body, shape, arms)
+        if self._free:
+            return {"keypoints": seen, "anatomy": _NATURAL * natural}
         change = change_cost(expected, arms)
-        own = seen + natural + change
-        return own - change + _NATURAL * natural if self._free else own
-
-    def _keypoints(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
-        if evidence.keypoints is None:
-            return np.zeros(len(arms))
-        cost = evidence.keypoints[shape.side].cost(shape, arms)
-        return self.parameters.keypoint_cost * cost
+        return {"keypoints": seen, "anatomy": natural, "change": change}
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))

@@ -6,7 +6,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.model import BodyModel, PlacedCones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
@@ -21,7 +21,7 @@ from stereotrack_core.tracking.arm_search.arms import (
 )
 from stereotrack_core.tracking.arm_search.picture import (
     SeenPicture,
-    outline_table,
+    outline_cones,
     seen_pictures,
 )
 from stereotrack_core.tracking.arm_search.score import anatomy_cost
@@ -56,7 +56,7 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
     result = np.zeros(len(LIMBS))
     pictures = seen_pictures(cloud, _STEP)
     frames = body.frames(pose)
-    here = outline_table(body.cones, frames)
+    here = outline_cones(body, frames)
     for side in (LEFT, RIGHT):
         present, shape = arm_of_pose(frames, side), arm_shape(body, side)
         upper, fore = present.upper[0], present.fore[0]
@@ -82,16 +82,16 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
 def _gains(
     pictures: tuple[SeenPicture, ...],
     body: BodyModel,
-    here: FloatArray,
+    here: PlacedCones,
     poses: Pose,
     moved: tuple[int, ...],
 ) -> FloatArray:
     """Square metres (K,), a mean over views, by which less disagrees in each of the poses.
 
-    They are compared with the pose whose table of cones is `here`, in the same place.
+    They are compared with the pose whose cones are `here`, in the same place.
     """
     chosen = np.isin(body.cones.part, moved)
-    there = outline_table(body.cones, body.frames(poses))
+    there = outline_cones(body, body.frames(poses))
     rest = here[~chosen]
     limbs = np.concatenate([here[None, chosen], there[:, chosen]])
     total = np.zeros(len(limbs))

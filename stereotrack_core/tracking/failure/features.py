@@ -27,7 +27,7 @@ from stereotrack_core.tracking.arm_search.picture import (
     SeenPicture,
     cone_images,
     near_at,
-    outline_table,
+    outline_cones,
     reached,
     seen_pictures,
 )
@@ -215,8 +215,8 @@ def _looks(
     body: BodyModel, frames: PartFrames, pictures: tuple[SeenPicture, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Looks (V, 7, 3) of limbs and legs, unexplained pixels (V, 6) of limbs, in all views."""
-    table, limb = outline_table(body.cones, frames), LIMB_OF_PART[body.cones.part]
-    images = np.empty((len(table), COLUMNS))
+    placed, limb = outline_cones(body, frames), LIMB_OF_PART[body.cones.part]
+    images = np.empty((len(placed), COLUMNS))
     looks = np.zeros((len(pictures), len(LIMBS) + 1, len(LOOKS)))
     unexplained = np.zeros((len(pictures), len(LIMBS)))
     lengths = body.skeleton.lengths
@@ -225,7 +225,7 @@ def _looks(
     for v, seen in enumerate(pictures):
         picture = np.zeros(seen.measured.shape, dtype=np.float32)
         owner = np.full(picture.shape, -1, dtype=np.int8)
-        cone_images(table, seen.camera_from_world, seen.pinhole, seen.eye, images)
+        cone_images(placed, seen.camera_from_world, seen.pinhole, seen.eye, images)
         _draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner)
         _look(picture, owner, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v])
         to_camera = seen.camera_from_world

@@ -18,7 +18,7 @@ from stereotrack_core.tracking.arm_search.score import anatomy_cost
 from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements
-from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
 from stereotrack_core.tracking.initialise.people import people_in
 from stereotrack_core.tracking.initialise.seeds import seeds_in, upright_pose
 from stereotrack_core.tracking.initialise.trunk import (
@@ -29,7 +29,7 @@ from stereotrack_core.tracking.initialise.trunk import (
 )
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
-from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.state import Setup, State
 
 _ALL_DATA = 450.0
 """Weight of all data against the search's cost, which counts those near the shoulders."""
@@ -61,27 +61,38 @@ by_cost = attrgetter("cost")
 """What speaks against a candidate."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Candidate:
-    """A pose on trial: the filter that follows it, and the sum of what speaks against it."""
+    """A pose on trial."""
 
-    filter: PoseFilter
+    state: State
+    """State of the filter that follows it."""
+    before: State
+    """The same before its last step; equal to `state` before the first."""
     cost: float
+    """Sum of costs over the frames so far."""
 
     @property
     def pose(self) -> Pose:
-        """Where the filter is."""
-        return self.filter.state.pose
+        """Pose that is on trial."""
+        return self.state.pose
 
 
 class PoseFinder:
-    """Finds poses in single clouds, and compares poses by how well they explain one."""
+    """Finds poses in single clouds, and compares poses by how well they explain one.
+
+    Attributes
+    ----------
+    follower : Follower
+        Filter of the same body, without colours and without detections between frames.
+    """
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
         self._arms = ArmSearch(setup.body, setup.parameters, free=True)
         self._estimator = IteratedEstimator(setup)
-        self._correspondences = DataToModel(setup)
+        self._pairing = DataToModel(setup)
+        self.follower = Follower(setup, self._estimator)
 
     def poses_in(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of everybody in a cloud that differ, best first."""
@@ -99,7 +110,7 @@ class PoseFinder:
         """Find poses of the one person in a cloud, from coarse to fine."""
         coarse = _thinned(cloud.points, _COARSE_DATA)
         data = _thinned(cloud.points, _FINE_DATA)
-        fine = Measurements(self.setup, cloud, data, self._correspondences)
+        fine = Measurements(self.setup, cloud, data, self._pairing)
         seeds = [last, *seeds_in(self.setup.body, cloud.points, self.setup.upright)]
         order = np.argsort(self._coarse_cost(cloud, coarse, seeds), kind="stable")
         tried = _spread([seeds[k] for k in order], _TRIED, _trunks_differ)
@@ -108,12 +119,6 @@ class PoseFinder:
         spread = _spread([followed[k] for k in order], _SEARCHED, _trunks_differ)
         found = sorted((self._with_arms(pose, fine) for pose in spread), key=by_cost)
         return found + [self._with_arms(each.pose, fine) for each in found[:_REPEATED]]
-
-    def follower(self, pose: Pose, time: float | None = None) -> PoseFilter:
-        """A filter of the same body that follows a pose, without colours and detections between."""
-        follower = PoseFilter(self.setup, self._estimator, self._correspondences)
-        follower.start(pose, time)
-        return follower
 
     def cost(self, pose: Pose, cloud: Cloud) -> float:
         """What speaks against a pose in a cloud."""
@@ -160,7 +165,8 @@ class PoseFinder:
         found = self._followed(best, measured)
         if self.gain_of_turning(found, cloud) > TURN_GAIN:
             found = turned_round(found)
-        return Candidate(self.follower(found, cloud.frame), self.cost(found, cloud))
+        state = self.follower.first(found, cloud.frame)
+        return Candidate(state, state, self.cost(found, cloud))
 
     def arms_cost(self, pose: Pose) -> float:
         """What speaks against the anatomy of both arms of a pose."""

@@ -16,13 +16,15 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.residuals.silhouette import edge_maps
+from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape, fitted_surface
-from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.step import PersonModel, PersonState
 
 _BETTER = 6.0
 """Cost by which a pose that is not the usual one must be better to be taken."""
@@ -43,7 +45,7 @@ Told = Callable[[int, int], object]
 
 
 def first_pose_in(
-    initialiser: PersonTracker, clouds: Sequence[Cloud], told: Told = lambda _done, _count: None
+    initialiser: PersonModel, clouds: Sequence[Cloud], told: Told = lambda _done, _count: None
 ) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
@@ -51,41 +53,49 @@ def first_pose_in(
     one is right, and then back to it. Where the pose in which recordings usually begin, the T
     pose facing north, explains the clouds about as well, it is taken; a world whose z does not
     point up has no north, and a body that is turned round on the way did not face it. At last it
-    is looked at from both sides with bodies of their own shape. Nothing of the initialiser is left
-    as it was. `told` may raise :class:`Cancelled`.
+    is looked at from both sides with bodies of their own shape. `told` may raise
+    :class:`Cancelled`.
     """
-    step = _Steps(initialiser, told, 3 * len(clouds) + 2 * len(clouds[:_FITTED]))
-    initialiser.reinitialise()
-    estimates = [step(cloud) for cloud in clouds]
+    steps = _Steps(initialiser, told, 3 * len(clouds) + 2 * len(clouds[:_FITTED]))
+    estimates = steps.follow(initialiser.absent(), clouds)
     tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
     if initialiser.setup.upright == Z_UP:
         usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
-        if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
+        if _explains_as_well(steps, usual, clouds[first:], estimates[first:]):
             return usual
-    step.done = 2 * len(clouds)
-    found = _followed_back(initialiser, clouds, estimates, first, last, step)
-    step.done = 3 * len(clouds)
-    return facing_right(initialiser, found, clouds[first : last + 1], step.tell)
+    steps.done = 2 * len(clouds)
+    found = _followed_back(steps, clouds[first : last + 1], estimates[first : last + 1])
+    steps.done = 3 * len(clouds)
+    return facing_right(initialiser, found, clouds[first : last + 1], steps.tell)
 
 
 class _Steps:
-    """Steps of a tracker, of which somebody is told how many are done."""
+    """Steps of a model, of which somebody is told how many are done."""
 
-    def __init__(self, tracker: PersonTracker, told: Told, count: int) -> None:
-        self._tracker, self._told, self._count = tracker, told, count
+    def __init__(self, model: PersonModel, told: Told, count: int) -> None:
+        self.model, self._told, self._count = model, told, count
         self.done = 0
 
     def tell(self) -> None:
-        """One more begins."""
+        """Tell that one more begins."""
         self._told(self.done, self._count)
         self.done += 1
 
-    def __call__(self, cloud: Cloud) -> Estimate:
+    def step(self, state: PersonState, cloud: Cloud) -> tuple[PersonState, Estimate]:
+        """Do one step."""
         self.tell()
-        return self._tracker.step(cloud)
+        return self.model.step(state, cloud)
+
+    def follow(self, state: PersonState, clouds: Sequence[Cloud]) -> list[Estimate]:
+        """Step from cloud to cloud."""
+        estimates = []
+        for cloud in clouds:
+            state, estimate = self.step(state, cloud)
+            estimates.append(estimate)
+        return estimates
 
 
 def search_chain(reader: FrameReader, chosen: DepthParameters, views: Sequence[str]) -> DepthChain:
@@ -102,7 +112,7 @@ def search_chain(reader: FrameReader, chosen: DepthParameters, views: Sequence[s
 
 
 def first_pose_from_images(
-    initialiser: PersonTracker,
+    initialiser: PersonModel,
     chain: DepthChain,
     reader: FrameReader,
     frames: Sequence[int],
@@ -113,8 +123,8 @@ def first_pose_from_images(
 
     Parameters
     ----------
-    initialiser : PersonTracker
-        Of the default shape; nothing of it is left as it was.
+    initialiser : PersonModel
+        Of the default shape.
     chain : DepthChain
         See :func:`search_chain`; it is closed.
     frames : sequence of int
@@ -132,8 +142,8 @@ def first_pose_from_images(
     found = first_pose_in(initialiser, clouds, told)
     if found is None:
         return None
-    initialiser.start(found)
-    estimates = [initialiser.step(cloud) for cloud in clouds]
+    steps = _Steps(initialiser, lambda _done, _count: None, len(clouds))
+    estimates = steps.follow(initialiser.first(found), clouds)
     return next((estimate.pose for estimate in estimates if estimate.tracked), found)
 
 
@@ -173,60 +183,45 @@ _LEAST_SETTLED = 3
 
 
 def shape_in(
-    initialiser: PersonTracker,
+    initialiser: PersonModel,
     clouds: Sequence[Cloud],
     first_pose: Callable[[Cloud], Pose],
-    before_step: Callable[[Cloud], object],
-    on_preparing: Callable[[str, int, int], None],
+    hooks: Hooks,
 ) -> BodyShape | None:
     """Shape of who is followed over successive clouds; None where too few show somebody.
 
-    Parameters
-    ----------
-    initialiser : PersonTracker
-        Of which nothing is left as it was.
-    first_pose : callable
-        Where the person is in the first cloud.
-    before_step : callable
-        Called before every step; may raise :class:`Cancelled`.
-    on_preparing : callable
-        Is told the stage, and how many of how many of its parts are done.
+    `first_pose` gives the pose in a cloud, from which the person is followed.
     """
-    setup, seen = initialiser.setup, list[SeenPose]()
+    setup, seen, state = initialiser.setup, list[SeenPose](), initialiser.absent()
+    pairing = DataToModel(setup)
     for done, cloud in enumerate(clouds):
-        on_preparing("tracking the first frames", done, len(clouds))
+        hooks.on_preparing("tracking the first frames", done, len(clouds))
         if not seen:
-            initialiser.start(first_pose(cloud))
-        before_step(cloud)
-        estimate = initialiser.step(cloud)
+            state = initialiser.first(first_pose(cloud))
+        hooks.before_step()
+        state, estimate = initialiser.step(state, cloud)
         if estimate.tracked:
-            data = initialiser.leader.correspondences.choose(cloud)
+            data = pairing.choose(cloud)
             seen.append(SeenPose(data, estimate.pose, edge_maps(cloud), setup.upright))
     settled = seen[len(seen) // 3 :: 2]
     if len(settled) < _LEAST_SETTLED:
         return None
-    told = partial(on_preparing, "fitting the body shape")
+    told = partial(hooks.on_preparing, "fitting the body shape")
     return fitted_shape(setup.body, settled, setup.parameters, setup.joints, told)
 
 
-def _followed_back(
-    initialiser: PersonTracker,
-    clouds: Sequence[Cloud],
-    estimates: Sequence[Estimate],
-    first: int,
-    last: int,
-    step: _Steps,
-) -> Pose:
-    initialiser.start(estimates[last].pose, clouds[last].frame)
-    for cloud in reversed(clouds[first:last]):
-        estimate = step(cloud)
+def _followed_back(steps: _Steps, clouds: Sequence[Cloud], estimates: Sequence[Estimate]) -> Pose:
+    """Pose in the first cloud, followed back from the last; both are tracked."""
+    state = steps.model.first(estimates[-1].pose, clouds[-1].frame)
+    for cloud in reversed(clouds[:-1]):
+        state, estimate = steps.step(state, cloud)
         if not estimate.tracked:
-            return estimates[first].pose
-    return initialiser.pose
+            return estimates[0].pose
+    return state.pose
 
 
 def facing_right(
-    initialiser: PersonTracker,
+    initialiser: PersonModel,
     found: Pose,
     clouds: Sequence[Cloud],
     told: Callable[[], object] = lambda: None,
@@ -253,20 +248,18 @@ def facing_right(
 
 
 def _gain_of_turning(
-    initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cloud], told: Callable[[], object]
+    initialiser: PersonModel, pose: Pose, clouds: Sequence[Cloud], told: Callable[[], object]
 ) -> float:
     """How much more natural the other way round is, for a body fitted to this way of facing."""
-    setup = initialiser.setup
-    follower = initialiser.finder.follower(pose)
-    poses = []
+    setup, follower = initialiser.setup, initialiser.follower
+    pairing = DataToModel(setup)
+    state, poses = follower.first(pose), []
     for cloud in clouds:
         told()
-        poses.append(follower.step(cloud).pose)
+        state, estimate = follower.step(state, cloud)
+        poses.append(estimate.pose)
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
-    seen = [
-        SeenPose(initialiser.leader.correspondences.choose(c), pose, upright=setup.upright)
-        for c, pose in pairs
-    ]
+    seen = [SeenPose(pairing.choose(c), pose, upright=setup.upright) for c, pose in pairs]
     body, fitted = fitted_surface(setup.body, seen, setup.parameters, setup.joints)
     judge = PoseFinder(replace(setup, body=body))
     gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
@@ -274,25 +267,18 @@ def _gain_of_turning(
 
 
 def _explains_as_well(
-    initialiser: PersonTracker,
-    usual: Pose,
-    clouds: Sequence[Cloud],
-    found: Sequence[Estimate],
-    step: _Steps,
+    steps: _Steps, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
 ) -> bool:
-    """Whether following from the usual pose costs no more than what was found, or little more."""
-    initialiser.start(usual)
-    more = []
+    """Whether following from the usual pose costs no more than the poses found, or little more."""
+    state, more, cost = steps.model.first(usual), [], steps.model.finder.cost
     for cloud, other in zip(clouds, found, strict=True):
-        estimate = step(cloud)
+        state, estimate = steps.step(state, cloud)
         if not estimate.tracked:
             return False
         if estimate.pose.torso[:, 1] @ usual.torso[:, 1] < 0.0:
             return False  # following has turned it round
         if other.tracked:
-            cost = initialiser.finder.cost
-            here, there = cost(estimate.pose, cloud), cost(other.pose, cloud)
-            more.append(here - there)
+            more.append(cost(estimate.pose, cloud) - cost(other.pose, cloud))
     forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]
     turned_away = min(forward) < 0.0
     return float(np.mean(more)) < (_UNUSUAL if turned_away else _BETTER)

@@ -145,10 +145,10 @@ def _extent(body: BodyModel, pose: Pose) -> tuple[float, float, FloatArray]:
     """Lower end, upper end and middle (3,) of torso, head and legs, relative to the hips."""
     frames = body.frames(pose)
     cones = placed_cones(body, frames)[~np.isin(body.cones.part, [*UPPER_ARMS, *FOREARMS])]
-    ends = cones.origins + cones.rotations[:, :, 2] * cones.cones.height[:, None]
-    radius = np.where(cones.cones.round_end, cones.cones.r2, 0.0)
-    high = float(np.max(np.maximum(ends[:, 2] + radius, cones.origins[:, 2])))
+    ends = cones["origin"] + cones["rotation"][:, :, 2] * cones["height"][:, None]
+    radius = np.where(cones["round_end"], cones["r2"], 0.0)
+    high = float(np.max(np.maximum(ends[:, 2] + radius, cones["origin"][:, 2])))
     low = float(np.min(ends[:, 2])) - _SOLE
-    weight = cones.cones.height * (cones.cones.r1 + cones.cones.r2)
-    centre = np.average(0.5 * (ends + cones.origins), axis=0, weights=weight)
+    weight = cones["height"] * (cones["r1"] + cones["r2"])
+    centre = np.average(0.5 * (ends + cones["origin"]), axis=0, weights=weight)
     return low, high, centre - pose.position

@@ -28,7 +28,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correction import gathered, solved
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.residuals.detections import DetectionResidual, residual_at
-from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.state import Belief, Setup
 
 _PARTS = (*UPPER_ARMS, *FOREARMS, *FOREARMS, HEAD, TORSO, TORSO)
@@ -137,9 +137,10 @@ def _fitted(setup: Setup, start: Pose, clicks: tuple[Detection, ...]) -> Pose:
     at = prior = Belief(start, np.diag(sigma**2))
     for widened in _WIDENED:
         pose = orthonormal(at.pose)
-        rows = ClickObservation(clicks, widened).residuals(setup.body, pose)
-        limits = limit_residuals(setup.body, pose, setup.parameters, setup.joints)
-        told = gathered((*rows, *limits), setup.body, pose, setup.columns)
+        frames, clicked = setup.body.frames(pose), ClickObservation(clicks, widened)
+        rows = [each.rows(frames) for each in clicked.residuals(setup.body, pose)]
+        rows.append(limit_rows(setup.body, pose, setup.parameters, setup.joints))
+        told = gathered(rows, frames, setup.columns)
         at, _ = solved(setup.joints, prior, pose, told)
     return orthonormal(at.pose)
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.manifold import Columns, point_jacobian
+from stereotrack_core.body.manifold import DETECTION, PIXEL, Rows, jacobian, rows_of
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
 from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM
@@ -64,13 +64,14 @@ class DetectionResidual:
         world = _placed(frames, self.part, self.point)
         return world if self.camera is None else _pinhole(self.camera, world)
 
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (3, n) or (2, n) at one pose."""
+    def rows(self, frames: PartFrames) -> Rows:
+        """Three rows in space or two of a pixel, linearised at one pose."""
         world = _placed(frames, self.part, self.point)
         along = np.eye(3) if self.camera is None else _pixel_gradients(self.camera, world)
-        m = len(along)
-        part = np.full(m, self.part, dtype=np.int64)
-        return point_jacobian(np.tile(world, (m, 1)), along, part, frames, columns)
+        off = self.measured - self.predicted(frames), self.variance
+        part = np.full(len(along), self.part, dtype=np.int64)
+        kind = DETECTION if self.camera is None else PIXEL
+        return rows_of(kind, part, np.tile(world, (len(along), 1)), along, off)
 
 
 @dataclass(frozen=True)
@@ -213,8 +214,9 @@ def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:
         return prior
     body, at = setup.body, prior
     for _ in range(_ITERATIONS):
-        residual = _residual_of(detection, part, body, body.frames(at.pose))
-        found = gathered((residual,), body, at.pose, setup.columns)
+        frames = body.frames(at.pose)
+        rows = _residual_of(detection, part, body, frames).rows(frames)
+        found = gathered((rows,), frames, setup.columns)
         at, _ = solved(setup.joints, prior, at.pose, found)
     return Belief(orthonormal(at.pose), at.P)
 
@@ -223,14 +225,13 @@ def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
     """Part to whose end the detection fits best by the pose's uncertainty; None beyond the gate."""
     body, columns = setup.body, setup.columns
     frames, gate = body.frames(prior.pose), setup.parameters.detection_gate
-    stacked = PartFrames(frames.rotations[None], frames.origins[None])
     best, least = None, np.inf
     for part in _PARTS_OF[detection.kind]:
         if not _distance_from(detection, part, body, frames) < gate:
             continue
         residual = _residual_of(detection, part, body, frames)
-        nu = residual.measured - residual.predicted(stacked)[0]
-        J = residual.jacobian(frames, columns)
+        rows = residual.rows(frames)
+        nu, J = rows["innovation"], jacobian(rows, frames, columns)
         variance = _undistorted(detection)[1] ** 2 / detection.confidence
         S = J @ prior.P @ J.T + np.eye(len(nu)) * variance
         squared = float(nu @ np.linalg.solve(S, nu))

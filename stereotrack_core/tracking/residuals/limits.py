@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from functools import cache
-from typing import TypeAlias
+from typing import Any
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.manifold import Columns, point_jacobian
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.manifold import ARMS, ELBOW, REST_ROW, ROW, TORSO_ROW, Rows
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import REST, PartFrames, Pose
+from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.skeleton import (
     CLAVICLES,
     FOREARMS,
@@ -22,8 +22,8 @@ from stereotrack_core.body.skeleton import (
     TORSO,
     UPPER_ARMS,
 )
-from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.geometry.triangulation import nearest_on_segments
+from stereotrack_core.body.surface import closest_on_cone, in_cone
+from stereotrack_core.compiled import compiled
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.state import GIRDLE_REST
 
@@ -33,177 +33,16 @@ _REST_SIGMA = {
     HEAD: np.radians(20.0),
     **dict.fromkeys(THIGHS, np.radians(45.0)),
     **dict.fromkeys(SHANKS, np.radians(60.0)),
+    **dict.fromkeys(CLAVICLES, GIRDLE_REST),
 }
-"""Standard deviation of the limbs that no measure counts from straight; they only take data."""
+"""Standard deviation of the limbs that no measure counts from straight; they only take data. Those
+of the clavicles are least ones."""
 
-
-_GIRDLE: IntArray = np.repeat(np.array(CLAVICLES, dtype=np.int64), 2)
-_ACROSS_GIRDLE: FloatArray = np.array([REST[part][:, k % 2] for k, part in enumerate(_GIRDLE)])
-"""The clavicles' x and y axes at rest (4, 3), and whose they are; x is vertical."""
-
-LEAST_ELBOW_ANGLE = np.radians(30.0)
+LEAST_ELBOW_ANGLE = float(np.radians(30.0))
 """Between upper arm and forearm."""
 
-_ELBOW_SIGMA = np.radians(3.0)
+_ELBOW_SIGMA = float(np.radians(3.0))
 """How firmly an elbow is kept from folding farther than its limit."""
-
-
-@dataclass(frozen=True, eq=False)
-class DirectionResidual:
-    """Components of parts' directions across axes that are fixed to their parents."""
-
-    part: IntArray
-    parent: IntArray
-    """`part` and `parent`: (m,)."""
-    across: FloatArray
-    """(m, 3). Unit vectors in the parents' frames."""
-    measured: FloatArray
-    variance: FloatArray
-    """`measured` and `variance`: (m,)."""
-
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (m, n): only a part's own joint turns it against its parent."""
-        J = np.zeros((len(self.part), columns.n))
-        rows = np.flatnonzero(columns.first[self.part] >= 0)
-        part, at = self.part[rows], columns.first[self.part[rows]]
-        across = np.einsum("mij,mj->mi", frames.rotations[self.parent[rows]], self.across[rows])
-        along = np.einsum("mi,mij->mj", across, frames.rotations[part])
-        J[rows, at], J[rows, at + 1] = -along[:, 1], along[:, 0]
-        return J
-
-    def predicted(self, frames: PartFrames) -> FloatArray:
-        """Components (S, m)."""
-        across = np.einsum("smij,mj->smi", frames.rotations[:, self.parent], self.across)
-        along = frames.rotations[..., 2][:, self.part]
-        result: FloatArray = np.einsum("smi,smi->sm", across, along)
-        return result
-
-
-@dataclass(frozen=True, eq=False)
-class ClearanceResidual:
-    """Distances of points of parts from the torso, along fixed directions of the torso's frame."""
-
-    part: IntArray
-    """(m,)."""
-    points: FloatArray
-    """(m, 3). In the frames of the parts."""
-    outward: FloatArray
-    """(m, 3). In the torso's frame."""
-    measured: FloatArray
-    variance: FloatArray
-    """`measured` and `variance`: (m,)."""
-
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (m, n): the torso's own movement changes nothing."""
-        world = frames.apply(self.part, self.points)
-        outward = self.outward @ frames.rotations[TORSO].T
-        J = point_jacobian(world, outward, self.part, frames, columns)
-        J[:, :6] = 0.0
-        return J
-
-    def predicted(self, frames: PartFrames) -> FloatArray:
-        """Places along the outward directions (S, m)."""
-        world = frames.apply(self.part, self.points) - frames.origins[:, TORSO, None]
-        local = np.einsum("sji,smj->smi", frames.rotations[:, TORSO], world)
-        result: FloatArray = np.einsum("smi,mi->sm", local, self.outward)
-        return result
-
-
-@dataclass(frozen=True, eq=False)
-class ApartResidual:
-    """Distances between places on two arms along fixed directions."""
-
-    left: IntArray
-    right: IntArray
-    """`left` and `right`: (m,). Parts."""
-    on_left: FloatArray
-    on_right: FloatArray
-    """`on_left` and `on_right`: (m, 3). Places in the parts' frames."""
-    direction: FloatArray
-    """(m, 3), world. Unit vectors from the right arm to the left one."""
-    measured: FloatArray
-    variance: FloatArray
-    """`measured` and `variance`: (m,)."""
-
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (m, n)."""
-        left, right = frames.apply(self.left, self.on_left), frames.apply(self.right, self.on_right)
-        of_left = point_jacobian(left, self.direction, self.left, frames, columns)
-        return of_left - point_jacobian(right, self.direction, self.right, frames, columns)
-
-    def predicted(self, frames: PartFrames) -> FloatArray:
-        """Distances (S, m) for stacked poses."""
-        left, right = frames.apply(self.left, self.on_left), frames.apply(self.right, self.on_right)
-        result: FloatArray = np.einsum("smi,mi->sm", left - right, self.direction)
-        return result
-
-
-Limit: TypeAlias = DirectionResidual | ClearanceResidual | ApartResidual
-
-
-def limit_residuals(
-    body: BodyModel, pose: Pose, parameters: TrackingParameters, joints: tuple[int, ...]
-) -> tuple[Limit, ...]:
-    """Rows for the limits that a pose violates, and for limbs that should rest.
-
-    Those of :func:`resting_limbs` come first, then those for the shoulders.
-    """
-    rows: list[Limit] = [*resting_limbs(joints)]
-    if CLAVICLES[0] in joints:
-        off, variance = shoulders_at_rest(pose.rotations)
-        across, nothing = _ACROSS_GIRDLE, np.zeros(len(off))
-        rows.append(DirectionResidual(_GIRDLE, _PARENTS[_GIRDLE], across, nothing, variance))
-    rows += _folded_elbows(pose, LEAST_ELBOW_ANGLE)
-    frames = body.frames(pose)
-    rows += _collisions(body, frames, parameters.clearance)
-    if parameters.arms_apart > 0.0:
-        rows += arms_apart(body, frames, parameters.arms_apart)
-    return tuple(rows)
-
-
-@cache
-def resting_limbs(joints: tuple[int, ...]) -> tuple[DirectionResidual, ...]:
-    """Two rows for every limb that should rest, whatever the pose."""
-    part = np.repeat([joint for joint in joints if joint in _REST_SIGMA], 2).astype(np.int64)
-    if not len(part):
-        return ()
-    across = np.array([REST[joint][:, k % 2] for k, joint in enumerate(part)])
-    variance = np.array([_REST_SIGMA[joint] ** 2 for joint in part.tolist()])
-    return (DirectionResidual(part, _PARENTS[part], across, np.zeros(len(part)), variance),)
-
-
-def shoulders_at_rest(rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How far clavicles (..., 4) are from their rest across two axes each, and with what variance.
-
-    The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
-    negative logarithm of a Cauchy density, by iterated weights. They rest most of the time, and
-    where they do not they may be anywhere; but nobody lowers them far.
-
-    Parameters
-    ----------
-    rotations : (..., P, 3, 3) float64
-        Of a pose, or of stacked ones.
-    """
-    off = np.einsum("mi,...mi->...m", _ACROSS_GIRDLE, rotations[..., 2][..., _GIRDLE, :])
-    lowered = off * _ACROSS_GIRDLE[:, 2] < 0.0
-    return off, GIRDLE_REST**2 + np.where(lowered, 0.0, off) ** 2
-
-
-def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:
-    """Ask elbows that are bent beyond their limit to come back to it."""
-    rows = []
-    for fore in FOREARMS:
-        along = pose.rotations[fore, :, 2]
-        bend = float(np.arccos(np.clip(along[2], -1.0, 1.0)))
-        excess = bend - (np.pi - least_angle)
-        if excess > 0.0:
-            side = along[:2] / max(float(np.linalg.norm(along[:2])), 1e-9)
-            further = np.append(np.cos(bend) * side, -np.sin(bend))[None]
-            part, variance = np.full(1, fore, dtype=np.int64), np.full(1, _ELBOW_SIGMA**2)
-            back = np.array([-excess])
-            rows.append(DirectionResidual(part, _PARENTS[part], further, back, variance))
-    return rows
-
 
 _COLLISION_SIGMA = 0.03
 """Metres; how firmly an arm is held off the torso."""
@@ -211,24 +50,8 @@ _COLLISION_SIGMA = 0.03
 _CHECKED = 4
 """Places along a forearm, from elbow to hand, whose distance from the torso is checked."""
 
-
-def _collisions(body: BodyModel, frames: PartFrames, clearance: float) -> list[ClearanceResidual]:
-    """Hold the axes of forearms and hands off the torso's large cone."""
-    if clearance <= 0.0:
-        return []
-    part = np.repeat(np.array(FOREARMS, dtype=np.int64), _CHECKED)
-    points = np.zeros((len(part), 3))
-    points[:, 2] = np.tile(np.linspace(0.0, body.skeleton.lengths[FOREARMS[0]], _CHECKED), 2)
-    local = (frames.apply(part, points) - frames.origins[TORSO]) @ frames.rotations[TORSO]
-    closest = nearest_on_surface(local, body.torso, 0.5)
-    close = np.flatnonzero((closest.cone == 0) & (closest.distance < clearance))
-    if not len(close):
-        return []
-    outward = closest.direction[close]
-    at_limit = np.einsum("mi,mi->m", outward, closest.point[close]) + clearance
-    variance = np.full(len(close), _COLLISION_SIGMA**2)
-    return [ClearanceResidual(part[close], points[close], outward, at_limit, variance)]
-
+_DEEPEST = 0.5
+"""Metres inside the torso beyond which a place is not moved out of it."""
 
 # Where arms cross, data of the arm in front are near the surface of the one behind as well and
 # draw it into the first; nothing in the data speaks against that.
@@ -239,7 +62,7 @@ PAIRS = (
 )
 """Parts of the left and of the right arm that may meet."""
 
-ROOM = np.array([1.0, 2.0, 2.0])
+ROOM = (1.0, 2.0, 2.0)
 """Least distances of the pairs' axes, in those of the forearms."""
 
 _APART_SIGMA = 0.02
@@ -248,40 +71,184 @@ _APART_SIGMA = 0.02
 _MEETING = 1e-4
 """Metres; axes that are nearer have no direction in which to part."""
 
+RESTING = np.dtype(
+    [("part", "i8"), ("across", "f8", (3,)), ("variance", "f8"), ("yields", "?")], align=True
+)
+"""A part that should rest, and an axis of its parent's frame that it should be square to; `yields`:
+it is held the less the farther it is off."""
 
-def arms_apart(body: BodyModel, frames: PartFrames, least: float) -> list[ApartResidual]:
-    """One row for each pair of parts that are nearer than they can be.
+Resting = np.ndarray[Any, np.dtype[np.void]]
+"""Records ``RESTING`` (m,)."""
+
+
+@cache
+def resting(joints: tuple[int, ...]) -> Resting:
+    """Two records for every joint that should rest."""
+    parts = [joint for joint in joints if joint in _REST_SIGMA for _ in range(2)]
+    found = np.zeros(len(parts), dtype=RESTING)
+    for k, part in enumerate(parts):
+        found[k] = part, REST[part][:, k % 2], _REST_SIGMA[part] ** 2, part in CLAVICLES
+    return found
+
+
+def off_rest(limbs: Resting, rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far limbs (..., m) are from their rest, and with what variance.
+
+    The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
+    negative logarithm of a Cauchy density, by iterated weights. They rest most of the time, and
+    where they do not they may be anywhere; but nobody lowers them far.
 
     Parameters
     ----------
-    frames : PartFrames
-        Of one pose.
-    least : float, metres
-        Between the axes of the forearms.
+    rotations : (..., P, 3, 3) float64
+        Of a pose, or of stacked ones.
     """
-    left, right = np.array(PAIRS, dtype=np.int64).T
-    a, along_a = frames.origins[left], _axes(body, frames, left)
-    c, along_c = frames.origins[right], _axes(body, frames, right)
-    s, t = nearest_on_segments(a, a + along_a, c, c + along_c)
-    apart = a + s[:, None] * along_a - c - t[:, None] * along_c
-    distance = np.linalg.norm(apart, axis=1)
-    near = np.flatnonzero((distance < least * ROOM) & (distance > _MEETING))
-    if not len(near):
-        return []
-    lengths, up = body.skeleton.lengths, np.array([0.0, 0.0, 1.0])
-    return [
-        ApartResidual(
-            left=left[near],
-            right=right[near],
-            on_left=(s * lengths[left])[near, None] * up,
-            on_right=(t * lengths[right])[near, None] * up,
-            direction=apart[near] / distance[near, None],
-            measured=least * ROOM[near],
-            variance=np.full(len(near), _APART_SIGMA**2),
-        )
-    ]
+    across = limbs["across"]
+    off = np.einsum("mi,...mi->...m", across, rotations[..., 2][..., limbs["part"], :])
+    held = ~limbs["yields"] | (off * across[:, 2] < 0.0)
+    return off, limbs["variance"] + np.where(held, 0.0, off) ** 2
 
 
-def _axes(body: BodyModel, frames: PartFrames, part: IntArray) -> FloatArray:
-    """Vectors (m, 3) from joint to joint, world."""
-    return body.skeleton.lengths[part, None] * frames.rotations[part, :, 2]
+def limit_rows(
+    body: BodyModel, pose: Pose, parameters: TrackingParameters, joints: tuple[int, ...]
+) -> Rows:
+    """Rows for the limits that a pose violates, and for limbs that should rest."""
+    frames, limbs = body.frames(pose), resting(joints)
+    rows = np.zeros(len(limbs) + len(FOREARMS) * (1 + _CHECKED) + len(PAIRS), dtype=ROW)
+    bounds = parameters.clearance, parameters.arms_apart
+    placed = frames.rotations, frames.origins
+    torso = body.cones.records[:1]
+    count = _fill_limits(limbs, placed, body.skeleton.lengths, torso, bounds, rows)
+    result: Rows = rows[:count]
+    return result
+
+
+@compiled()
+def _fill_limits(
+    limbs: Any, placed: Any, lengths: Any, torso: Any, bounds: Any, out_rows: Any
+) -> int:
+    """Fill rows and return how many there are; `bounds` are clearance and distance of arms."""
+    n = 0
+    for i in range(limbs.shape[0]):
+        limb, row = limbs[i], out_rows[n]
+        x, y, z = limb.across[0], limb.across[1], limb.across[2]
+        off = _across(row, limb.part, placed, x, y, z)
+        row.kind, row.innovation, row.variance = REST_ROW, -off, limb.variance
+        if limb.yields and off * z >= 0.0:
+            row.variance += off * off
+        n += 1
+    for k in range(2):
+        n = _unfold(FOREARMS[k], placed, n, out_rows)
+    if bounds[0] > 0.0:
+        n = _hold_off(placed, lengths, torso[0], bounds[0], n, out_rows)
+    if bounds[1] > 0.0:
+        for k in range(3):
+            n = _part_arms(PAIRS[k], placed, lengths, ROOM[k] * bounds[1], n, out_rows)
+    return n
+
+
+@compiled(inline="always")
+def _across(row: Any, part: int, placed: Any, x: float, y: float, z: float) -> float:
+    """Fill a row with a part's direction on an axis (3) of its parent; return the component."""
+    rotations, origins = placed
+    parent, off = _PARENTS[part], 0.0
+    row.part, row.until, row.other = part, parent, -1
+    for i in range(3):
+        axis = rotations[parent, i, 0] * x + rotations[parent, i, 1] * y
+        axis += rotations[parent, i, 2] * z
+        row.direction[i] = axis
+        row.point[i] = origins[part, i] + rotations[part, i, 2]
+        off += axis * rotations[part, i, 2]
+    return off
+
+
+@compiled()
+def _unfold(fore: int, placed: Any, n: int, out_rows: Any) -> int:
+    """Ask an elbow that is bent beyond its limit to come back to it."""
+    upper, along = placed[0][_PARENTS[fore]], placed[0][fore]
+    x = upper[0, 0] * along[0, 2] + upper[1, 0] * along[1, 2] + upper[2, 0] * along[2, 2]
+    y = upper[0, 1] * along[0, 2] + upper[1, 1] * along[1, 2] + upper[2, 1] * along[2, 2]
+    z = upper[0, 2] * along[0, 2] + upper[1, 2] * along[1, 2] + upper[2, 2] * along[2, 2]
+    bend = math.acos(min(1.0, max(-1.0, z)))
+    excess = bend - (math.pi - LEAST_ELBOW_ANGLE)
+    if excess <= 0.0:
+        return n
+    row, side = out_rows[n], math.cos(bend) / max(math.hypot(x, y), 1e-9)
+    off = _across(row, fore, placed, side * x, side * y, -math.sin(bend))
+    row.kind, row.innovation, row.variance = ELBOW, -excess - off, _ELBOW_SIGMA**2
+    return n + 1
+
+
+@compiled()
+def _hold_off(placed: Any, lengths: Any, cone: Any, clearance: float, n: int, out_rows: Any) -> int:
+    """Hold the axes of forearms and hands off the torso's large cone."""
+    rotations, origins = placed
+    R, away = rotations[TORSO], np.empty(3)
+    for k in range(2 * _CHECKED):
+        fore, row = FOREARMS[k // _CHECKED], out_rows[n]
+        along = lengths[fore] * (k % _CHECKED) / (_CHECKED - 1)
+        for i in range(3):
+            row.point[i] = origins[fore, i] + along * rotations[fore, i, 2]
+            away[i] = row.point[i] - origins[TORSO, i]
+        x = R[0, 0] * away[0] + R[1, 0] * away[1] + R[2, 0] * away[2]
+        y = R[0, 1] * away[0] + R[1, 1] * away[1] + R[2, 1] * away[2]
+        z = R[0, 2] * away[0] + R[1, 2] * away[1] + R[2, 2] * away[2]
+        x, y, z = in_cone(cone, x, y, z)
+        d, _, _, _, nx, ny, nz = closest_on_cone(cone, x, y, z)
+        if not -_DEEPEST < d < clearance:
+            continue
+        for i in range(3):
+            away[i] = cone.rotation[i, 0] * nx + cone.rotation[i, 1] * ny
+            away[i] += cone.rotation[i, 2] * nz
+        for i in range(3):
+            row.direction[i] = R[i, 0] * away[0] + R[i, 1] * away[1] + R[i, 2] * away[2]
+        row.kind, row.part, row.until, row.other = TORSO_ROW, fore, TORSO, -1
+        row.innovation, row.variance = clearance - d, _COLLISION_SIGMA**2
+        n += 1
+    return n
+
+
+@compiled()
+def _part_arms(pair: Any, placed: Any, lengths: Any, least: float, n: int, out_rows: Any) -> int:
+    """Part two limbs whose axes are nearer than they can be."""
+    rotations, origins = placed
+    left, right = pair
+    a, c, u, v = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        a[i], c[i] = origins[left, i], origins[right, i]
+        u[i] = lengths[left] * rotations[left, i, 2]
+        v[i] = lengths[right] * rotations[right, i, 2]
+    s, t = nearest_shares(a, u, c, v)
+    row, squared = out_rows[n], 0.0
+    for i in range(3):
+        row.point[i], row.other_point[i] = a[i] + s * u[i], c[i] + t * v[i]
+        row.direction[i] = row.point[i] - row.other_point[i]
+        squared += row.direction[i] ** 2
+    distance = math.sqrt(squared)
+    if not _MEETING < distance < least:
+        return n
+    for i in range(3):
+        row.direction[i] /= distance
+    row.kind, row.part, row.until, row.other = ARMS, left, TORSO, right
+    row.innovation, row.variance = least - distance, _APART_SIGMA**2
+    return n + 1
+
+
+@compiled(error_model="numpy")
+def nearest_shares(a: Any, u: Any, c: Any, v: Any) -> Any:
+    """Shares, 0 to 1, at which the segments a + s u and c + t v, all (3,), are nearest.
+
+    The nearest points are found on the lines, then moved into the segments one after the other
+    (Ericson, Real-Time Collision Detection, section 5.1.9).
+    """
+    uu = vv = uv = uw = vw = 0.0
+    for i in range(3):
+        w = a[i] - c[i]
+        uu, vv, uv = uu + u[i] * u[i], vv + v[i] * v[i], uv + u[i] * v[i]
+        uw, vw = uw + u[i] * w, vw + v[i] * w
+    s, determinant = 0.0, uu * vv - uv * uv
+    if determinant > 1e-12 * uu * vv:
+        s = min(1.0, max(0.0, (uv * vw - uw * vv) / determinant))
+    t = min(1.0, max(0.0, (uv * s + vw) / vv)) if vv > 0.0 else 0.0
+    s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
+    return s, t

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.manifold import Columns, point_jacobian
+from stereotrack_core.body.manifold import PIXEL, Rows, rows_of
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.geometry.camera import Camera
 
@@ -81,13 +81,6 @@ class PinholePoints:
         """Their pixels (..., m, 2); NaN behind the camera."""
         return pinhole(self.in_camera(frames), self.focal)
 
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (2 m, n) of the pixels by the error state, at one pose."""
-        along = pixel_gradients(self.rotation, self.in_camera(frames), self.focal).reshape(-1, 3)
-        world = frames.apply(self.part, self.point)
-        part = np.repeat(self.part, 2)
-        return point_jacobian(np.repeat(world, 2, axis=0), along, part, frames, columns)
-
 
 @dataclass(frozen=True, eq=False)
 class ReprojectionResidual:
@@ -104,6 +97,10 @@ class ReprojectionResidual:
         pixels = self.points.pixels(frames)
         return pixels.reshape(len(pixels), -1)
 
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (2 m, n) at one pose."""
-        return self.points.jacobian(frames, columns)
+    def rows(self, frames: PartFrames) -> Rows:
+        """Columns and rows of the pixels in turn, linearised at one pose."""
+        points, at = self.points, self.points.in_camera(frames)
+        off = self.measured - pinhole(at, points.focal).reshape(-1), self.variance
+        along = pixel_gradients(points.rotation, at, points.focal).reshape(-1, 3)
+        world = np.repeat(frames.apply(points.part, points.point), 2, axis=0)
+        return rows_of(PIXEL, np.repeat(points.part, 2), world, along, off)

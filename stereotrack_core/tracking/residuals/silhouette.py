@@ -8,23 +8,20 @@ measured against the nearest edge in that view.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
-from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.manifold import OUTLINE
+from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
-from stereotrack_core.body.surface import ClosestPoints, cone_tables, parts_of_cones
+from stereotrack_core.body.surface import ClosestPoints, in_cone, parts_of_cones, places_for
 from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.edges import EdgeMap
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
-
-_LEAST_PATCH = 150
-"""Pixels below which a patch of the silhouette is noise."""
 
 FARTHEST = 0.15
 """Metres from every edge beyond which a contour is not used: its edge is another part's."""
@@ -41,66 +38,10 @@ _LOSS_SCALE = 0.06
 _DEPTH = 0.15
 """Metres by which an edge's range may differ from the contour's; more is another part."""
 
-_AROUND = 32
-"""Pixels around a silhouette in which outlines are still measured."""
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeMap:
-    """Distances from the silhouette's edge in one view, around the person."""
-
-    distance: Float32Array
-    """(h, w), pixels. Positive outside of the silhouette, negative inside."""
-    range_z: Float32Array
-    """(h, w), metres. NaN where not known."""
-    pinhole: FloatArray
-    """(5,). Focal length, principal point, and the place of the map's first pixel in the image."""
-    camera_from_world: FloatArray
-    """(3, 4). Rotation and translation."""
-
 
 def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
     """Maps of the views that know their outline."""
-    maps = []
-    for depth in cloud.depths.values():
-        found = None if depth.outline is None else _signed_distances(depth.outline)
-        if found is None:
-            continue
-        g, (distance, left, top) = depth.geometry, found
-        height, width = distance.shape
-        to_camera = g.world_from_depth.inverse()
-        maps.append(
-            EdgeMap(
-                distance=distance,
-                range_z=np.ascontiguousarray(
-                    depth.range_z[top : top + height, left : left + width]
-                ),
-                pinhole=np.array([g.focal, g.c_x, g.c_y, left, top], dtype=np.float64),
-                camera_from_world=to_camera.matrix()[:3],
-            )
-        )
-    return tuple(maps)
-
-
-def _signed_distances(outline: BoolArray) -> tuple[Float32Array, int, int] | None:
-    """Signed distances around the larger patches, and the left and top of that region."""
-    patches = outline.astype(np.uint8)
-    cv2.filterSpeckles(patches, 0, _LEAST_PATCH - 1, 0)
-    left, top, width, height = cv2.boundingRect(patches)
-    if not width:
-        return None
-    right, bottom = left + width, top + height
-    person = patches[top:bottom, left:right]
-    height, width = outline.shape
-    before = min(_AROUND, top), min(_AROUND, left)
-    after = min(_AROUND, height - bottom), min(_AROUND, width - right)
-    inside = np.pad(person, tuple(zip(before, after, strict=True)))
-    outward = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
-    inward = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
-    # Both count to the middle of a pixel on the other side; the edge runs half a pixel before it.
-    half = 0.5 - inside.astype(np.float32)
-    distance: Float32Array = np.ascontiguousarray(outward - inward - half, dtype=np.float32)
-    return distance, left - before[1], top - before[0]
+    return tuple(depth.edges for depth in cloud.depths.values() if depth.edges is not None)
 
 
 _BESIDE = 0.04
@@ -136,35 +77,13 @@ def contours_of(
     The points lie on the surface where a view grazes it, with their margins; distances to the edge
     are positive outwards, across the line of sight.
     """
-    table = cone_tables(body.cones, frames)
-    measured, limb = _MEASURED[body.cones.part], _LIMB[body.cones.part]
-    room = 2 * len(_ALONG) * len(table)
-    found = []
+    placed, n = placed_cones(body, frames), 0
+    seen = places_for(2 * len(_ALONG) * len(placed) * len(edges))
     for edge in edges:
-        cone, distance = np.empty(room, dtype=np.int64), np.empty(room)
-        point, direction = np.empty((room, 3)), np.empty((room, 3))
-        n = _measure_outline(
-            table,
-            measured,
-            limb,
-            body.cones.outline,
-            edge.distance,
-            edge.range_z,
-            edge.pinhole,
-            edge.camera_from_world,
-            _ALONG,
-            _DEPTH,
-            point,
-            direction,
-            distance,
-            cone,
-        )
-        kept = np.flatnonzero(np.abs(distance[:n]) < farthest)
-        found.append((cone[kept], distance[kept], point[kept], direction[kept]))
-    if not found:
-        nowhere = np.empty((0, 3))
-        return ClosestPoints(np.empty(0, dtype=np.int64), np.empty(0), nowhere, nowhere)
-    return ClosestPoints(*(np.concatenate(values) for values in zip(*found, strict=True)))
+        view = edge.distance, edge.range_z, edge.pinhole, edge.camera_from_world
+        n = _measure_outline(placed, view, farthest, n, seen)
+    cone, distance, point, direction = seen
+    return ClosestPoints(cone[:n], distance[:n], point[:n], direction[:n])
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +104,8 @@ class SilhouetteObservation:
         seen = contours_of(self.edges, body, frames)
         trust = Trust(FARTHEST, _LOSS_SCALE, self.sigma, self.effective)
         data = seen.point + seen.distance[:, None] * seen.direction
-        return (residual_of_closest(data, parts_of_cones(body, seen.cone), seen, frames, trust),)
+        found = residual_of_closest(data, parts_of_cones(body, seen.cone), seen, frames, trust)
+        return (replace(found, kind=OUTLINE),)
 
 
 def silhouettes_of(cloud: Cloud, sigma: float) -> SilhouetteObservation:
@@ -195,27 +115,27 @@ def silhouettes_of(cloud: Cloud, sigma: float) -> SilhouetteObservation:
 
 
 @compiled(inline="always")
-def _grazed(row: Any, ex: float, ey: float, ez: float, u: float, side: float) -> Any:
+def _grazed(cone: Any, ex: float, ey: float, ez: float, u: float, side: float) -> Any:
     """Place on a cone's surface, its own frame, that a camera at (ex, ey, ez), world, grazes.
 
     The flattened cone is round in stretched coordinates, and touching survives stretching; the
     taper and the perspective within a cone's width are neglected.
     """
-    dx, dy, dz = ex - row[9], ey - row[10], ez - row[11]
-    s = row[15]
-    wx = row[0] * dx + row[3] * dy + row[6] * dz
-    wy = (row[1] * dx + row[4] * dy + row[7] * dz) / s
+    s = cone.flatness
+    wx, wy, _ = in_cone(cone, ex, ey, ez)
+    wy = wy / s
     norm = max(math.sqrt(wx * wx + wy * wy), 1e-9)
-    radius = row[12] + u * (row[13] - row[12])
-    return -side * radius * wy / norm, side * s * radius * wx / norm, u * row[14]
+    radius = cone.r1 + u * (cone.r2 - cone.r1)
+    return -side * radius * wy / norm, side * s * radius * wx / norm, u * cone.height
 
 
 @compiled(inline="always")
-def _seen(row: Any, place: Any, pinhole: Any, x: float, y: float, z: float) -> Any:
+def _seen(cone: Any, place: Any, pinhole: Any, x: float, y: float, z: float) -> Any:
     """World (3), column, row and range of a place (x, y, z) in a cone's frame."""
-    px = row[0] * x + row[1] * y + row[2] * z + row[9]
-    py = row[3] * x + row[4] * y + row[5] * z + row[10]
-    pz = row[6] * x + row[7] * y + row[8] * z + row[11]
+    R, origin = cone.rotation, cone.origin
+    px = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z + origin[0]
+    py = R[1, 0] * x + R[1, 1] * y + R[1, 2] * z + origin[1]
+    pz = R[2, 0] * x + R[2, 1] * y + R[2, 2] * z + origin[2]
     a = place[0, 0] * px + place[0, 1] * py + place[0, 2] * pz + place[0, 3]
     b = place[1, 0] * px + place[1, 1] * py + place[1, 2] * pz + place[1, 3]
     c = place[2, 0] * px + place[2, 1] * py + place[2, 2] * pz + place[2, 3]
@@ -224,14 +144,14 @@ def _seen(row: Any, place: Any, pinhole: Any, x: float, y: float, z: float) -> A
 
 
 @compiled()
-def _capsules(table: Any, place: Any, pinhole: Any, eye: Any, capsules: Any) -> None:
+def _capsules(placed: Any, place: Any, pinhole: Any, eye: Any, capsules: Any) -> None:
     """Fill the cones' images (C, 7): two ends with radii in pixels, and whether in front."""
-    for c in range(table.shape[0]):
-        row, front = table[c], 1.0
+    for c in range(placed.shape[0]):
+        cone, front = placed[c], 1.0
         for end in range(2):
-            x, y, z = _grazed(row, eye[0], eye[1], eye[2], float(end), 1.0)
-            _, _, _, u1, v1, z1 = _seen(row, place, pinhole, x, y, z)
-            _, _, _, u2, v2, z2 = _seen(row, place, pinhole, -x, -y, z)
+            x, y, z = _grazed(cone, eye[0], eye[1], eye[2], float(end), 1.0)
+            _, _, _, u1, v1, z1 = _seen(cone, place, pinhole, x, y, z)
+            _, _, _, u2, v2, z2 = _seen(cone, place, pinhole, -x, -y, z)
             if min(z1, z2) < 0.2:
                 front = 0.0
             capsules[c, 3 * end] = 0.5 * (u1 + u2)
@@ -258,10 +178,10 @@ def _covered(capsules: Any, own: int, u: float, v: float) -> Any:
 
 
 @compiled(inline="always")
-def _shared(capsules: Any, limb: Any, u: float, v: float) -> Any:
+def _shared(placed: Any, capsules: Any, u: float, v: float) -> Any:
     """Whether the outline of the trunk, the head or a leg lies at an edge as well."""
     for c in range(capsules.shape[0]):
-        if limb[c] or capsules[c, 6] < 0.5:
+        if _LIMB[placed[c].part] or capsules[c, 6] < 0.5:
             continue
         ax, ay, ra = capsules[c, 0], capsules[c, 1], capsules[c, 2]
         bx, by = capsules[c, 3] - ax, capsules[c, 4] - ay
@@ -317,46 +237,29 @@ def _centre(place: Any) -> Any:
 
 
 @compiled()
-def _measure_outline(
-    table: Any,
-    measured: Any,
-    limb: Any,
-    margin: Any,
-    edge: Any,
-    range_z: Any,
-    pinhole: Any,
-    place: Any,
-    along: Any,
-    farthest: float,
-    point: Any,
-    direction: Any,
-    distance: Any,
-    cone: Any,
-) -> int:
-    """Fill the outlines of one view and return how many there are.
+def _measure_outline(placed: Any, view: Any, farthest: float, n: int, out_seen: Any) -> int:
+    """Append the outlines of one view to the first n places that were seen, return their number.
 
-    Of the cones `table` (C, 18) those that are `measured` (C,) are wanted; edges at which the trunk
-    ends as well say nothing about a `limb` (C,). The outline lies by `margin` (C, 2) outside of the
-    surface along the cones' x and y. `edge`, `range_z`, `pinhole` and `place` are those of an
-    :class:`EdgeMap`, `along` (A,) are places along a cone, 0 at its base. The four arrays that are
-    filled have 2 C A rows, see :func:`contours_of`.
+    Edges at which the trunk ends as well say nothing about a limb. The outline lies outside of the
+    surface by a margin along the cones' x and y. `view` are distances, ranges, pinhole and
+    camera_from_world of an :class:`EdgeMap`.
     """
-    capsules = np.empty((table.shape[0], 7))
-    eye = _centre(place)
-    _capsules(table, place, pinhole, eye, capsules)
+    edge, range_z, pinhole, place = view
+    out_cone, out_distance, out_point, out_direction = out_seen
+    capsules, eye = np.empty((placed.shape[0], 7)), _centre(place)
+    _capsules(placed, place, pinhole, eye, capsules)
     height, width = edge.shape
-    n = 0
-    for c in range(table.shape[0]):
-        if not measured[c] or capsules[c, 6] < 0.5:
+    for c in range(placed.shape[0]):
+        cone, image, limb = placed[c], capsules[c], _LIMB[placed[c].part]
+        if not _MEASURED[cone.part] or image[6] < 0.5:
             continue
-        row, image = table[c], capsules[c]
-        for a in range(along.shape[0]):
-            t = along[a]
+        for a in range(_ALONG.shape[0]):
+            t = _ALONG[a]
             middle_u = image[0] + t * (image[3] - image[0])
             middle_v = image[1] + t * (image[4] - image[1])
             for k in range(2):
-                x, y, z = _grazed(row, eye[0], eye[1], eye[2], t, 1.0 - 2.0 * k)
-                px, py, pz, column, line, depth = _seen(row, place, pinhole, x, y, z)
+                x, y, z = _grazed(cone, eye[0], eye[1], eye[2], t, 1.0 - 2.0 * k)
+                px, py, pz, column, line, depth = _seen(cone, place, pinhole, x, y, z)
                 u, v = column - pinhole[3], line - pinhole[4]
                 if not (2.0 <= u <= width - 4.0 and 2.0 <= v <= height - 4.0):
                     continue
@@ -368,19 +271,21 @@ def _measure_outline(
                 beside = _BESIDE * pinhole[0] / depth
                 if _covered(capsules, c, column + beside * du, line + beside * dv):
                     continue
-                value, gu, gv = _edge_near(edge, range_z, u, v, depth, farthest)
+                value, gu, gv = _edge_near(edge, range_z, u, v, depth, _DEPTH)
                 if not gu * du + gv * dv > _OUTWARDS:
                     continue
-                if limb[c] and _shared(capsules, limb, column - value * gu, line - value * gv):
+                if limb and _shared(placed, capsules, column - value * gu, line - value * gv):
                     continue
                 w = (gu * (column - pinhole[1]) + gv * (line - pinhole[2])) / pinhole[0]
                 scale = math.sqrt(1.0 + w * w)
+                margin = cone.outline[0] * x * x + cone.outline[1] * y * y
+                away = -value * depth / pinhole[0] / scale - margin / (x * x + y * y)
+                if not abs(away) < farthest:
+                    continue
+                out_cone[n], out_distance[n] = c, away
+                out_point[n, 0], out_point[n, 1], out_point[n, 2] = px, py, pz
                 for j in range(3):
-                    direction[n, j] = (
-                        place[0, j] * gu + place[1, j] * gv - place[2, j] * w
-                    ) / scale
-                widened = (margin[c, 0] * x * x + margin[c, 1] * y * y) / (x * x + y * y)
-                distance[n] = -value * depth / pinhole[0] / scale - widened
-                point[n, 0], point[n, 1], point[n, 2], cone[n] = px, py, pz, c
+                    toward = place[0, j] * gu + place[1, j] * gv - place[2, j] * w
+                    out_direction[n, j] = toward / scale
                 n += 1
     return n

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.manifold import Columns, point_jacobian, points_along
+from stereotrack_core.body.manifold import SURFACE, Rows, rows_of
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.surface import ClosestPoints, nearest_on_surface, parts_of_cones
@@ -61,8 +61,6 @@ class SurfaceResidual:
     """(m,)."""
     point: FloatArray
     """(m, 3), world."""
-    point_in_part: FloatArray
-    """(m, 3). In the frame of the part."""
     direction: FloatArray
     """(m, 3), world. Along which the distance is measured, held fixed."""
     distance: FloatArray
@@ -71,6 +69,14 @@ class SurfaceResidual:
     """(m,), square metres."""
     weight: FloatArray
     """(m,)."""
+    frames: PartFrames
+    """Of the pose at which the data were paired."""
+    kind: int = SURFACE
+
+    @property
+    def point_in_part(self) -> FloatArray:
+        """The points (m, 3) in the frames of their parts."""
+        return self.frames.local(self.part, self.point)
 
     @property
     def measured(self) -> FloatArray:
@@ -85,13 +91,15 @@ class SurfaceResidual:
             self.part, self.data, self.point, self.direction, self.distance, sigma, self.weight
         )
 
-    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (m, n) of the closest points on their directions."""
-        return point_jacobian(self.point, self.direction, self.part, frames, columns)
+    def rows(self, frames: PartFrames) -> Rows:  # noqa: ARG002 - paired at the same pose
+        """Distances, linearised where the data were paired."""
+        off = self.distance, self.variance
+        return rows_of(self.kind, self.part, self.point, self.direction, off)
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The closest points on the same directions (S, m) for stacked poses: z_hat = n . p(x)."""
-        return points_along(self.point_in_part, self.direction, self.part, frames)
+        points = frames.apply(self.part, self.point_in_part)
+        return np.asarray(np.einsum("mi,...mi->...m", self.direction, points))
 
 
 @dataclass(frozen=True)
@@ -143,20 +151,19 @@ def residual_of_closest(
     data: FloatArray, part: IntArray, closest: ClosestPoints, frames: PartFrames, trust: Trust
 ) -> SurfaceResidual:
     """Residual of data whose closest points are known; data with part -1 are left out."""
-    order = np.argsort(part, kind="stable")
-    order = order[part[order] >= 0]
-    part, e = part[order], closest.distance[order]
-    point = closest.point[order]
+    order = np.argsort(part.astype(np.int8), kind="stable")  # eight bits are sorted by radix
+    order = order[np.count_nonzero(part < 0) :]
+    e = closest.distance.take(order)
     squared = trust.scale**2
     weight = (squared / (squared + e**2)) ** 2
     crowd = max(1.0, len(data) / trust.effective)
     return SurfaceResidual(
-        data=data[order],
-        part=part,
-        point=point,
-        point_in_part=frames.local(part, point),
-        direction=closest.direction[order],
+        data=data.take(order, axis=0),
+        part=part.take(order),
+        point=closest.point.take(order, axis=0),
+        direction=closest.direction.take(order, axis=0),
         distance=e,
         variance=trust.sigma**2 * crowd / np.maximum(weight, 1e-6),
         weight=weight,
+        frames=frames,
     )

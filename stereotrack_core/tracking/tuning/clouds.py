@@ -24,6 +24,7 @@ from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
+from stereotrack_core.tracking.clouds import Told
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
@@ -271,7 +272,7 @@ class KeptClouds:
         self._store, self._cancelled = store, cancelled
         self._went_on = False
 
-    def learn(self, _frames: range) -> None:
+    def learn(self, _frames: range, _told: Told) -> None:
         """Forget what a background that goes on learning took from frames that come again.
 
         All else the store's chains have learned already.

@@ -15,9 +15,9 @@ from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.detecting import seen_in_views
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.inspection import RecordedStep, beginning_at, traced_step
+from stereotrack_core.tracking.inspection import RecordedStep, beginning_at, explain
+from stereotrack_core.tracking.model import TrackModel
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.tracker import Tracker
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial
 from stereotrack_core.worker_processes import Asker
@@ -96,13 +96,15 @@ class TrackTrials:
         try:
             for place, trial in enumerate(self.trials):
                 begun = time.perf_counter()
-                with trial.begun(store, asker.cancelled) as pipeline:
-                    asker.tell(TrialBegun(place, pipeline.body, pipeline.origin()))
-                    for tracked in trial.frames(pipeline):
-                        seconds = time.perf_counter() - begun
-                        asker.tell(TrialFrame(place, tracked.without_cloud(), seconds))
-                    if pipeline.second_look.changed:
-                        asker.tell(TrialBegun(place, pipeline.body, pipeline.origin()))
+                with trial.begun(store, asker.cancelled) as (run, hooks):
+                    asker.tell(TrialBegun(place, run.body, run.origin()))
+                    for advance in trial.advances(run, hooks):
+                        run = advance.run
+                        for tracked in advance.gained.frames:
+                            seconds = time.perf_counter() - begun
+                            asker.tell(TrialFrame(place, tracked.without_cloud(), seconds))
+                    if run.look.changed:
+                        asker.tell(TrialBegun(place, run.body, run.origin()))
         finally:
             asker.tell(store.holdings())
 
@@ -132,7 +134,7 @@ class RecordStep:
     of: KeptRecording
     frame: int
     settings: Settings
-    make: Callable[[], Tracker]
+    make: Callable[[], TrackModel]
     before: Estimate | None
     here: Estimate | None
     """`before` and `here`: what the run says of the frame before, and of the frame itself."""
@@ -151,6 +153,6 @@ class RecordStep:
         if self.seen is not None:
             seen = seen_in_views(store.recording, cloud.view_names, self.seen)
         cloud = replace(cloud, keypoints=seen)
-        tracker = self.make()
-        words = beginning_at(tracker, cloud, self.before, self.here)
-        return RecordedStep(traced_step(tracker, cloud), cloud, words)
+        model = self.make()
+        state, words = beginning_at(model, cloud, self.before, self.here)
+        return RecordedStep(explain(model, state, cloud), cloud, words)

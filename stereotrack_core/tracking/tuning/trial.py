@@ -4,34 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.clouds import Clouds
+from stereotrack_core.tracking.frame import FirstFrame, Replaced, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
+from stereotrack_core.tracking.prepare import (
+    Start,
+    continued,
+    estimates_lengths,
+    prepare,
+    unprepared,
+    with_estimated_lengths,
+    with_fitted_shape,
+    with_lengths,
+)
+from stereotrack_core.tracking.run import Advance, advances
+from stereotrack_core.tracking.run_spec import FirstPose, Hooks, RunSpec
 from stereotrack_core.tracking.second_look import SecondLook, last_settled
+from stereotrack_core.tracking.tracking import Tracking
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, Holdings
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
-    """What is known before a stretch from a run that has been there; see :func:`start_before`."""
+class TrialStart(Start):
+    """Where a run was before a stretch; see :func:`start_before`.
 
-    pose: Pose
-    """From which tracking goes on."""
-    P: FloatArray | None = None
-    """Shape (n, n). Its covariance; used where the tracker has the same state."""
-    shape: BodyShape | None = None
-    """The body's fitted shape, where it stands; None has it fitted again where the settings want
-    that, from the first pose of the specification."""
+    A shape of None has it fitted again where the settings want that, from the first pose of the
+    specification.
+    """
+
     lengths: Proportions | None = None
     """Of the body, where they were estimated from the sequence and stand; None has them
     estimated again where the settings want that."""
@@ -40,8 +47,6 @@ class Start:
     are tracked with it and not shown."""
     end: int | None = None
     """Half-open end of the run, where a second look ends; the recording's if not given."""
-    look: SecondLook | None = None
-    """What the run's second look held up to `frame`."""
     unlike: tuple[str, ...] = ()
     """What besides parameters makes the trial differ from the run; sentences."""
 
@@ -54,8 +59,8 @@ _UNSTATED = "The run does not state the pose that it began with."
 
 
 def start_before(
-    frames: Mapping[int, TrackedFrame], first: int, began: tuple[int, Pose] | None = None
-) -> Start | None:
+    frames: Mapping[int, TrackedFrame], first: int, began: FirstFrame | None = None
+) -> TrialStart | None:
     """Where a trial of the frames from `first` on starts, so that it goes the way of the run.
 
     It starts at the last frame whose pose alone decides how the run went on, which may be some
@@ -65,27 +70,27 @@ def start_before(
     ----------
     frames : mapping of int to TrackedFrame
         Of the run.
-    began : (int, Pose), optional
-        First frame that showed somebody, and the pose from which the run began there.
+    began : FirstFrame, optional
+        Where the run began.
 
     Returns
     -------
-    Start or None
+    TrialStart or None
         None if the run was nowhere near.
     """
     end, place = max(frames, default=-1) + 1, last_settled(frames, first - 1)
     if place is not None and first - 1 - place <= _LONGEST_LEAD:
         at = frames[place]
         look = SecondLook.after(frames[k] for k in sorted(frames) if k <= place)
-        return Start(at.estimate.pose, at.P, frame=place, end=end, look=look)
-    if place is None and began is not None and 0 <= first - began[0] <= _LONGEST_LEAD:
-        return Start(began[1], frame=began[0] - 1, end=end)
+        return TrialStart(at.estimate.pose, at.P, look=look, frame=place, end=end)
+    if place is None and began is not None and 0 <= first - began.frame <= _LONGEST_LEAD:
+        return TrialStart(began.pose, frame=began.frame - 1, end=end)
     unlike = (_UNSTATED if place is None and began is None else _LEAD,)
     before, here = frames.get(first - 1), frames.get(first)
     if before is not None and before.tracked:
-        return Start(before.estimate.pose, before.P, end=end, unlike=unlike)
+        return TrialStart(before.estimate.pose, before.P, end=end, unlike=unlike)
     if here is not None and here.tracked:
-        return Start(here.estimate.pose, end=end, unlike=unlike)
+        return TrialStart(here.estimate.pose, end=end, unlike=unlike)
     return None
 
 
@@ -95,7 +100,7 @@ class Trial:
 
     spec: RunSpec
     """With the stretch as its frames."""
-    start: Start | None = None
+    start: TrialStart | None = None
     """None: as a run over the stretch alone begins."""
     learned_from: range | None = None
     """Frames from which the background is learned and the shape is fitted: those of the run that
@@ -135,15 +140,15 @@ class Trial:
 
     @contextmanager
     def begun(
-        self, store: CloudStore, cancelled: Callable[[], bool] | None = None
-    ) -> Iterator[Pipeline]:
-        """A pipeline that is prepared for :meth:`frames`.
+        self, store: CloudStore, cancelled: Callable[[], bool] = lambda: False
+    ) -> Iterator[tuple[Tracking, Hooks]]:
+        """A run that is prepared for :meth:`advances`, and the hooks that stop it.
 
         Parameters
         ----------
         store : CloudStore
             Keeps the clouds and shapes; shared by successive trials.
-        cancelled : callable, optional
+        cancelled : callable
             Asked before every step; where it says so, :class:`Cancelled` is raised.
 
         Raises
@@ -153,37 +158,40 @@ class Trial:
         """
 
         def ask(*_: object) -> None:
-            if cancelled is not None and cancelled():
+            if cancelled():
                 raise Cancelled
 
-        clouds = store.clouds(self.key, self.reach, cancelled)
-        with Pipeline(store.recording, self.spec, clouds=clouds) as pipeline:
-            pipeline.before_step = pipeline.on_preparing = ask
-            pipeline.corrects = True
+        hooks = Hooks(on_preparing=ask, before_step=ask)
+        kept = store.clouds(self.key, self.reach, cancelled)
+        with Clouds(store.recording, self.spec, kept) as clouds:
             if self.start is None:
-                pipeline.prepare(self.stretch)
+                yield prepare(clouds, hooks), hooks
             else:
-                self._go_on(pipeline, self.start, store.shapes)
-            yield pipeline
+                yield self._continued(clouds, self.start, store.shapes, hooks), hooks
 
-    def frames(self, pipeline: Pipeline) -> Iterator[TrackedFrame]:
-        """Frames of the stretch; those that a second look replaces come again.
+    def advances(self, run: Tracking, hooks: Hooks) -> Iterator[Advance]:
+        """Frames of the stretch, and those that a second look replaces.
 
-        With the run's own settings the last of each is the run's, bit by bit, unless
-        :attr:`Start.unlike` says why not. Tracking goes on after the stretch until no second look
-        can change it, as the run did.
+        With the run's own settings they are the run's, bit by bit, unless
+        :attr:`TrialStart.unlike` says why not. Tracking goes on after the stretch until no second
+        look can change it, as the run did.
         """
         end = self.stretch.stop
         if self.start is not None:
-            last = pipeline.reader.frame_count if self.start.end is None else self.start.end
+            last = run.clouds.reader.frame_count if self.start.end is None else self.start.end
             end = max(end, last)
-        with closing(pipeline.frames(range(self.reach.start, end))) as frames:
-            for tracked in frames:
-                if tracked.frame in self.stretch:
-                    yield tracked
-                again = pipeline.second_look.first
-                if tracked.frame >= self.stretch.stop - 1 and (
-                    not pipeline.second_look.due and (again is None or again >= self.stretch.stop)
+        with closing(advances(run, range(self.reach.start, end), hooks)) as found:
+            newest = -1
+            for advance in found:
+                gained = advance.gained
+                shown = tuple(one for one in gained.frames if one.frame in self.stretch)
+                if shown or not gained.frames:
+                    first = shown[0].frame if shown else gained.first
+                    yield Advance(advance.run, Replaced(first, shown))
+                newest = gained.frames[-1].frame if gained.frames else gained.first - 1
+                again = advance.run.look.first
+                if newest >= self.stretch.stop - 1 and (
+                    not advance.run.look.due and (again is None or again >= self.stretch.stop)
                 ):
                     return
 
@@ -192,21 +200,27 @@ class Trial:
         p, stands = self.settings.tracking, self.start is not None and self.start.shape is not None
         return p.fit_shape and p.matching == "data_to_model" and not stands
 
-    def _go_on(self, pipeline: Pipeline, start: Start, shapes: dict[Hashable, BodyShape]) -> None:
+    def _continued(
+        self,
+        clouds: Clouds,
+        start: TrialStart,
+        shapes: dict[Hashable, BodyShape],
+        hooks: Hooks,
+    ) -> Tracking:
         """Find out what is not known of the body, and begin where the run was."""
-        if pipeline.estimates_lengths and pipeline.has_clouds:
+        run, shape = unprepared(clouds), start.shape
+        if estimates_lengths(run) and clouds.have_depth:
             if start.lengths is not None:
-                pipeline.go_on_with(EstimatedLengths(start.lengths))
+                run = with_lengths(run, EstimatedLengths(start.lengths))
             else:
-                pipeline.estimate_lengths(self.known)
-        shape = start.shape
+                run = with_estimated_lengths(run, self.known, hooks)
         if self._fits_shape:
-            lengths, first = pipeline.body.skeleton.proportions, _pose_key(self.spec.init)
+            lengths, first = run.body.skeleton.proportions, _pose_key(self.spec.init)
             key = stage_key(self.settings, Stage.SHAPE), lengths, self.known, self.spec.seed, first
             if key not in shapes:
-                shapes[key] = pipeline.fit_shape(self.known)
+                shapes[key] = with_fitted_shape(run, self.known, hooks).body.shape
             shape = shapes[key]
-        pipeline.go_on_from(start.pose, self.stretch, P=start.P, shape=shape, look=start.look)
+        return continued(run, replace(start, shape=shape))
 
 
 def _pose_key(pose: FirstPose) -> Hashable:

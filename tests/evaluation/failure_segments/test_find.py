@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import agreement_of
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.evaluation.failure_segments.runs import FPS, made, untracked
@@ -83,21 +82,3 @@ def test_a_limb_that_turns_too_fast_is_the_cause():
     (failure, *_) = failures(run, LandmarkTrajectory(truth.frame, points))
     assert failure.verdict.cause == "fast"
     assert "per second" in failure.verdict.words
-
-
-def test_agreement_counts_failures_that_share_a_frame_and_a_limb():
-    turned, off = 0.7, 1.2
-    run, truth = made(
-        wrong=[
-            ("left_forearm", 10, 19, off),
-            ("right_forearm", 40, 49, off),
-            ("left_forearm", 42, 52, turned),
-        ],
-        lost=[("left_forearm", 12, 24, LOST), ("left_forearm", 42, 52, LOST)],
-    )
-    counted = agreement_of(failures(run, truth))
-    assert (counted.true, counted.found, counted.called, counted.right) == (2, 1, 2, 1)
-    assert counted.precision == counted.recall == 0.5
-    nothing = agreement_of([])
-    assert np.isnan(nothing.precision)
-    assert np.isnan(nothing.recall)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click_gains import hidden_landmarks
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
     best_view,
@@ -17,6 +17,7 @@ from stereotrack_core.evaluation.failure_segments.export import (
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.looks import Looker
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.reader import FrameReader
 from tests.evaluation.failure_segments.runs import recorded
 
 
@@ -28,10 +29,11 @@ def seen(tmp_path_factory):
 
 def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
     recording, run, _ = seen
-    strip = picture_strip(Shown(recording, run), [6], "N", height=120).astype(int)
+    with FrameReader(recording) as reader:
+        strip = picture_strip(Shown(recording, run), [6], reader).astype(int)
     coloured = np.ptp(strip, axis=2) > 40
     rows = np.flatnonzero(coloured.any(axis=1))
-    assert rows.min() > 32 + 120
+    assert rows.min() > 32 + 300
 
 
 def test_captions_tell_the_error_or_what_the_run_says(seen):
@@ -42,14 +44,6 @@ def test_captions_tell_the_error_or_what_the_run_says(seen):
     assert Shown(recording, run, forearm).captions([6])[0][1] == "left forearm 2 % lost"
     assert Shown(recording, run, (), truth).captions([6])[0][1] == "left forearm 80°"
     assert Shown(recording, run, (), truth).captions([99])[0] == ("frame 99", "unknown")
-
-
-def test_wrong_wishes_are_refused(seen):
-    recording, run, _ = seen
-    with pytest.raises(InputError, match="there are no frames"):
-        picture_strip(Shown(recording, run), [])
-    with pytest.raises(InputError, match="no view 'Q'"):
-        picture_strip(Shown(recording, run), [1], "Q")
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
@@ -70,7 +64,8 @@ def test_a_strip_shows_a_failure_from_before_to_after(seen):
     (failure,) = find_failures(search)
     assert before_peak_after(search, failure)[0] == 1
     assert before_peak_after(search, failure)[-1] == 9  # the run ends before there is more
-    assert strip_of(search, recording, failure).shape[1] > 200
+    with FrameReader(recording) as reader:
+        assert strip_of(search, recording, failure, reader).shape[1] > 200
 
 
 def test_looks_tell_what_the_views_measure(seen):
@@ -81,7 +76,7 @@ def test_looks_tell_what_the_views_measure(seen):
         with pytest.raises(Cancelled):
             looker.looks([2], truth.points[2:3], cancelled=lambda: True)
     assert (look.points > 100).all()
-    shares = look.agreed + look.before + look.unknown
+    shares = look.agreed + look.before
     assert (shares[:, 2:] < 1.0 + 1e-9).all()
     assert look.agreed[:, 2:].max(axis=0).min() > 0.7
     assert look.stray.max() < 0.02

@@ -14,7 +14,7 @@ from stereotrack_core.experiments.baselines.particles import (
     PoseEnergy,
 )
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.experiments.baselines.test_baselines import make
 from tests.tracking.scenes import POSES, cloud_of, pose_with_arms, surface_points
@@ -41,10 +41,8 @@ def expected_energy(body, p, data, pose):
     )
     squared, crowd = (2.0 * p.loss_scale) ** 2, max(1.0, len(data) / p.effective_sample_size)
     total = np.sum(0.5 * squared * e**2 / (squared + e**2)) / (p.sigma_measurement**2 * crowd)
-    frames = body.frames(pose[None])
-    for row in limit_residuals(body, pose, p, ALL_JOINTS):
-        total += 0.5 * np.sum((row.measured - row.predicted(frames)[0]) ** 2 / row.variance)
-    return total
+    rows = limit_rows(body, pose, p, ALL_JOINTS)
+    return total + 0.5 * np.sum(rows["innovation"] ** 2 / rows["variance"])
 
 
 def test_the_energy_is_that_of_the_trackers_residuals(scene):
@@ -69,7 +67,8 @@ def test_particles_are_drawn_anew_where_the_body_was_found_elsewhere():
     ]
     tracker.step(clouds[0])
     elsewhere = POSES["t"].position + np.array([0.9, 0.4, 0.0])
-    state = tracker.leader.state
-    tracker.leader.state = replace(state, pose=Pose(elsewhere, state.pose.rotations))
+    leader = tracker.state.leader
+    leader = replace(leader, pose=Pose(elsewhere, leader.pose.rotations))
+    tracker.state = replace(tracker.state, leader=leader)
     tracker.step(cloud_of(clouds[1].points + elsewhere - POSES["t"].position, 1))
     assert np.linalg.norm(tracker.pose.position - elsewhere) < 0.1

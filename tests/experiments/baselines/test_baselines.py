@@ -6,9 +6,11 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements, Prediction
+from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import BASELINES, preset
-from stereotrack_core.tracking.tracker import tracker_for
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import (
     CAMERAS,
     POSES,
@@ -34,14 +36,14 @@ def make(name, seed=0, **changes):
     small = {"data_points": 600}
     settings = preset(name).replaced(**small | changes)
     body = body_model(AVERAGE, settings.body)
-    return tracker_for(body, settings, CAMERAS, 10.0, seed)
+    return Stepping(model_for(body, settings, CAMERAS, 10.0, seed))
 
 
 def given(tracker, data):
     """The prediction from the tracker's pose, and measurements of some data alone."""
-    state, leader = tracker.leader.state, tracker.leader
+    state = tracker.state.leader
     predicted = Prediction(state.pose, state.P, 1.0)
-    measured = Measurements(tracker.setup, cloud_of(data), data, leader.correspondences)
+    measured = Measurements(tracker.setup, cloud_of(data), data, DataToModel(tracker.setup))
     return measured, predicted
 
 

@@ -21,7 +21,7 @@ def test_a_limb_is_moved_to_its_data_without_regard_to_its_joint(monkeypatch):
     origin = body.frames(POSES["t"]).origins[LEFT_FOREARM]
     turn, shift = rotation_from_vector(np.array([0.0, 0.08, 0.1])), np.array([0.0, 0.03, 0.04])
     moved = (arm - origin) @ turn.T + origin + shift
-    register = tracker.leader.estimator.register
+    register = tracker.model.follower.estimator.register
     found = register(LEFT_FOREARM, moved, POSES["t"], len(points))
     axis = turn @ body.frames(POSES["t"]).rotations[LEFT_FOREARM][:, 2]
     assert np.degrees(np.arccos(found.rotation[:, 2] @ axis)) < 1.0
@@ -37,6 +37,6 @@ def test_limbs_without_data_stay_where_they_are_expected():
     points = surface_points(tracker.setup.body, POSES["t"], 4000, rng)
     surface = given(tracker, points)[0].surface(POSES["t"], wide=False)
     seen = surface.data[surface.part != LEFT_FOREARM]
-    found = tracker.leader.estimator.settle(*given(tracker, seen))
+    found = tracker.model.follower.estimator.settle(*given(tracker, seen))
     assert angle_errors(tracker.setup.body, found.pose, POSES["t"])[LEFT_FOREARM] < 3.0
     assert np.isfinite(found.P).all()

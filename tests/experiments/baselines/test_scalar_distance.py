@@ -26,7 +26,7 @@ def test_the_sum_of_distances_falls_with_the_steps(monkeypatch):
         tracker.start(start)
         data = surface_points(tracker.setup.body, POSES["pointing"], 2000, np.random.default_rng(1))
         before = cost(tracker, data, start)
-        settled = tracker.leader.estimator.settle(*given(tracker, data))
+        settled = tracker.model.follower.estimator.settle(*given(tracker, data))
         found.append(cost(tracker, data, settled.pose))
     assert before > found[0] > found[1] > found[2]
     assert found[2] < 0.02 * before

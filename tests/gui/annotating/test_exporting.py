@@ -8,14 +8,13 @@ import numpy as np
 from PySide6.QtWidgets import QFileDialog
 
 from app.widgets.forms.form_dialog import file_filter
-from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.exporting import formats
 from stereotrack_core.project.exporting.formats import format_named, names_of
 from stereotrack_core.recording.landmarks import read_landmarks
-from tests.gui.annotating.stage import select, settled
+from tests.gui.annotating.stage import settled
 
 
 def choose(qtbot, stage, name, path):
@@ -27,14 +26,11 @@ def choose(qtbot, stage, name, path):
     settled(qtbot, stage)
 
 
-def test_the_selection_is_exported(qtbot, stage, tmp_path):
-    select(qtbot, stage, 5, 25)
-    stage.trigger("export-selection")
-    assert stage.findChild(QFileDialog).windowTitle() == "Export clicks of frames 5 – 25"
+def test_clicks_are_exported(qtbot, stage, tmp_path):
+    stage.trigger("export")
     choose(qtbot, stage, "csv", tmp_path / "out.csv")
     found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
-    assert {click.frame for click in found} == {10, 20}
-    assert stage.heard[-1].startswith("72 clicks saved to")
+    assert f"{len(found)} clicks saved to" in stage.heard[-1]
 
 
 def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch):
@@ -68,21 +64,3 @@ def test_the_reference_is_exported_as_far_as_it_is_known(qtbot, stage, tmp_path)
     np.testing.assert_array_equal(again.limb_sigma_deg, reference.limb_sigma_deg)
     few = np.isfinite(read_trajectory(tmp_path / "reference.trc").points).all(axis=2)
     np.testing.assert_array_equal(few, sure)
-
-
-def test_landmark_sets_are_exported_changed_in_a_text_editor_and_imported(stage, project, tmp_path):
-    stage.dialogs.export_landmarks(tmp_path / "set")
-    file = tmp_path / "set.toml"
-    text = file.read_text(encoding="utf-8")
-    more = text.replace("nine landmarks", "with sternum") + (
-        '\n[[landmarks]]\nname = "sternum"\ncolour = "#112233"\nlimb = "torso"\npart = "torso"\n'
-    )
-    file.write_text(more, encoding="utf-8")
-    stage.dialogs.import_landmarks(file)
-    assert project.landmark_set().names == (*NINE.names, "sternum")
-    file.write_text(more.replace("#112233", "red"), encoding="utf-8")
-    stage.dialogs.import_landmarks(file)
-    assert "#rrggbb" in stage.problems[-1].sentence()
-    file.write_text(text, encoding="utf-8")
-    stage.dialogs.import_landmarks(file)
-    assert project.landmark_set() == NINE

@@ -165,9 +165,9 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         stage.panels.set_project(read, recording, FRAMES)
         assert lane(stage, "head")[10] == Mark.CLICKED
         stage.book.refresh()
-        for name in ("clear", "gap", "done", "fit", "repeat-now", "merge", "landmarks"):
+        for name in ("clear", "gap", "done", "fit", "repeat-now", "merge"):
             assert not stage.book.action(f"annotate-{name}").isEnabled(), name
-        for name in ("agreement", "export", "subject", "landmarks-export"):
+        for name in ("agreement", "export", "subject"):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name
         stage.dialogs.show_subjects()
         assert not stage.findChild(SubjectDialog).accept_button.isEnabled()

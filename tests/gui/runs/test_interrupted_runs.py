@@ -16,7 +16,7 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.runs import kept_runs, load_run, place_for_run, unfinished_runs
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from tests.gui.conftest import FRAMES
 
 pytestmark = [
@@ -77,7 +77,7 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
     settings = preset("fast").replaced(fit_shape=False)
     recording = window.context.session.document.recording
     spec = RunSpec(settings, preset="fast", init="tpose")
-    alone = track(recording, spec, cancelled=lambda: next(done) == HELD)
+    alone = track(recording, spec, hooks=Hooks(cancelled=lambda: next(done) == HELD))
     run = load_run(window.context.session.project.project.runs, NAME)
     np.testing.assert_array_equal(run.x, alone.x)
     assert unfinished_runs(killed) == ()

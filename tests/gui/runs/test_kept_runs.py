@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 
 from app.features.track import keeping as keeper
 from app.session.runs import RunEntry, entry_of_run
@@ -98,20 +97,12 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert len(hidden.frames) == 8
 
 
-def test_a_run_is_named_noted_removed_and_restored(tracking, qtbot):
+def test_a_run_is_named_removed_and_restored(tracking, qtbot):
     entry = finished(tracking, "run")
     settle(tracking, qtbot)
     panel = tracking.features.track.panel
     panel.tree.topLevelItem(0).setText(0, "with the coat")
     assert (names(tracking), kept(tracking)) == (["with the coat"], ["with the coat"])
-    tracking.context.docks.dock("runs").raise_()
-    panel.note.setFocus()
-    QTest.keyClicks(panel.note, "loses the hand")
-    QTest.keyClick(panel.note, Qt.Key.Key_Return)
-    assert (
-        kept_runs(tracking.context.session.project.project.runs)[0].facts.note == "loses the hand"
-    )
-    settle(tracking, qtbot)
     tracking.features.track.with_active(tracking.features.track.keeper.remove)
     assert (names(tracking), kept(tracking)) == ([], [])
     assert tracking.context.session.edits.to_undo() is None, "undo knows nothing of runs"
@@ -122,7 +113,6 @@ def test_a_run_is_named_noted_removed_and_restored(tracking, qtbot):
     assert kept(tracking) == names(tracking) == ["with the coat"]
     assert not tracking.features.track.keeper.removed
     assert len(tracking.context.session.runs.entries[0].frames) == 8
-    assert panel.note.text() == "loses the hand"
     assert same_run(tracking.context.session.runs.entries[0].run(), entry.run())
 
 

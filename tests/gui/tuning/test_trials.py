@@ -23,6 +23,7 @@ from stereotrack_core.tracking.tuning.clouds import CloudStore
 from stereotrack_core.tracking.tuning.process import KeptRecording
 from stereotrack_core.tracking.tuning.trial import Trial
 from stereotrack_core.worker_processes import Lost
+from tests.tracking.running import go_on
 
 
 class Session(QObject):
@@ -89,14 +90,15 @@ def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, be
     reader = FrameReader(runner._session.recording, colour=False)
     store = CloudStore(runner._session.recording, reader)
     for each, entry in zip(trials, entries, strict=True):
-        with each.begun(store) as pipeline:
-            for expected in pipeline.frames(each.stretch):
+        with each.begun(store) as (run, _):
+            frames, run = go_on(run, each.stretch)
+            for expected in frames:
                 found = entry.frames[expected.frame]
                 np.testing.assert_array_equal(found.landmarks, expected.landmarks)
                 for name in ("x", "P", "unexplained_fraction", "limb_sigma_deg"):
                     one, other = getattr(found.estimate, name), getattr(expected.estimate, name)
                     np.testing.assert_array_equal(one, other)
-            assert entry.origin.shape == pipeline.origin().shape
+            assert entry.origin.shape == run.body.shape
     assert runner.kept == store.holdings()
     assert trials[0].work(runner.kept) == "tracking only"
     store.close()

@@ -179,7 +179,7 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     assert shelf.own == ("wide joints",)
     assert shelf.settings("wide joints") == trial.settings == tuning.context.session.track.settings
     assert tuning.features.tune.parameters.preset_box.currentText() == "wide joints"
-    assert not tuning.context.session.track.differs_from_preset
+    assert tuning.context.session.track.settings == tuning.context.session.track.base
     path = tmp_path / "wide.toml"
     shelf.write_file(path)
     assert preset(str(path)) == trial.settings

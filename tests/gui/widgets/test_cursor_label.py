@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QWidget
 
-from app.widgets.camera.cursor import CursorLabel, contrast, readable
+from app.widgets.camera.cursor import CursorLabel
 from stereotrack_core.annotation.landmark_set import NINE
 
 
@@ -26,11 +26,11 @@ def test_the_name_is_readable_over_any_picture(shown, colour, picture):
     image = label.grab().toImage()
     image = ground.grab(label.geometry()).toImage()
     back = image.pixelColor(3, image.height() // 2)
-    assert contrast(readable(QColor(colour)), back) >= 4.5
+    assert back.lightness() < 70, "white can be read on it"
     seen = {
         image.pixelColor(x, y).name() for x in range(image.width()) for y in range(image.height())
     }
-    assert readable(QColor(colour)).name() in seen, "the writing itself"
+    assert "#ffffff" in seen, "the writing itself"
     assert QColor(colour).name() in seen, "and the dot in the limb's own colour"
 
 

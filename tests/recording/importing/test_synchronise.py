@@ -40,11 +40,11 @@ def sources(folder, *pictures, count=COUNT):
     return look_at([folder]).sources
 
 
-def with_sound(path, clap_s, seconds=3.0, rate=16000):
-    """A dark video with a clap at some time after its first frame."""
+def with_sound(path, clap_s, late_s=0.0, seconds=3.0, rate=16000):
+    """A dark video with a clap at some time after its first frame; its sound begins late."""
     rng = np.random.default_rng(int(clap_s * 1000))
     sound = rng.normal(0.0, 0.002, int(seconds * rate)).astype(np.float32)
-    start = int(clap_s * rate)
+    start = int((clap_s - late_s) * rate)
     fade = np.exp(-np.arange(2400) / 300.0)
     clap = np.random.default_rng(1).normal(0.0, 0.5, 2400) * fade
     sound[start : start + 2400] += clap.astype(np.float32)
@@ -59,7 +59,8 @@ def with_sound(path, clap_s, seconds=3.0, rate=16000):
             container.mux(video.encode(frame))
         samples = (sound * 32000).clip(-32768, 32767).astype(np.int16)[None]
         heard = av.AudioFrame.from_ndarray(samples, format="s16", layout="mono")
-        heard.sample_rate, heard.pts, heard.time_base = rate, 0, Fraction(1, rate)
+        heard.sample_rate, heard.time_base = rate, Fraction(1, rate)
+        heard.pts = int(late_s * rate)
         container.mux(audio.encode(heard))
         container.mux(video.encode(None))
         container.mux(audio.encode(None))
@@ -106,8 +107,8 @@ def test_without_a_flash_it_is_said_so(tmp_path):
 
 
 def test_a_clap_tells_fractions_of_a_frame(tmp_path):
-    for name, clap in (("A", 1.0), ("B", 1.51), ("C", 0.93)):
-        with_sound(tmp_path / f"{name}.mkv", clap)
+    for name, clap, late in (("A", 1.0, 0.2), ("B", 1.51, 0.0), ("C", 0.93, 0.5)):
+        with_sound(tmp_path / f"{name}.mkv", clap, late)
     found = look_at([tmp_path]).sources
     leads = leads_of(found, "clap", FPS)
     assert frames(leads) == pytest.approx([0, 0.51 * FPS, -0.07 * FPS], abs=0.1)
@@ -120,5 +121,8 @@ def test_start_times_come_from_a_table_or_the_file(tmp_path):
     first, second = found
     stated = (replace(first, start=100.5), replace(second, start=100.3))
     assert frames(leads_of(stated, "start", FPS)) == pytest.approx([0, 5])
+    late = (stated[0], replace(stated[1], begin=0.12))
+    assert frames(leads_of(late, "start", FPS)) == pytest.approx([0, 2])
     (tmp_path / "timestamps.csv").write_text("frame,view,seconds\n0,A,0.10\n0,B,0.02\n1,A,0.14\n")
     assert frames(leads_of(found, "start", FPS)) == pytest.approx([0, 2])
+    assert frames(leads_of((first, late[1]), "start", FPS)) == pytest.approx([0, -1])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.manifold import columns_of, difference, displaced
+from stereotrack_core.body.manifold import ARMS, columns_of, difference, displaced
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.geometry.rotation import angle_between
@@ -24,7 +24,7 @@ from stereotrack_core.tracking.arm_search.score import anatomy_cost, crossing_co
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, arms_apart
+from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, limit_rows
 from tests.tracking.keypoints.cases import BODY
 from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import POSES, pose_with_arms
@@ -123,8 +123,9 @@ CROSSED = pose_with_arms([0.1, 0.5, -1], [-1, 0.32, 0.3], [-0.1, 0.5, -1], [1, 0
 """Forearms that meet in front of the belly."""
 
 
-def rows(pose, least=LEAST):
-    return arms_apart(BODY, BODY.frames(pose), least)
+def rows(pose):
+    found = limit_rows(BODY, pose, TrackingParameters(arms_apart=LEAST), ALL_JOINTS)
+    return found[found["kind"] == ARMS]
 
 
 def distances(pose):
@@ -138,17 +139,17 @@ def distances(pose):
 
 @pytest.mark.parametrize("name", POSES)
 def test_arms_that_are_apart_are_left_alone(name):
-    assert rows(POSES[name]) == []
+    assert not len(rows(POSES[name]))
 
 
 def test_a_few_corrections_part_the_arms():
     n = 6 + 2 * len(ALL_JOINTS)
     P0, pose = np.diag(np.r_[np.full(6, 1e-6), np.full(n - 6, 0.5)]), CROSSED
     for _ in range(6):
-        found = gathered(tuple(rows(pose)), BODY, pose, columns_of(ALL_JOINTS))
+        found = gathered((rows(pose),), BODY.frames(pose), columns_of(ALL_JOINTS))
         dx, _ = posterior(np.linalg.inv(P0), difference(CROSSED, pose, ALL_JOINTS), found)
         pose = displaced(pose, np.clip(dx, -0.5, 0.5), ALL_JOINTS)
-    assert (distances(pose) > 0.9 * LEAST * ROOM).all()
+    assert (distances(pose) > 0.9 * LEAST * np.array(ROOM)).all()
 
 
 def test_pairs_that_go_through_each_other_cost_more():

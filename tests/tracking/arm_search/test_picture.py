@@ -1,5 +1,7 @@
 """What views should see of a body, against rays that are cast one by one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.picture import (
-    outline_table,
+    outline_cones,
     seen_pictures,
 )
 from tests.oracle.raycast import cast
@@ -35,7 +37,7 @@ def _unlike(pictures, pose, likeness=LIKENESS):
     """Pixels of all views that speak against a pose."""
     frames = BODY.frames(pose)
     chosen = ~(OF_ARM[0] | OF_ARM[1]), *OF_ARM
-    tables = [outline_table(BODY.cones[which], frames) for which in chosen]
+    tables = [outline_cones(replace(BODY, cones=BODY.cones[which]), frames) for which in chosen]
     return sum(unlike(likeness, seen, *(seen.drawn(t) for t in tables)) for seen in pictures)
 
 
@@ -45,7 +47,7 @@ def unlike(likeness, seen, rest, left, right):
 
 
 def _pixels_drawn(pictures, pose):
-    table = outline_table(BODY.cones, BODY.frames(pose))
+    table = outline_cones(BODY, BODY.frames(pose))
     return sum(np.count_nonzero(seen.drawn(table)) for seen in pictures)
 
 
@@ -65,7 +67,7 @@ def test_a_body_is_drawn_where_rays_hit_it(clouds, name):
     for seen, depth in zip(
         seen_pictures(clouds[name], 3), clouds[name].depths.values(), strict=True
     ):
-        drawn = seen.drawn(outline_table(BODY.cones, frames))
+        drawn = seen.drawn(outline_cones(BODY, frames))
         bodies = solids(placed_cones(BODY, frames), BODY.cones.outline)
         exact = _cast_like(seen, bodies, depth.geometry)
         both = (drawn > 0.0) & np.isfinite(exact)

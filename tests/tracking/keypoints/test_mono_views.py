@@ -9,13 +9,13 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_journal import RunJournal, Wish, read_unfinished
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.same_run import same_run
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
+from tests.tracking.running import tracked_frames
 
 
 @pytest.fixture(scope="module")
@@ -60,13 +60,17 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(mono, tmp_path):
     spec = RunSpec(preset("accurate"), keypoints=keypoints, smooth=True)
     path, states = tmp_path / "run.part", []
     journal = RunJournal(path, lambda: 1.0, Wish(smooth=True))
-    kept = {"keeper": journal, "on_frame": lambda _: states.append(path.read_bytes())}
-    whole = track(mono, spec, **kept)
+
+    def keep(advance):
+        journal.keep(advance)
+        states.append(path.read_bytes())
+
+    whole = track(mono, spec, on_advance=keep)
     journal.close()
     path.write_bytes(states[4])
     begun, wish = read_unfinished(path)
     journal = RunJournal(path, lambda: 1.0, wish)
-    again = track(mono, spec, keeper=journal, begun=begun)
+    again = track(mono, spec, on_advance=journal.keep, begun=begun)
     journal.close()
     assert same_run(whole, again)
 
@@ -74,8 +78,8 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(mono, tmp_path):
 def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):
     keypoints = simulated_keypoints(truth(), mono.cameras, KeypointErrors(noise=0.2))
     keypoints = keypoints[(keypoints.frame < 2) | (keypoints.frame > 3)]
-    with Pipeline(mono, RunSpec(preset("accurate"), keypoints=keypoints)) as pipeline:
-        frames = list(pipeline.frames(range(6)))
+    spec = RunSpec(preset("accurate"), keypoints=keypoints)
+    frames, _ = tracked_frames(mono, spec, range(6))
     assert [frame.tracked for frame in frames] == [True, True, False, False, True, True]
     assert frames[2].reason == "there are only 0 keypoints"
 

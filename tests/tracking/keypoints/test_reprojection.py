@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import ALL_JOINTS
 from stereotrack_core.body.keypoint_places import keypoint_places
-from stereotrack_core.body.manifold import columns_of, difference, displaced
+from stereotrack_core.body.manifold import columns_of, difference, displaced, jacobian
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.recording.keypoints import keypoints_of
@@ -52,7 +54,7 @@ def test_derivatives_agree_with_differences(rng):
     steps = STEP * np.concatenate([np.eye(columns.n), -np.eye(columns.n)])
     moved = row.predicted(BODY.frames(displaced(pose, steps, ALL_JOINTS)))
     numerical = (moved[: columns.n] - moved[columns.n :]).T / (2 * STEP)
-    analytical = row.jacobian(BODY.frames(pose), columns)
+    analytical = jacobian(row.rows(BODY.frames(pose)), BODY.frames(pose), columns)
     np.testing.assert_allclose(analytical, numerical, rtol=1e-4, atol=1e-4)
 
 
@@ -88,3 +90,21 @@ def test_a_pose_comes_of_keypoints_alone_and_faces_the_right_way():
         assert np.degrees(np.abs(difference(found, pose, (2, 3, 4, 5))[3:])).max() < 6.0
         apart = np.linalg.norm(landmarks(BODY, found) - landmarks(BODY, pose), axis=1)
         assert apart.max() < 0.05
+
+
+def test_rays_that_diverge_meet_nowhere():
+    left, aside = VIEWS["N"], VIEWS["N"].camera_from_world
+    aside = replace(aside, translation=aside.translation - [0.2, 0.0, 0.0])
+    pair, middle = {"L": left, "R": replace(left, camera_from_world=aside)}, left.matrix[:2, 2]
+    for inwards, met in ((8.0, True), (-8.0, False)):
+        places = [("L", middle + [inwards, 0.0]), ("R", middle - [inwards, 0.0])]
+        rows = [(0, name, "head", *place, 0.9, "x", 0) for name, place in places]
+        found = sighted(keypoints_of(rows), pair).meeting(0.1)
+        assert np.isfinite(found.world).all() == found.agreed.all() == met
+
+
+def test_half_the_confidence_is_twice_the_standard_deviation():
+    sure, pose = seen(POSES["t"]), POSES["t"]
+    both = (sure, replace(sure, confidence=0.5 * sure.confidence))
+    one, two = (KeypointObservation(k, 1.0).residuals(BODY, pose)[0].variance for k in both)
+    np.testing.assert_allclose(two / one, 4.0, rtol=0.02)

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
-from stereotrack_core.tracking.ukf import ThesisTracker
+from stereotrack_core.tracking.thesis import ThesisModel
 from tests.tracking.keypoints.cases import BODY, seen
+from tests.tracking.running import Stepping
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points
 
 TRUE = POSES["reaching"]
@@ -28,7 +28,11 @@ def setup_of(name="fast", **changes):
 
 def filter_of(*, listens=True, **changes):
     setup = setup_of(**changes)
-    return PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup), listens=listens)
+    return Stepping(Follower(setup, IteratedEstimator(setup), uses_async_detections=listens))
+
+
+def thesis():
+    return Stepping(ThesisModel(setup_of("thesis")))
 
 
 def with_detections(cloud, *detections):
@@ -44,10 +48,9 @@ def heard_before(frame, *, off=0.0, sigma=0.02):
 
 @pytest.mark.parametrize("kind", ["deaf", "listening", "thesis"])
 def test_a_gap_between_frames_and_the_way_back_have_the_noise_of_their_time(kind):
-    thesis = kind == "thesis"
-    tracker = ThesisTracker(setup_of(kind)) if thesis else filter_of(listens=kind == "listening")
+    tracker = thesis() if kind == "thesis" else filter_of(listens=kind == "listening")
     tracker.start(TRUE)
-    before = tracker.P if thesis else tracker.state.P
+    before = tracker.P
     for frame, gone in ((3, 1.0), (4, 1.0), (9, 5.0), (8, 1.0), (8, 0.0)):
         after = tracker.step(cloud_of(NOBODY, frame)).P
         np.testing.assert_allclose(after - before, gone * tracker.setup.Q, atol=1e-12)
@@ -66,7 +69,7 @@ def test_detections_between_frames_belong_to_the_frame_in_the_backward_pass():
 @given(data=st.data())
 @pytest.mark.parametrize("kind", ["filter", "thesis"])
 def test_covariances_stay_positive_whatever_comes_and_goes(kind, data):
-    tracker = filter_of() if kind == "filter" else ThesisTracker(setup_of("thesis"))
+    tracker = filter_of() if kind == "filter" else thesis()
     tracker.start(TRUE)
     frame = data.draw(st.integers(20, 25))
     for _ in range(6):

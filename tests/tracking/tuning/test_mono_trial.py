@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from stereotrack_core.tracking.lockstep import track_together
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.model import cameras_of, model_for
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 from stereotrack_core.tracking.tuning.clouds import Holdings
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep, forget
 from stereotrack_core.tracking.tuning.stages import acts_without_depth
-from stereotrack_core.tracking.tuning.trial import Start, Trial
+from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
+from tests.tracking.running import go_on, tracked_frames
 
 WHOLE = range(FRAMES)
 
@@ -38,9 +38,8 @@ def mono(tmp_path_factory):
     recording = mono_recording(tmp_path_factory.mktemp("mono"), seen=True)
     keypoints = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=1.0), seed=3)
     spec = RunSpec(preset("accurate"), "accurate", WHOLE, keypoints=keypoints)
-    with Pipeline(recording, spec) as pipeline:
-        frames = list(pipeline.frames(WHOLE))
-        return recording, spec, frames, pipeline.origin().shape, pipeline.body
+    frames, done = tracked_frames(recording, spec)
+    return recording, spec, frames, done.body.shape, done.body
 
 
 @pytest.fixture
@@ -58,17 +57,16 @@ def test_a_trial_gives_the_run_again_and_fits_the_same_shape(mono, asker):
     recording, spec, frames, shape, _ = mono
     store = KeptRecording(recording, tuple("NOSW")).store(asker)
     assert store.holdings().depth is False
-    before = Start(frames[4].pose, frames[4].estimate.P, shape)
+    before = TrialStart(frames[4].pose, frames[4].estimate.P, shape)
     stretch = replace(spec, frames=range(5, 8))
     trial = Trial(stretch, before, WHOLE)
-    with trial.begun(store) as pipeline:
-        np.testing.assert_array_equal(
-            landmarks(pipeline.frames(trial.stretch)), landmarks(frames[5:])
-        )
-    with Trial(stretch, replace(before, shape=None), WHOLE).begun(store) as pipeline:
-        assert pipeline.body.shape == shape
-    with Trial(spec).begun(store) as pipeline:
-        np.testing.assert_array_equal(landmarks(pipeline.frames(WHOLE)), landmarks(frames))
+    with trial.begun(store) as (run, _):
+        found, _ = go_on(run, trial.stretch)
+        np.testing.assert_array_equal(landmarks(found), landmarks(frames[5:]))
+    with Trial(stretch, replace(before, shape=None), WHOLE).begun(store) as (run, _):
+        assert run.body.shape == shape
+    with Trial(spec).begun(store) as (run, _):
+        np.testing.assert_array_equal(landmarks(go_on(run, WHOLE)[0]), landmarks(frames))
     assert trial.work(Holdings(depth=False)) == "tracking only"
 
 
@@ -76,7 +74,7 @@ def test_a_step_is_done_again_with_the_frame_s_keypoints(mono, asker):
     recording, spec, frames, _, body = mono
     views = tuple("NOSW")
     make = partial(
-        tracker_for, body, spec.settings, cameras_of(recording, views), recording.fps, 0,
+        model_for, body, spec.settings, cameras_of(recording, views), recording.fps, 0,
         clouds=False,
     )  # fmt: skip
     kept = KeptRecording(recording, views)
@@ -118,6 +116,5 @@ def test_all_others_change_nothing(mono):
             continue
         for value in other_values(row, settings.values()[row.name]):
             changed = replace(spec, settings=settings.replaced(**{row.name: value}))
-            with Pipeline(recording, changed) as pipeline:
-                found = landmarks(pipeline.frames(WHOLE))
-            np.testing.assert_array_equal(found, landmarks(frames), err_msg=row.name)
+            found, _ = tracked_frames(recording, changed)
+            np.testing.assert_array_equal(landmarks(found), landmarks(frames), err_msg=row.name)

@@ -7,10 +7,11 @@ import pytest
 
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.tuning.trial import Start, Trial
+from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
+from tests.tracking.running import go_on, tracked_frames
 from tests.tracking.tuning.conftest import FRAMES, pose
 
 WHOLE = range(FRAMES)
@@ -26,9 +27,10 @@ def trial(settings, stretch, start=None, seed=3, learned_from=WHOLE, init=None, 
     return Trial(RunSpec(settings, name, stretch, seed=seed, init=first), start, learned_from)
 
 
-def tracked(trial, store, cancelled=None):
-    with trial.begun(store, cancelled) as pipeline:
-        yield from pipeline.frames(trial.stretch)
+def tracked(trial, store, cancelled=lambda: False):
+    with trial.begun(store, cancelled) as (run, hooks):
+        for advance in advances(run, trial.stretch, hooks):
+            yield from advance.gained.frames
 
 
 def equal(a, b):
@@ -44,14 +46,14 @@ def equal(a, b):
 def run(cones):
     """Settings, frames and shape of a run over the whole recording."""
     settings = quick()
-    with Pipeline(cones, RunSpec(settings, seed=3, init=pose(0))) as pipeline:
-        return settings, list(pipeline.frames(WHOLE)), pipeline.origin().shape
+    frames, done = tracked_frames(cones, RunSpec(settings, seed=3, init=pose(0)), WHOLE)
+    return settings, frames, done.body.shape
 
 
 def start_at(run, frame):
     _, frames, shape = run
     before = frames[frame - 1]
-    return Start(before.pose, before.P, shape)
+    return TrialStart(before.pose, before.P, shape)
 
 
 def test_with_the_run_s_own_settings_a_trial_gives_the_run_again(cones, store_of, run):
@@ -67,8 +69,8 @@ def test_a_trial_with_other_settings_is_a_pipeline_with_the_same_start(cones, st
     settings = run[0].replaced(sigma_joint=25.0, iterations=3)
     start = start_at(run, 2)
     fixed = dataclasses.replace(settings.replaced(fit_shape=False), body=run[2])
-    with Pipeline(cones, RunSpec(fixed, seed=3, init=start.pose)) as pipeline:
-        expected = list(pipeline.frames(range(2, 5)))
+    spec = RunSpec(fixed, seed=3, init=start.pose)
+    expected, _ = tracked_frames(cones, spec, range(2, 5))
     without_P = dataclasses.replace(start, P=None)
     equal(tracked(trial(settings, range(2, 5), without_P), store_of(cones)), expected)
 
@@ -121,8 +123,9 @@ def test_lengths_that_a_run_has_estimated_are_kept_or_estimated_again(cones, sto
     settings = run[0].replaced(proportions="sequence", fit_shape=False)
     start = dataclasses.replace(start_at(run, 5), shape=None, lengths=longer if kept else None)
     made = trial(settings, range(5, 7), start)
-    with made.begun(store_of(cones)) as pipeline:
-        assert all(frame.tracked for frame in pipeline.frames(made.stretch))
-    found = pipeline.origin().recording.subject.upper_arm_length
+    with made.begun(store_of(cones)) as (run, _):
+        frames, done = go_on(run, made.stretch)
+        assert all(frame.tracked for frame in frames)
+    found = done.origin().recording.subject.upper_arm_length
     assert (found == longer.upper_arm_length) == kept
-    assert found == pytest.approx(pipeline.body.skeleton.proportions.upper_arm_length)
+    assert found == pytest.approx(done.body.skeleton.proportions.upper_arm_length)

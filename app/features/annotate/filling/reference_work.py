@@ -28,7 +28,6 @@ from stereotrack_core.worker_processes import TaskProcess
 
 from ....services.tasks.task import Task, TaskList
 
-_MANY_FRAMES = 50
 _TAKING_IN_SECONDS = 1.5
 
 

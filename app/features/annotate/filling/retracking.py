@@ -14,8 +14,9 @@ from stereotrack_core.evaluation.failure_segments.find import FailureSearch, str
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.prepare import Start
 from stereotrack_core.tracking.repeating import StoredSpec, stored_spec
-from stereotrack_core.tracking.retrack import Beginning, Retrack, Retracked
+from stereotrack_core.tracking.retrack import Retrack, Retracked
 from stereotrack_core.tracking.stored import shape_of_meta
 from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
@@ -160,17 +161,16 @@ class Retracking(QObject):
         )  # fmt: skip
         spec = stored.spec if entry.origin is None else (entry.spec() or stored.spec)
         before, here = entry.at(stretch.start - 1), entry.at(stretch.start)
-        beginning = None
+        start, shape = None, shape_of_meta(run.meta)
         if before is not None and before.pose is not None:
-            beginning = Beginning(before.pose, before.P)
+            start = Start(before.pose, before.P, shape)
         elif here is not None and here.pose is not None and stretch.start > min(entry.frames):
-            beginning = Beginning(here.pose)
+            start = Start(here.pose, shape=shape)
         return Retrack(
             stored.applied_to(recording),
             replace(spec, frames=stretch, clicks=used, smooth=False),
             spec.frames or entry.wanted,
-            shape_of_meta(run.meta),
-            beginning,
+            start,
         )
 
     def _take(self, before: RunEntry, stretch: range, found: Retracked, run: Run) -> None:

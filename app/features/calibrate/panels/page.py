@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QSplitter, QStackedWidget, QWidget
 
 from stereotrack_core.calibrate.align import Alignment
 
-from ....widgets.camera.board_picture import BoardPicture, CoverageMap
+from ....widgets.camera.board_picture import ENLARGED, BoardPicture
 from ....widgets.forms.form_dialog import push_button
 from ....widgets.forms.step_list import StepList, VerdictBox
 from ....widgets.scene.scene_view import SceneView
@@ -39,7 +39,19 @@ class CalibrationPage(QWidget):
         self._world: object = None
         self.setAccessibleName("Calibration")
         self.steps, self.verdict = StepList("Steps of the calibration"), VerdictBox()
-        self.picture, self.coverage, self.scene = BoardPicture(), CoverageMap(), SceneView()
+        self.picture = BoardPicture(
+            "Picture of the board",
+            "Green: corners that were found, in their order. Orange: their errors, "
+            f"{ENLARGED:.0f} times enlarged.",
+            "Choose a picture in the list to see it here.",
+        )
+        self.coverage = BoardPicture(
+            "Coverage of the image",
+            "Dots: all corners of the board in this camera's pictures. Cells without a colour: "
+            "the board was never there, so that the distortion is a guess.",
+            "Calculate the lenses to see where in the image the board was.",
+        )
+        self.scene = SceneView()
         self.board, self.pictures = BoardPage(calibration), PicturesPage(calibration)
         self.lenses = LensesPage(calibration)
         self.world, self.axes = WorldPage(calibration), AxesPage(calibration)
@@ -132,7 +144,7 @@ class CalibrationPage(QWidget):
             self._show_world(state)
             return
         if state.step == "lenses":
-            self.coverage.show_coverage(coverage_shown(state))
+            self.coverage.show_shot(coverage_shown(state))
         self.picture.show_shot(shot_shown(state, self._read))
 
     def _show_world(self, state: Calibration) -> None:

@@ -139,7 +139,7 @@ class ImportController(QObject):
     def ask_for_videos(self) -> None:
         """Let the person choose the folder of the videos."""
         parent = self._context.docks.dialog_parent
-        recent = self._context.session.opening.recent()
+        recent = self._context.session.opening.recents()
         start = recent[0].parent if recent else Path.home()
         ask_for_folder(
             parent, "Folder of the videos or images", start, lambda path: self.offer((path,))

@@ -1,15 +1,19 @@
 """Clouds that several runs share."""
 
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.clouds import Clouds, SharedClouds
+from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shared_clouds import SharedClouds
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import POSES
 
 FRAMES = 4
@@ -27,23 +31,20 @@ def recording(tmp_path_factory):
 
 @pytest.fixture
 def first(recording):
-    with Pipeline(recording, RunSpec(SETTINGS, init="tpose")) as pipeline:
-        yield pipeline
+    with Clouds(recording, RunSpec(SETTINGS, init="tpose")) as clouds:
+        yield clouds
 
 
 def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
     clouds = SharedClouds(first.chain, first.reader)
     takers = [clouds.taker() for _ in range(2)]
-    runs = [
-        Pipeline(recording, RunSpec(SETTINGS, seed=seed, init="tpose"), clouds=taker)
-        for seed, taker in enumerate(takers)
-    ]
-    together = list(zip(*(run.frames(range(FRAMES)) for run in runs), strict=True))
-    for run in runs:
-        run.close()
-    for seed in (0, 1):
-        with Pipeline(recording, RunSpec(SETTINGS, seed=seed, init="tpose")) as alone:
-            for k, frame in enumerate(alone.frames(range(FRAMES))):
-                np.testing.assert_array_equal(together[k][seed].x, frame.x)
+    specs = [RunSpec(SETTINGS, seed=seed, init="tpose") for seed in (0, 1)]
+    with ExitStack() as stack:
+        own = [Clouds(recording, *each) for each in zip(specs, takers, strict=True)]
+        runs = [advances(prepare(stack.enter_context(each)), range(FRAMES)) for each in own]
+        together = list(zip(*runs, strict=True))
+    for seed, spec in enumerate(specs):
+        for k, frame in enumerate(tracked_frames(recording, spec)[0]):
+            np.testing.assert_array_equal(together[k][seed].gained.frames[0].x, frame.x)
     assert first.reader.frame_set(0).views.keys() == set("NOSW")
     assert len(clouds) == 0

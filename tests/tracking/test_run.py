@@ -11,13 +11,16 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import run_of
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
+from stereotrack_core.tracking.saved_state import restored, saved
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.tracking.recordings import write_depth_recording
+from tests.tracking.running import go_on, tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
 FRAMES, MISSING = 6, 4
@@ -98,7 +101,7 @@ def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run,
 
 def test_a_smoothed_run_that_is_cancelled_keeps_what_it_has(recording):
     spec = RunSpec(_settings("fast"), init=_pose(0), smooth=True)
-    run = track(recording, spec, cancelled=lambda: True)
+    run = track(recording, spec, hooks=Hooks(cancelled=lambda: True))
     assert list(run.frame) == [0]
     assert run.meta["smoothed"]
 
@@ -160,11 +163,13 @@ def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_
             np.testing.assert_allclose(landmarks(body, pose), fast_run.landmarks[i], atol=1e-9)
 
 
-def test_the_shape_that_was_tracked_with_comes_back(recording, tmp_path):
+def test_the_shape_that_was_fitted_and_tracked_with_comes_back(tmp_path):
     settings = _settings("fast").replaced(torso_radius_low=0.15, fit_shape=True)
-    with Pipeline(recording, RunSpec(settings, init=_pose(0))) as pipeline:
-        run = run_of(list(pipeline.frames(range(3))), pipeline.origin())
-        used = pipeline.body.cones
+    body, poses = body_model(AVERAGE, _settings("fast").body), [_pose(0.3 * k) for k in range(12)]
+    recording = write_depth_recording(tmp_path, body, poses)
+    frames, done = tracked_frames(recording, RunSpec(settings, init=_pose(0)), range(12))
+    run, used = run_of(frames, done.origin()), done.body.cones
+    assert used.r1[0] == pytest.approx(body.cones.r1[0], abs=0.006)
     write_run(tmp_path / "run.npz", run)
     stored = body_of_run(read_run(tmp_path / "run.npz")).cones
     for field in dataclasses.fields(used):
@@ -176,19 +181,42 @@ def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
     run = track(
         recording,
         RunSpec(_settings("fast"), seed=3, frames=range(FRAMES)),
-        on_frame=seen.append,
-        cancelled=lambda: len(seen) == 2,
+        on_advance=lambda advance: seen.extend(advance.gained.frames),
+        hooks=Hooks(cancelled=lambda: len(seen) == 2),
     )
     assert [frame.frame for frame in seen] == list(run.frame) == [0, 1]
     np.testing.assert_array_equal(run.x, fast_run.x[:2])
 
 
 def test_tracking_goes_on_where_it_was_left(recording, fast_run):
-    with Pipeline(recording, RunSpec(_settings("fast"), seed=3)) as pipeline:
-        pipeline.prepare(range(FRAMES))
-        frames = [*pipeline.frames(range(2)), *pipeline.frames(range(2, 4))]
-        run = run_of(frames, pipeline.origin())
+    with Clouds(recording, RunSpec(_settings("fast"), seed=3)) as clouds:
+        first, half = go_on(prepare(clouds), range(2))
+        rest, done = go_on(half, range(2, 4))
+        run = run_of([*first, *rest], done.origin())
+        again, _ = go_on(half, range(2, 4))
+    for one, other in zip(rest, again, strict=True):  # a state is a value
+        np.testing.assert_array_equal(one.x, other.x)
     np.testing.assert_array_equal(run.x, fast_run.x[:4])
+
+
+def test_every_frame_is_replayed_from_its_saved_state_to_the_last_bit(recording):
+    spec = RunSpec(_settings("accurate"), seed=3, frames=range(FRAMES))
+    rng = np.random.default_rng(11)
+    with Clouds(recording, spec) as clouds:
+        run = prepare(clouds)
+        states, frames = [], []
+        for frame in clouds.frames:
+            states.append(run)
+            [found], run = go_on(run, range(frame, frame + 1))
+            frames.append(found)
+        for k in rng.integers(0, FRAMES, 50).tolist():  # in any order, and some twice
+            before = states[k]
+            kept = {name: array.copy() for name, array in saved(before.state, "state").items()}
+            state = restored(type(before.state), kept, "state")
+            [again], _ = go_on(dataclasses.replace(before, state=state), range(k, k + 1))
+            for name in ("x", "P", "limb_lost", "residual", "innovation"):
+                values = getattr(again.estimate, name), getattr(frames[k].estimate, name)
+                np.testing.assert_array_equal(*values, err_msg=f"{name} of frame {k}")
 
 
 def test_a_first_pose_can_be_given(recording):
@@ -207,7 +235,7 @@ def test_two_views_are_enough_to_go_on(recording):
 @pytest.mark.parametrize("views", [["X"], ["N", "X"], []])
 def test_unknown_views_are_refused_with_the_known_ones(recording, views):
     with pytest.raises(InputError, match="N, O, S, W") as refused:
-        Pipeline(recording, RunSpec(_settings("fast"), views=views))
+        Clouds(recording, RunSpec(_settings("fast"), views=views))
     assert refused.value.where == "--views"
 
 

@@ -1,0 +1,286 @@
+"""Clouds of a recording: read, matched and fused frame by frame, ahead of who works on them."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from typing import Protocol, TypeAlias
+
+from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.mono_silhouettes import silhouette_views
+from stereotrack_core.depth.volume import settled
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import Detections, own_detections
+from stereotrack_core.recording.reader import FrameReader, has_colours
+from stereotrack_core.recording.selection import tracked_views
+from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
+from stereotrack_core.tracking.detecting import seen_keypoints
+from stereotrack_core.tracking.frame import cloudless
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
+
+_AHEAD = 2
+"""Clouds that are made while the tracker works on an earlier one."""
+
+ReadCloud: TypeAlias = tuple[Cloud, float]
+"""A cloud, and the seconds that reading its images took."""
+
+Told: TypeAlias = Callable[[int, int], None]
+"""Is told how many of how many parts are done; may raise :class:`Cancelled`."""
+
+
+class CloudSource(Protocol):
+    """Bare clouds, of one run or shared by several."""
+
+    chain: DepthChain
+    reader: FrameReader
+
+    def learn(self, frames: range, told: Told) -> None:
+        """Learn the background from these frames, unless that is done already."""
+
+    def take(self, frame: int) -> ReadCloud:
+        """Cloud of a frame."""
+
+
+def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> ReadCloud:
+    """Cloud of a frame, and the seconds that reading its images took; empty without any view."""
+    if not (chain.view_names or chain.silhouettes):
+        return cloudless(frame), 0.0
+    begun = time.perf_counter()
+    frame_set = reader.frame_set(frame)
+    read = time.perf_counter() - begun
+    return chain.process(frame_set), read
+
+
+def chain_of(
+    recording: Recording, spec: RunSpec, views: Sequence[str], reader: FrameReader | None = None
+) -> tuple[DepthChain, FrameReader]:
+    """Depth chain and reader of a run over these views; a new reader if none is given.
+
+    Of mono views, clouds have the silhouettes at most.
+    """
+    deep = tuple(name for name in views if recording.view(name).kind != "mono")
+    coloured = spec.settings.tracking.wants_colour and has_colours(recording, deep)
+    colour = coloured if spec.colour is None else spec.colour
+    reader = reader or FrameReader(recording, views=views, colour=colour)
+    depth = settled(recording, spec.settings.depth, reader, deep)
+    mono = silhouette_views(
+        recording, views, detector=spec.detector and spec.settings.uses_detector
+    )
+    return DepthChain(recording, depth, views=deep, mono=mono, colour=coloured), reader
+
+
+class OwnClouds:
+    """Clouds of one run, each made when it is asked for.
+
+    `reader`: not closed with the clouds; a new one where not given.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        spec: RunSpec,
+        views: Sequence[str],
+        reader: FrameReader | None = None,
+    ) -> None:
+        self.chain, self.reader = chain_of(recording, spec, views, reader)
+        self._closes_reader = reader is None
+
+    def learn(self, frames: range, told: Told) -> None:
+        """Learn the background from these frames."""
+        self.chain.learn_background(self.reader, frames, told)
+
+    def take(self, frame: int) -> ReadCloud:
+        """Cloud of a frame."""
+        return read_cloud(self.chain, self.reader, frame)
+
+    def close(self) -> None:
+        """Close the chain, and the reader if it is its own."""
+        self.chain.close()
+        if self._closes_reader:
+            self.reader.close()
+
+
+class Clouds(AbstractContextManager["Clouds"]):
+    """Clouds of a recording's frames, with keypoints and clicks.
+
+    While it is open, matrices are multiplied in one thread.
+
+    Parameters
+    ----------
+    source : CloudSource, optional
+        Not closed by :meth:`close`; where not given, the clouds are its own.
+
+    Attributes
+    ----------
+    views : tuple of str
+        Views that are tracked.
+    frames : range
+        That are to be tracked.
+    settings : Settings
+        With the depth parameters that fit the recording.
+    detector : SeenKeypoints or None
+        Pose detector that looks at the pictures.
+
+    Raises
+    ------
+    InputError
+        Where a view is unknown or no view gives depth.
+    """
+
+    def __init__(
+        self, recording: Recording, spec: RunSpec, source: CloudSource | None = None
+    ) -> None:
+        self.recording, self.spec = recording, spec
+        self.views = tracked_views(recording, spec.views, spec.keypoints)
+        self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
+        self.detections = own_detections(recording) or Detections()
+        self._own = OwnClouds(recording, spec, self.views) if source is None else None
+        self._source: CloudSource = source or self._own  # type: ignore[assignment]
+        self.frames = spec.frames_of(self.reader.frame_count)
+        self.settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
+        looks = spec.detector and spec.keypoints is None
+        given = recording, self.views, self.reader, self.settings, spec.seen
+        self.detector = seen_keypoints(*given) if looks else None
+        self._kept: dict[int, ReadCloud] = {}
+        self._release_blas = one_blas_thread.hold()
+
+    @property
+    def chain(self) -> DepthChain:
+        """From images to bare clouds."""
+        return self._source.chain
+
+    @property
+    def reader(self) -> FrameReader:
+        """Reader of the recording."""
+        return self._source.reader
+
+    @property
+    def have_depth(self) -> bool:
+        """Whether any view gives depth; else keypoints alone are followed."""
+        return bool(self.chain.view_names)
+
+    @property
+    def may_look_again(self) -> bool:
+        """Whether frames can be made again as they were, of views that hide arms alike."""
+        return len(self.chain.view_names) > 1 and not self.chain.learns
+
+    def learn(self, frames: range, hooks: Hooks) -> None:
+        """Learn the background from these frames."""
+        self._source.learn(frames, partial(hooks.on_preparing, "learning the background"))
+
+    def take(self, frame: int) -> ReadCloud:
+        """Cloud of a frame, and the seconds that reading its images took."""
+        if frame in self._kept:
+            return self._kept.pop(frame)
+        cloud, read = self._source.take(frame)
+        clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
+        seen = self._keypoints.at(frame)
+        if self.detector is not None:
+            seen = self.detector.of(cloud, self.frames.start)
+        return dataclasses.replace(cloud, keypoints=seen, clicks=clicks), read
+
+    def keep(self, frame: int) -> Cloud:
+        """Cloud of a frame, which is kept until it is taken."""
+        if frame not in self._kept:
+            self._kept[frame] = self.take(frame)
+        return self._kept[frame][0]
+
+    def drop(self, frame: int) -> bool:
+        """Forget a kept cloud; whether there was one."""
+        return self._kept.pop(frame, None) is not None
+
+    def forget(self, before: int | None = None) -> None:
+        """Forget kept clouds of frames before one, or all."""
+        self._kept = {k: c for k, c in self._kept.items() if before is not None and k >= before}
+
+    @contextmanager
+    def ahead(self, frames: range) -> Iterator[Iterator[ReadCloud]]:
+        """Clouds of frames in their order; while one is worked on, the next ones are made."""
+        with ThreadPoolExecutor(1, thread_name_prefix="cloud") as pool:
+            yield self._made_in(pool, frames)
+
+    def _made_in(self, pool: ThreadPoolExecutor, frames: range) -> Iterator[ReadCloud]:
+        waiting: deque[Future[ReadCloud]] = deque()
+        for frame in frames:
+            waiting.append(pool.submit(self.take, frame))
+            if len(waiting) > _AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+    def close(self) -> None:
+        """Close what is its own."""
+        if self._own is not None:
+            self._own.close()
+        self._release_blas()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class SharedClouds:
+    """Clouds that are made once, and forgotten when every run that is left has taken them.
+
+    Runs that go forward together keep only the few clouds that some have taken and others not.
+    May be used by the threads of all runs at once.
+    """
+
+    def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
+        self.chain, self.reader = chain, reader
+        self._lock = threading.Lock()
+        self._held: dict[int, ReadCloud] = {}
+        self._taken: dict[CloudTaker, int] = {}
+        self._learned = False
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    def taker(self) -> CloudTaker:
+        """Source of one run; to be made before any run begins."""
+        taker = CloudTaker(self)
+        self._taken[taker] = -1
+        return taker
+
+    def learn(self, frames: range, told: Told) -> None:
+        """Learn the background from these frames, once for all."""
+        with self._lock:
+            if not self._learned:
+                self.chain.learn_background(self.reader, frames, told)
+                self._learned = True
+
+    def take(self, taker: CloudTaker, frame: int) -> ReadCloud:
+        """Cloud of a frame; one that the run takes again is made again, and not kept for others."""
+        with self._lock:
+            cloud = self._held.get(frame) or read_cloud(self.chain, self.reader, frame)
+            if frame > self._taken[taker]:
+                self._held[frame], self._taken[taker] = cloud, frame
+                self._forget()
+            return cloud
+
+    def leave(self, taker: CloudTaker) -> None:
+        """A run takes no more clouds."""
+        with self._lock:
+            self._taken.pop(taker, None)
+            self._forget()
+
+    def _forget(self) -> None:
+        needed = min(self._taken.values(), default=max(self._held, default=-1))
+        self._held = {frame: cloud for frame, cloud in self._held.items() if frame > needed}
+
+
+class CloudTaker:
+    """One run's source of clouds that it shares with others."""
+
+    def __init__(self, clouds: SharedClouds) -> None:
+        self.chain, self.reader = clouds.chain, clouds.reader
+        self.learn = clouds.learn
+        self.take = partial(clouds.take, self)
+        self.leave = partial(clouds.leave, self)

@@ -1,0 +1,119 @@
+"""Models of what is tracked: a person in clouds, by keypoints, or as in the thesis."""
+
+from __future__ import annotations
+
+import pkgutil
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.keypoint_step import KeypointModel
+from stereotrack_core.tracking.parameters import Settings, TrackingParameters
+from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.step import PersonModel, PersonState
+from stereotrack_core.tracking.step_recorder import StepRecorder
+from stereotrack_core.tracking.thesis import ThesisModel, ThesisState
+
+TrackModel: TypeAlias = PersonModel | KeypointModel | ThesisModel
+"""Body, parameters and cameras of a run; immutable.
+
+Its ``first(pose)`` gives the state before the first frame, its ``step(state, cloud)`` the state
+after a frame and what is estimated of it. A state is a value: a step from the same state gives the
+same to the last bit."""
+
+TrackState: TypeAlias = PersonState | ThesisState
+
+
+def step(
+    model: TrackModel, state: Any, cloud: Cloud, recorder: StepRecorder | None = None
+) -> tuple[TrackState, Estimate]:
+    """State after the next cloud, and the estimate of its frame; `state` is one of the model's."""
+    found: tuple[TrackState, Estimate] = model.step(state, cloud, recorder)
+    return found
+
+
+def cameras_of(recording: Recording, views: Sequence[str]) -> FloatArray:
+    """Optical centres (V, 3) of views, world, metres."""
+    cameras = [recording.reference_camera(recording.view(name)) for name in views]
+    return np.array([camera.position_world for camera in cameras])
+
+
+_BASELINES = "stereotrack_core.experiments.baselines"
+
+_ESTIMATORS: Mapping[str, str] = MappingProxyType(
+    {
+        "iterated": f"{IteratedEstimator.__module__}:IteratedEstimator",
+        "extended_kalman": f"{_BASELINES}.estimators:ExtendedKalman",
+        "annealed_particles": f"{_BASELINES}.particles:AnnealedParticles",
+        "limb_icp": f"{_BASELINES}.estimators:LimbIcp",
+        "scalar_distance": f"{_BASELINES}.estimators:ScalarDistance",
+    }
+)
+"""Where estimators are, by the parameter's value; loaded by name, because those of experiments are
+made of parts of the tracker."""
+
+
+def model_for(
+    body: BodyModel,
+    settings: Settings,
+    cameras: FloatArray,
+    fps: float,
+    seed: int,
+    *,
+    clouds: bool = True,
+) -> TrackModel:
+    """Make the model that the settings ask for; `cameras` (V, 3) are optical centres, world.
+
+    Without `clouds`, keypoints alone are followed, by the filter of the iterated estimator.
+    """
+    setup = _setup(body, settings, cameras, fps, seed)
+    if not clouds:
+        if settings.needs_depth:
+            raise InputError(
+                "this preset's tracker needs depth, and no view provides it",
+                where="--preset",
+                remedy="Use the preset accurate or fast.",
+            )
+        return KeypointModel(Follower(setup, IteratedEstimator(setup)))
+    if setup.parameters.matching == "model_to_data":
+        return ThesisModel(setup)
+    made = pkgutil.resolve_name(_ESTIMATORS[setup.parameters.estimator])
+    return PersonModel(Follower(setup, made(setup), uses_colours=True, uses_async_detections=True))
+
+
+def initialiser_for(
+    body: BodyModel, settings: Settings, cameras: FloatArray, recording: Recording, seed: int
+) -> PersonModel:
+    """A model that only looks for first poses: without colours and detections between frames.
+
+    The thesis begins from a known pose; its body, without legs, is not made for search, so for
+    it another body of the same lengths is looked for.
+    """
+    if settings.tracking.matching == "model_to_data":
+        body = body_model(proportions_of(recording.subject))
+        settings = replace(settings, tracking=TrackingParameters())
+    return initialiser(_setup(body, settings, cameras, recording.fps, seed))
+
+
+def initialiser(setup: Setup) -> PersonModel:
+    """A model of the iterated estimator alone."""
+    return PersonModel(Follower(setup, IteratedEstimator(setup)))
+
+
+def _setup(
+    body: BodyModel, settings: Settings, cameras: FloatArray, fps: float, seed: int
+) -> Setup:
+    volume, upright = Volume.of(settings.depth), settings.depth.upright
+    return Setup(body, settings.tracking, cameras, fps, seed, volume, upright)
