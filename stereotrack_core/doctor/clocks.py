@@ -202,7 +202,7 @@ _MENDED, _LEAST_WORTH = 0.68, 0.01
 
 @dataclass(frozen=True)
 class Delay:
-    """How much later a view shows what the others show."""
+    """Delay of a view against the others."""
 
     frames: float
     before: float

@@ -93,7 +93,7 @@ class SecondLook:
     """Tracked frames since arms have been doubtful, which are looked at again afterwards."""
 
     tries: int
-    """How often a stretch is tracked again; 0: never."""
+    """Number of times that a stretch is tracked again; 0: never."""
     changed: tuple[tuple[int, int], ...] = ()
     """First and last frames of the stretches that have been changed."""
     held: tuple[TrackedFrame, ...] = ()

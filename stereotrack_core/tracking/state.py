@@ -93,7 +93,7 @@ class State(Belief):
     colours: PartColours | None = None
     """Learned colours of the parts; None if the filter uses none."""
     particles: Particles | None = None
-    """Of the baseline that follows many poses at once."""
+    """Particles of the baseline `annealed`; None for every other estimator."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What is written over the scene: names, north, axes, what colours of points mean."""
+"""Lettering over the scene: names, north, axes, and the legend of the points' colours."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .content import NORTH_TIP, PointLegend, SceneContent
 from .orbit import Orbit
 
 _AXES = (("x", "#e0605a"), ("y", "#4fa85a"), ("z", "#4d97e8"))
-"""Of the world: x is east, y north, z up."""
+"""Axes of the world and their colours: x is east, y north, z up."""
 _AXIS_LENGTH = 26.0
 _MARGIN, _GAP, _ROW, _SWATCH = 6.0, 6.0, 18.0, 9.0
 

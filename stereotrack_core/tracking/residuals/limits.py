@@ -92,7 +92,7 @@ def resting(joints: tuple[int, ...]) -> Resting:
 
 
 def off_rest(limbs: Resting, rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How far limbs (..., m) are from their rest, and with what variance.
+    """Distances of limbs (..., m) from their rest, and variances.
 
     The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
     negative logarithm of a Cauchy density, by iterated weights. They rest most of the time, and

@@ -70,7 +70,7 @@ class SurfaceResidual:
     weight: FloatArray
     """(m,)."""
     frames: PartFrames
-    """Of the pose at which the data were paired."""
+    """Frames of the pose at which the data were paired."""
     kind: int = SURFACE
 
     @property
