@@ -13,6 +13,7 @@ from .services.failures import Notifier
 from .services.tasks.task import Processes, TaskList
 from .session.session import Session
 from .session.view_state import ViewState
+from .widgets.forms.message import MessageBar
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,16 +37,18 @@ class Context:
 
 
 def make_context(
-    window: QMainWindow, settings: QSettings, processes: Processes | None = None
+    window: QMainWindow,
+    messages: MessageBar,
+    settings: QSettings,
+    processes: Processes | None = None,
 ) -> Context:
     """Make the services for a window, which holds panels and actions.
 
     Processes that are given, for work that lasts, may serve other windows too and outlive this one.
     """
-    tasks, view_state, notifier = TaskList(window), ViewState(window), Notifier(window)
-    docks = Docks(window, settings, notifier)
-    session = Session(tasks, view_state, settings, window, processes)
-    actions = ActionRegistry(window, settings, docks.redraw)
-    actions.refused.connect(notifier.say)
+    notifier, view_state = Notifier(messages, window.statusBar()), ViewState(window)
+    tasks, docks = TaskList(notifier.error, window), Docks(window, settings, notifier)
+    session = Session(notifier.show, tasks, view_state, settings, window, processes)
+    actions = ActionRegistry(window, settings, docks.redraw, notifier.say)
     tasks.watch(docks.redraw.settled)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)

@@ -38,6 +38,7 @@ from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.task import GarbageTimer, Processes, wait_for_threads
 from .session.runs import RunEntry
+from .session.tracking import Chosen
 from .shell.dialogs import write_picture
 from .shell.main_window import MainWindow
 from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, icon
@@ -106,10 +107,10 @@ class WindowProgram:
         self.context = self.window.context
         self._relay = FailureRelay()
         self._relay.install()
-        self._relay.message.connect(self.context.notifier.show)
+        # a slot of a widget: exceptions come from any thread
+        self._relay.message.connect(self.window.messages.show_message)
         self.app.setWindowIcon(icon("model"))
         self._demo: tuple[DemoTracking, int] | None = None
-        self._in_picture = False
 
     def run(self) -> bool:
         """Show the window until it is closed; whether that went well."""
@@ -128,8 +129,7 @@ class WindowProgram:
     def track_demo(self, demo: DemoTracking, shown_frame: int) -> None:
         """Open the demo recording, track it in the window, tell its errors when done."""
         track = self.context.session.track
-        track.choose(demo.preset, preset(demo.preset))
-        track.use(demo.settings)
+        track.take(Chosen(demo.preset, preset(demo.preset), demo.settings))
         track.finished.connect(self._on_demo_tracked)
         self._demo = demo, shown_frame
         self.features.files.begin_demo(demo.folder)

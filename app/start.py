@@ -155,8 +155,6 @@ def _check(opening: Opening) -> None:
         from stereotrack_core.recording.importing.sources import is_unmade
         from stereotrack_core.study.description import SUFFIX, read_study
 
-        from .start import check_workspace_name
-
         check_workspace_name(opening.workspace)
         if path.is_file() and path.name.endswith(SUFFIX):
             read_study(path)

@@ -17,8 +17,16 @@ from operator import itemgetter
 from pathlib import Path
 
 import stereotrack_core as stereotrack
-from benchmarks.common import ended, parser_of, put_table, recordings_of, say, worker_pool
-from stereotrack_core.evaluation.summary import Spread, reference_within
+from benchmarks.common import (
+    ended,
+    parser_of,
+    put_table,
+    recordings_of,
+    reference_within,
+    say,
+    worker_pool,
+)
+from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.parameters import Value
 from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.recording.description import Recording

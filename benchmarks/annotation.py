@@ -17,7 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.common import ended, parser_of, put_table, recordings_of, say
+from benchmarks.common import (
+    ended,
+    parser_of,
+    put_table,
+    recordings_of,
+    reference_within,
+    say,
+)
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import pose_at, standing
 from stereotrack_core.annotation.fit.fit import ClickFit
@@ -34,7 +41,6 @@ from stereotrack_core.body.sampling import segment_blocked
 from stereotrack_core.evaluation.summary import (
     Summary,
     errors_against,
-    reference_within,
     summarise,
     truth_of,
 )

@@ -7,14 +7,18 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
+
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.summary import truth_of
+from stereotrack_core.evaluation.summary import knows_something, none_of_the_frames, truth_of
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.folder import open_recordings
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tables import markdown_text
 
 
@@ -28,11 +32,22 @@ def parser_of(description: str | None) -> ArgumentParser:
 
 
 def recordings_of(args: Namespace, *, with_reference: bool = True) -> list[Recording]:
-    """Open the recordings that are given, or the demo. Raises InputError without a reference."""
-    recordings = open_recordings(args.recordings or [copied_demo().recording])
+    """Open the recordings that are given, or the demo, with names that tell them apart.
+
+    Raises InputError without a reference, and for a recording that is given twice.
+    """
+    recordings = [open_recording(one) for one in args.recordings or [copied_demo().recording]]
+    if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
+        raise InputError(
+            "a recording is given twice", where="RECORDING", remedy="Give each recording once."
+        )
     for recording in recordings if with_reference else ():
         truth_of(recording)
-    return recordings
+    names = [recording.name for recording in recordings]
+    return [
+        one if names.count(one.name) == 1 else replace(one, name=str(one.folder))
+        for one in recordings
+    ]
 
 
 def say(text: str) -> None:
@@ -63,3 +78,12 @@ def ended(main: Callable[[], None]) -> int:
         say(str(error))
         return 2
     return 0
+
+
+def reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
+    """The recording's reference in some frames. Raises InputError if it knows none of them."""
+    reference = truth_of(recording)
+    inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
+    if not np.any(inside & knows_something(reference)):
+        raise none_of_the_frames(str(recording.folder))
+    return LandmarkTrajectory(reference.frame[inside], reference.points[inside])

@@ -11,7 +11,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import reduce
 from itertools import pairwise
 from pathlib import Path
@@ -235,8 +235,14 @@ def parts_of(recording: Recording, run: Run) -> Parts:
     for segment in segments:
         own = errors.between(segment.first, segment.end)
         before = parts.get(segment.name)
-        parts[segment.name] = own if before is None else before.followed_by(own)
+        parts[segment.name] = own if before is None else _together(before, own)
     return parts
+
+
+def _together(one: LimbErrors, later: LimbErrors) -> LimbErrors:
+    """Errors of some frames and of later ones."""
+    pairs = ((getattr(one, f.name), getattr(later, f.name)) for f in fields(one))
+    return LimbErrors(*(np.concatenate(pair) for pair in pairs))
 
 
 # Tables
@@ -259,7 +265,7 @@ class Column:
                 return Spread()
             stretches = [run[self.part] for run in runs if run is not None and self.part in run]
             if stretches:
-                pooled = summarise(reduce(LimbErrors.followed_by, stretches))
+                pooled = summarise(reduce(_together, stretches))
                 is_share = measure == "lost"
                 mean = np.nan if is_share else pooled.measure(measure).statistics.mean
                 values.append(100.0 * pooled.lost if is_share else mean)

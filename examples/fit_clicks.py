@@ -11,9 +11,7 @@ from stereotrack_core.recording.landmarks import write_landmarks
 
 def main(folder: Path, clicks: Path, output: Path) -> None:
     recording = stereotrack.open_recording(folder)
-    fit = stereotrack.fit_reference(
-        recording, stereotrack.read_clicks(clicks, recording).checked(), source=str(clicks)
-    )
+    fit = stereotrack.fit_reference(recording, stereotrack.read_clicks(clicks, recording).checked())
     write_landmarks(output, fit.trajectory())
     print(f"{len(fit.frame)} frames, of which {(fit.kind == 'clicked').sum()} are clicked")
     for key in fit.flagged():

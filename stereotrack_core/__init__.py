@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from stereotrack_core.annotation.fit.fit import FitRequest as FitRequest
     from stereotrack_core.annotation.fit.fit import fit_reference as fit_reference
     from stereotrack_core.depth.chain import DepthChain as DepthChain
     from stereotrack_core.evaluation.failure_segments.find import failures as failures
@@ -45,6 +46,7 @@ os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
 
 _HOMES = {
     "DepthChain": "depth.chain",
+    "FitRequest": "annotation.fit.fit",
     "Project": "project.project",
     "RunSpec": "tracking.run_spec",
     "evaluate": "evaluation.summary",

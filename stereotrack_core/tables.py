@@ -178,6 +178,11 @@ def finite_number(
     raise InputError(f"line {line} has {text!r} as {column}", where=str(path), remedy=remedy)
 
 
+def number_or_nan(text: str, path: Path, line: int, column: str) -> float:
+    """Finite number in a cell, NaN if it is empty or says so; InputError for anything else."""
+    return math.nan if text.lower() in ("", "nan") else finite_number(text, path, line, column)
+
+
 def whole_number(text: str, path: Path, line: int, column: str) -> int:
     """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
     value = finite_number(text, path, line, column, _WHOLE)

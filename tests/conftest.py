@@ -7,7 +7,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE, detector_folder
 
@@ -15,6 +15,7 @@ settings.register_profile(
     "repeatable",
     derandomize=True,
     deadline=None,
+    phases=set(Phase) - {Phase.shrink, Phase.explain},  # a failure took over 120 s with them
     suppress_health_check=[HealthCheck.too_slow],  # as a busy machine makes it
 )
 settings.load_profile("repeatable")

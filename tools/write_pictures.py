@@ -84,8 +84,10 @@ def _picture(
     # the last one that is opened is the active one
     context.session.ready.connect(lambda: _open_runs(program, runs))
     context.session.ready.connect(lambda: context.docks.bring_up(panel))
-    failures = program.features.review.failures.presenter
-    failures.changed.connect(lambda: failures.choose(next(iter(failures.listed), None)))
+    failures = program.features.review.failures
+    context.tasks.changed.connect(
+        lambda: failures.go(1) if failures.listed and failures.chosen is None else None
+    )
     context.session.opening.open(recording, frame=frame, workspace=workspace)
     return program.picture(picture, say, SIZE)
 
@@ -202,7 +204,7 @@ def _import(recording: Path, docs: Path) -> bool:
     program = WindowProgram()
     apply_theme(program.app, "dark")
     looked = look([recording / file for file in files])
-    wizard = ImportWizard(looked, program.context.tasks, program.window)
+    wizard = ImportWizard(looked, program.context.tasks, lambda _path: None, program.window)
     wizard.show()
     write_picture(docs / "import-sources.png", wizard.grab())
     wizard.reject()

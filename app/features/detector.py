@@ -40,11 +40,9 @@ class DetectorController(QObject):
 
     @property
     def working(self) -> bool:
-        """Whether the detector is being installed."""
-        return self._task is not None
+        return self._task in self._context.tasks.tasks
 
     def show(self) -> None:
-        """Say what the detector is and whether it is installed, and let the person install it."""
         kept = sum(one.size for one in MODEL_FILES)
         facts = (
             f"Source: {SOURCE}",
@@ -72,8 +70,7 @@ class DetectorController(QObject):
         ask_to_open(parent, "Install pose detector", Path.home(), _FILES, take)
 
     def install(self, source: Path | None = None) -> None:
-        """Install it in the background, from a wheel or folder, or from the network."""
-        if self._task is not None:
+        if self.working:
             return
 
         def work(task: Task) -> Installation:
@@ -84,19 +81,13 @@ class DetectorController(QObject):
         self._task = self._context.tasks.begin(
             "Installing the pose detector", work, self._on_installed
         )
-        self._task.ended.connect(self._on_ended)
 
     def _on_installed(self, state: Installation) -> None:
         wrong = bool(state.problem()[0])
         self._context.notifier.show(Message("warning" if wrong else "note", _how_it_is(state)))
 
-    def _on_ended(self) -> None:
-        self._task = None
-        self._context.actions.refresh()
-
 
 def _how_it_is(state: Installation) -> str:
-    """Whether the detector is installed, in sentences."""
     what, remedy = state.problem()
     if "missing" in state.files.values():
         return "The pose detector is not installed."
@@ -109,13 +100,10 @@ def register(context: Context) -> DetectorController:
     """Offer the installation."""
     detector = DetectorController(context)
     command = Menu("&Track").command(
-        "install_detector",
-        "Install pose detector …",
-        "Say what the pretrained pose detector is and whether it is installed, and install it.",
-        detector.show,
-        icon="prediction",
-        section=True,
+        "install_detector", "Install pose detector …", "Say what the pretrained pose detector is "
+        "and whether it is installed, and install it.", detector.show, icon="prediction",
         why_not=lambda: "The pose detector is being installed." if detector.working else "",
-    )
+        section=True,
+    )  # fmt: skip
     context.actions.add([command])
     return detector

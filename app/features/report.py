@@ -20,31 +20,28 @@ _FILTER = "Page for a browser (*.html)"
 
 
 class ReportController(QObject):
-    """Writes reports.
-
-    Attributes
-    ----------
-    working : bool
-        Whether a report is being made.
-    """
+    """Writes reports."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.working = False
+        self._task: Task | None = None
+
+    @property
+    def working(self) -> bool:
+        return self._task in self._context.tasks.tasks
 
     def why_not(self) -> str:
-        """Why no report can be made now; empty where one can."""
         busy = "A report is already being written." if self.working else ""
         return self._session.no_run() or busy
 
     def ask_where(self) -> None:
-        """Let the person choose where the report on the active run goes, and make it."""
         entry = self._session.runs.active
         if entry is None:
             return
         beside = entry.path.parent if entry.path is not None else Path.home()
-        proposed = beside / f"report-{_file_name(entry.name)}.html"
+        kept = "".join(one if one.isalnum() or one in "-_." else "-" for one in entry.name)
+        proposed = beside / f"report-{kept.strip('-.') or 'run'}.html"
 
         def make(path: Path) -> None:
             known = path.suffix.lower() in {".html", ".htm"}
@@ -53,7 +50,6 @@ class ReportController(QObject):
         ask_to_save(self._context.docks.dialog_parent, "Save report", proposed, _FILTER, make)
 
     def make(self, path: Path) -> None:
-        """Make the report on the active run in the background."""
         source = self._source()
         if source is None or self.working:
             return
@@ -69,9 +65,7 @@ class ReportController(QObject):
             message = Message("note", f"Report saved to {path}", button="Open", do=show)
             self._context.notifier.show(message)
 
-        self.working = True
-        task = self._context.tasks.begin("Writing report", work, done, promised=True)
-        task.ended.connect(lambda: setattr(self, "working", False))
+        self._task = self._context.tasks.begin("Writing report", work, done, promised=True)
 
     def _source(self) -> Source | None:
         """The active run and what it is measured against; None where it cannot be put together."""
@@ -81,33 +75,21 @@ class ReportController(QObject):
             return None
         truth, file = self._session.judging.truth, entry.path
         return Source(
-            name=entry.name,
-            run=run,
-            recording=recording,
+            name=entry.name, run=run, recording=recording,
             reference=None if truth is None else truth.trajectory,
             reference_name="" if truth is None else truth.words,
             states=None if truth is None else truth.reference,
             repeat="" if file is None else repeat_command(recording.folder.name, str(file)),
-        )
+        )  # fmt: skip
 
 
 def register(context: Context) -> ReportController:
     """Offer reports."""
     reports = ReportController(context)
     report = Menu("&File", reports.why_not).command(
-        "report",
-        "Report …",
-        "Write a report on the active run as a web page: errors, curves, failures with "
-        "images, parameters, and how to reproduce it.",
-        reports.ask_where,
-        "Ctrl+Shift+R",
-        "export",
-    )
+        "report", "Report …", "Write a report on the active run as a web page: errors, curves, "
+        "failures with images, parameters, and how to reproduce it.", reports.ask_where,
+        "Ctrl+Shift+R", "export",
+    )  # fmt: skip
     context.actions.add([report])
     return reports
-
-
-def _file_name(name: str) -> str:
-    """A run's name as part of a file's."""
-    kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
-    return kept.strip("-.") or "run"

@@ -28,14 +28,6 @@ from ..widgets.style.theme import set_icon
 _SHORTCUTS = "shortcuts"
 
 
-def _always() -> str:
-    return ""
-
-
-def _is_shown() -> bool:
-    return True
-
-
 @dataclass(frozen=True)
 class Command:
     """One thing that the workbench can do."""
@@ -54,7 +46,7 @@ class Command:
     """Key sequence it has unless the person chooses another."""
     icon: str = ""
     """Name of an icon in the resources."""
-    why_not: Callable[[], str] = _always
+    why_not: Callable[[], str] = str
     """Why it cannot be done now, as a sentence; empty where it can."""
     checked: Callable[[], bool] | None = None
     """For commands that switch something: whether it is on."""
@@ -62,7 +54,7 @@ class Command:
     """Whether a separator stands before it in the menu."""
     says: Callable[[], str] | None = None
     """What it is called now, where that changes: ``Undo Place left elbow``."""
-    shown: Callable[[], bool] = _is_shown
+    shown: Callable[[], bool] = lambda: True
     """Whether it stands in its menu and in the palette now."""
     goes_first: bool = False
     """Whether it takes its keys from another command of the same keys, while it can be done."""
@@ -85,7 +77,7 @@ class Menu:
     """A menu, and why its commands cannot be done now where they do not say that themselves."""
 
     title: str
-    why_not: Callable[[], str] = _always
+    why_not: Callable[[], str] = str
 
     def command(
         self,
@@ -166,20 +158,23 @@ class ActionRegistry(QObject):
     -------
     refreshed : ()
         What can be done now has been found out again.
-    refused : str
-        A person has pressed the keys of a command that cannot be done; why, as a sentence.
     """
 
     refreshed = Signal()
-    refused = Signal(str)
 
-    def __init__(self, window: QWidget, settings: QSettings, redraw: RedrawQueue) -> None:
+    def __init__(
+        self,
+        window: QWidget,
+        settings: QSettings,
+        redraw: RedrawQueue,
+        say: Callable[[str], object],
+    ) -> None:
         super().__init__(window)
+        self._say_refusal = say
         self._window, self._settings, self._redraw = window, settings, redraw
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
-        self._key_words: dict[str, str] = {}
         self._said: dict[str, tuple[str, str, str]] = {}
         self._typing, self._unused = _Typing(self), _Unused(self._on_unused, self)
         window.installEventFilter(self._unused)
@@ -260,7 +255,7 @@ class ActionRegistry(QObject):
             return False
         command = self._commands[name]
         if why_not := command.why_not():
-            self.refused.emit(f"{command.title}: unavailable. {why_not}")
+            self._say_refusal(f"{command.title}: unavailable. {why_not}")
         else:
             self.refresh()
             self._actions[name].trigger()
@@ -282,7 +277,7 @@ class ActionRegistry(QObject):
 
     def key_words(self, name: str) -> str:
         """Key sequence of a command, as a person reads it."""
-        return self._key_words[name]
+        return self._keys[name].toString(QKeySequence.SequenceFormat.NativeText)
 
     def user_of(self, keys: str, besides: str = "") -> Command | None:
         """Tell which command has a key sequence already, where neither of both goes first."""
@@ -338,12 +333,11 @@ class ActionRegistry(QObject):
         action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
-        words = keys.toString(QKeySequence.SequenceFormat.NativeText)
         before = self._keys.get(command.id, keys)
-        self._keys[command.id], self._key_words[command.id] = keys, words
+        self._keys[command.id] = keys
         action = self._actions[command.id]
         if command.goes_first:  # shown in menus all the same
-            action.setText(f"{command.text}\t{words}")
+            action.setText(f"{command.text}\t{self.key_words(command.id)}")
         action.setShortcut(keys)
         for shared in (before, keys):
             self._share_keys(shared)

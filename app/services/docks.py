@@ -35,43 +35,13 @@ _USUAL = ("track", "annotate")
 class Docks(QObject):
     """Panels by name, the workspaces that arrange them, and the parts that all features share.
 
-    Parameters
-    ----------
-    host : QMainWindow
-        Holds the panels.
-    settings : QSettings
-        Keeps how a person has arranged them.
-    notifier : Notifier
-
-    Attributes
-    ----------
-    views : CameraGrid
-        The cameras' pictures in the middle.
-    timeline : TimelineView
-    scene : SceneView
-    transport : Transport
-    focus : FocusWalk
-    middle : QStackedWidget
-        The views, or what is there while nothing is open.
-    redraw : RedrawQueue
-        What is to be drawn again.
-
-    Signals
-    -------
-    workspace_changed : ()
-        Another workspace is shown.
-    left : ()
-        A workspace without a recording was closed by the person.
-    leaving : ()
-        The arrangement is about to be kept: what has moved panels for a while puts them back.
-    panel_toggled : ()
-        A panel was shown or hidden.
+    `host` holds the panels, `settings` keep how a person has arranged them.
     """
 
     workspace_changed = Signal()
+    """Another workspace is shown."""
     left = Signal()
-    leaving = Signal()
-    panel_toggled = Signal()
+    """A workspace without a recording was closed by the person."""
 
     def __init__(self, host: QMainWindow, settings: QSettings, notifier: Notifier) -> None:
         super().__init__(host)
@@ -79,7 +49,8 @@ class Docks(QObject):
         self._docks: dict[str, QDockWidget] = {}
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
-        self._alone = False
+        self.is_alone = False
+        """Whether a workspace is shown without panels, while nothing is open."""
         self._before: QByteArray | None = None
         host.installEventFilter(self)
         self.redraw = RedrawQueue(self)
@@ -87,6 +58,9 @@ class Docks(QObject):
         self.timeline, self.transport = TimelineView(), Transport()
         self.focus = FocusWalk(host, self.views, self._docks)
         self.middle = QStackedWidget()
+        """The views, or what is there while nothing is open."""
+        self.dialog_parent: QWidget = self.middle
+        """What dialogs belong to."""
         self.middle.addWidget(self.views)
         self._pages: dict[str, QWidget] = {"": self.views}
         host.setCentralWidget(self.middle)
@@ -98,11 +72,6 @@ class Docks(QObject):
         self.add("timeline", "Timeline", both, titled=False)
         # the timeline is the scrubber: it stays where it is
         self.dock("timeline").setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
-
-    @property
-    def dialog_parent(self) -> QWidget:
-        """What dialogs belong to."""
-        return self.middle
 
     # ---- panels
 
@@ -158,7 +127,6 @@ class Docks(QObject):
             self.bring_up(name)
         else:
             dock.hide()
-        self.panel_toggled.emit()
 
     def bring_up(self, name: str) -> None:
         """Show a panel before those that share its place."""
@@ -167,7 +135,6 @@ class Docks(QObject):
             if self._host.dockWidgetArea(dock) == Qt.DockWidgetArea.NoDockWidgetArea:
                 self._host.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
             dock.show()
-            self.panel_toggled.emit()
         dock.raise_()
 
     def show_workspace_for(self, panel: str, name: str) -> None:
@@ -210,11 +177,6 @@ class Docks(QObject):
         """Name of the workspace that is shown; empty while nothing is open."""
         return self._shown.name if self._shown is not None else ""
 
-    @property
-    def is_alone(self) -> bool:
-        """Whether a workspace is shown without panels, while nothing is open."""
-        return self._alone
-
     def add_workspace(self, space: Workspace) -> None:
         """Offer an arrangement of panels."""
         self._workspaces[space.name] = space
@@ -226,7 +188,7 @@ class Docks(QObject):
         self.middle.setCurrentWidget(self._pages[space.middle])
         if space.no_panels():
             self.hide_all()
-            self._alone = True
+            self.is_alone = True
             self.workspace_changed.emit()
             return
         self._settings.setValue("workspace", space.name)
@@ -250,7 +212,7 @@ class Docks(QObject):
 
     def show_first(self) -> None:
         """Show the workspace that was used last, or a usual one that has something to show."""
-        self._shown, self._alone = None, False
+        self._shown, self.is_alone = None, False
         last = stored_text(self._settings, "workspace")
         wanted = [self._workspaces[name] for name in (last, *_USUAL) if name in self._workspaces]
         fits = (space for space in wanted if not space.why_not())
@@ -264,18 +226,18 @@ class Docks(QObject):
 
     def close_alone(self) -> None:
         """Close a workspace that is shown while nothing is open."""
-        if self._alone:
+        if self.is_alone:
             self.left.emit()
 
     def reset(self) -> None:
         """Put the panels of this workspace back where they belong."""
-        if self._shown is not None and not self._alone:
+        if self._shown is not None and not self.is_alone:
             forget_layout(self._settings, self._shown)
             self.arrange()
 
     def arrange(self) -> None:
         """Put the panels of this workspace where they are by default, for now."""
-        if self._shown is not None and not self._alone:
+        if self._shown is not None and not self.is_alone:
             arrange(self._host, self._docks, self._shown)
             leave_room(self._host, self._docks)
 
@@ -285,8 +247,7 @@ class Docks(QObject):
         return False
 
     def _keep(self) -> None:
-        alone, self._alone = self._alone, False
+        alone, self.is_alone = self.is_alone, False
         if self._shown is not None and not alone:
-            self.leaving.emit()
             self.give_room_back()
             save_layout(self._host, self._settings, self._shown)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from types import TracebackType
+from typing import TypeAlias
 
 import platformdirs
 from PySide6.QtCore import (
@@ -16,16 +17,18 @@ from PySide6.QtCore import (
     QObject,
     QtMsgType,
     Signal,
-    Slot,
     qInstallMessageHandler,
 )
+from PySide6.QtWidgets import QStatusBar
 
 from stereotrack_core.errors import InputError, visible
 from stereotrack_core.worker_processes import Lost
 
-from ..widgets.forms.message import Message
+from ..widgets.forms.message import Message, MessageBar
 
 LOG = logging.getLogger("stereotrack")
+Tell: TypeAlias = Callable[[Message], object]
+"""Shows a person a message."""
 _LOST = "Try again. If it happens again, free memory by closing other programs."
 
 
@@ -124,38 +127,21 @@ class FailureRelay(QObject):
 SAID_MS = 6000
 
 
-class Notifier(QObject):
-    """Tells the window what to show; knows nothing of how.
+class Notifier:
+    """Messages over the views, and words in the status line."""
 
-    Signals
-    -------
-    shown : Message
-        Something that the person should read.
-    taken_back : Message
-        It holds no longer.
-    cleared : ()
-        No message holds any longer.
-    dismissed : Message
-        A person has closed this message without doing what it offers.
-    said : str, int
-        Words for the status line, and for how many milliseconds.
-    """
+    def __init__(self, bar: MessageBar, status: QStatusBar) -> None:
+        self._bar, self._status = bar, status
+        self.dismissed = bar.dismissed
+        """A person has closed this message without doing what it offers."""
 
-    shown = Signal(object)
-    taken_back = Signal(object)
-    cleared = Signal()
-    dismissed = Signal(object)
-    said = Signal(str, int)
-
-    @Slot(object)
     def show(self, message: Message) -> None:
         """Show a message until it is closed."""
-        self.shown.emit(message)
+        self._bar.show_message(message)
 
-    @Slot(object)
     def error(self, error: BaseException) -> None:
         """Show what went wrong in words."""
-        self.shown.emit(message_of(error))
+        self.show(message_of(error))
 
     def attempt(self, do: Callable[[], object]) -> bool:
         """Do something; where it cannot be done, show why."""
@@ -168,13 +154,12 @@ class Notifier(QObject):
 
     def take_back(self, message: Message) -> None:
         """Remove a message that holds no longer."""
-        self.taken_back.emit(message)
+        self._bar.take_back(message)
 
     def clear(self) -> None:
         """Close all messages."""
-        self.cleared.emit()
+        self._bar.clear()
 
-    @Slot(str)
     def say(self, words: str, milliseconds: int = SAID_MS) -> None:
         """Say something in the status line, for a while."""
-        self.said.emit(words, milliseconds)
+        self._status.showMessage(words, milliseconds)

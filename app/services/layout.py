@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -83,21 +83,8 @@ def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Worksp
     area = Qt.DockWidgetArea
     corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
     window.setCorner(Qt.Corner.BottomRightCorner, corner)
-    _arrange_side(window, docks, space)
-    previous = None
-    for names in space.bottom:
-        dock = docks[_together(names)[0]]
-        if previous is None:
-            window.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
-        else:
-            window.splitDockWidget(previous, dock, Qt.Orientation.Vertical)
-        dock.show()
-        previous = dock
-    for first, *behind in map(_together, space.bottom):  # nothing can be put below tabs
-        for name in behind:
-            window.tabifyDockWidget(docks[first], docks[name])
-            docks[name].show()
-        docks[first].raise_()
+    _stack(window, docks, area.RightDockWidgetArea, space.side)
+    _stack(window, docks, area.BottomDockWidgetArea, [*map(_together, space.bottom)])
     width, height, shares = window.width(), window.height(), _shares(space)
     _resize(window, {docks[name]: share * width for name, (share, _) in shares.items()}, _ACROSS)
     _resize(window, {docks[name]: share * height for name, (_, share) in shares.items()}, _DOWN)
@@ -117,20 +104,26 @@ def _clear(window: QMainWindow) -> None:
             layout.activate()
 
 
-def _arrange_side(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> None:
+def _stack(
+    window: QMainWindow,
+    docks: Mapping[str, QDockWidget],
+    area: Qt.DockWidgetArea,
+    groups: Sequence[tuple[str, ...]],
+) -> None:
+    """Put panels below each other in an area; those of one group share a place as tabs."""
     above = None
-    for names in space.side:
-        first = docks[names[0]]
+    for first, *_ in groups:
         if above is None:
-            window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, first)
+            window.addDockWidget(area, docks[first])
         else:
-            window.splitDockWidget(above, first, Qt.Orientation.Vertical)
-        first.show()
-        for name in names[1:]:
-            window.tabifyDockWidget(first, docks[name])
-            docks[name].show()
-        first.raise_()
+            window.splitDockWidget(docks[above], docks[first], _DOWN)
+        docks[first].show()
         above = first
+    for first, *behind in groups:  # nothing can be put below tabs
+        for name in behind:
+            window.tabifyDockWidget(docks[first], docks[name])
+            docks[name].show()
+        docks[first].raise_()
 
 
 def _shares(space: Workspace) -> dict[str, tuple[float, float]]:

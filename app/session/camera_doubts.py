@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
@@ -21,7 +21,9 @@ from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreem
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
+from ..services.failures import Tell, message_of
 from ..services.tasks.newest import LatestOnly
+from ..widgets.redraw import later
 from .document import DocumentPresenter
 from .project import ProjectPresenter
 
@@ -41,13 +43,10 @@ class CameraDoubts(QObject):
     """Follows the clicks of the project."""
 
     changed = Signal()
-    """Another camera does, or none, or by more or less."""
-    measured = Signal()
-    """Cameras have other residuals."""
-    failed = Signal(object)
+    """Another camera does, or none, or by more or less; or cameras have other residuals."""
 
     def __init__(
-        self, document: DocumentPresenter, project: ProjectPresenter, parent: QObject
+        self, document: DocumentPresenter, project: ProjectPresenter, tell: Tell, parent: QObject
     ) -> None:
         super().__init__(parent)
         self._document, self._project = document, project
@@ -55,11 +54,13 @@ class CameraDoubts(QObject):
         """The camera that contradicts the others."""
         self.residuals: tuple[CameraResidual, ...] = ()
         """How far the clicks of each camera lie from the points that the cameras agree on."""
-        self._worker = LatestOnly(_answer, "compare the cameras")
-        self._worker.answered.connect(self._on_answered)
-        self._worker.failed.connect(self._on_failed)
-        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
-        self._pause.timeout.connect(self._ask)
+        self._worker = LatestOnly(
+            _answer,
+            "compare the cameras",
+            lambda _question, found: self._take(*found),
+            lambda _question, error: tell(message_of(error)),
+        )
+        self._pause = later(self, self._ask, _PAUSE_MS)
         project.changed.connect(self._on_changed)
         project.opened.connect(self._pause.start)
         project.closing.connect(self._on_closing)
@@ -96,20 +97,9 @@ class CameraDoubts(QObject):
         else:
             self._worker.ask(_Question(project, recording.cameras))
 
-    @Slot(object, object)
-    def _on_answered(self, _question: _Question, found: _Answer) -> None:
-        self._take(*found)
-
-    @Slot(object, object)
-    def _on_failed(self, _question: _Question, error: Exception) -> None:
-        self.failed.emit(error)
-
     def _take(self, found: Disagreement | None, residuals: tuple[CameraResidual, ...] = ()) -> None:
-        if residuals != self.residuals:
-            self.residuals = residuals
-            self.measured.emit()
-        if found != self.now:
-            self.now = found
+        if (found, residuals) != (self.now, self.residuals):
+            self.now, self.residuals = found, residuals
             self.changed.emit()
 
     @Slot(object)

@@ -13,7 +13,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.compare import (
     Candidate,
     Comparison,
+    Measured,
     Pair,
+    Paired,
     compare,
     how_it_is_made,
     measured,
@@ -21,13 +23,13 @@ from stereotrack_core.evaluation.compare import (
 )
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ..widgets.tables.runs_panel import ComparedCell, ComparedRow
+from ..widgets.style.colours import LIMB_COLOURS
+from ..widgets.tables.table import Cell, CellRow
 from .judgement import Judgement, with_quality
 from .runs import RunEntry
 
 _LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
 _UNITS = {"deg": "°"}
-_NAN = math.nan
 
 LOST_DEG = 45.0
 """An arm segment farther off than this is lost."""
@@ -42,7 +44,8 @@ class ComparedRuns:
     how: str
     """How intervals are made; empty for one run."""
     runs: tuple[str, ...]
-    rows: tuple[ComparedRow, ...]
+    rows: tuple[CellRow, ...]
+    """A measure, a value of each run, and of two runs the difference and a conclusion."""
 
 
 def shown_beside_each_other(
@@ -104,56 +107,74 @@ def _rows_of_one(
     reference: LandmarkTrajectory | None,
     truth: Judgement,
     selection: range | None,
-) -> tuple[ComparedRow, ...]:
+) -> tuple[CellRow, ...]:
     series = measured(candidate, reference, selection)
     chosen = candidate.trajectory.frame
     if selection is not None:
         chosen = chosen[(chosen >= selection.start) & (chosen < selection.stop)]
     quality = truth.quality_over(chosen)
     return tuple(
-        ComparedRow(
-            _LIMB_OF.get(one.measure.name, ""),
-            _label(one.measure.label, one.measure.unit, one.measure.name, quality),
-            (ComparedCell(one.mean(one.weight > 0)),),
-        )
-        for one in series
+        (_name(one.measure, quality), Cell(_number(one.mean(one.weight > 0)))) for one in series
     )
 
 
-def _rows(found: Comparison, truth: Judgement) -> tuple[ComparedRow, ...]:
-    quality = truth.quality_over(found.frames)
-    rows = []
+def _rows(found: Comparison, truth: Judgement) -> tuple[CellRow, ...]:
+    """Two runs leave room for words; of more the intervals and verdicts are in the tips."""
+    quality, two = truth.quality_over(found.frames), len(found.pairs) == 1
+    rows: list[CellRow] = []
     for place, first in enumerate(found.pairs[0].measures):
-        cells, measure = [ComparedCell(first.first_mean)], first.measure
+        row = [_name(first.measure, quality), Cell(_number(first.first_mean))]
         for pair in found.pairs:
             got = pair.measures[place]
-            said = verdict(got, pair.first, pair.second)
-            cells.append(
-                ComparedCell(got.second_mean, got.difference, got.low, got.high, got.differs, said)
-            )
-        label = _label(measure.label, measure.unit, measure.name, quality)
-        rows.append(ComparedRow(_LIMB_OF.get(measure.name, ""), label, tuple(cells)))
+            row += _compared(got, verdict(got, pair.first, pair.second), two=two)
+        rows.append(row)
     if not found.against_reference:
-        rows += _rows_apart(found.pairs)
+        rows += _rows_apart(found.pairs, two=two)
     return tuple(rows)
 
 
-def _rows_apart(pairs: Sequence[Pair]) -> list[ComparedRow]:
+def _rows_apart(pairs: Sequence[Pair], *, two: bool) -> list[CellRow]:
     """How far each run is from the first one, where nobody knows which is right."""
-    rows = []
+    rows: list[CellRow] = []
     for place, first in enumerate(pairs[0].apart.measures):
-        cells = [ComparedCell(_NAN)]
+        named = Measured(first.name, first.label, first.unit)
+        row = [_name(named, {}, "difference: "), Cell()]
         for pair in pairs:
             figures = pair.apart.measures[place].statistics
             said = (
                 f"{first.label}, {pair.first} to {pair.second}: median difference "
                 f"{figures.median:.1f} {first.unit}, 95th percentile {figures.p95:.1f}"
             )
-            cells.append(ComparedCell(figures.mean, verdict=said))
-        label = f"difference: {_label(first.label, first.unit, first.name, {})}"
-        rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
+            row += _compared(Paired(named, second_mean=figures.mean), said, two=two)
+        rows.append(row)
     return rows
 
 
-def _label(label: str, unit: str, name: str, quality: Mapping[str, float]) -> str:
-    return with_quality(f"{label} [{_UNITS.get(unit, unit)}]", quality.get(name))
+def _name(measure: Measured, quality: Mapping[str, float], before: str = "") -> Cell:
+    name = f"{before}{measure.label} [{_UNITS.get(measure.unit, measure.unit)}]"
+    swatch = LIMB_COLOURS.get(_LIMB_OF.get(measure.name, ""), "")
+    return Cell(with_quality(name, quality.get(measure.name)), swatch=swatch)
+
+
+def _number(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.1f}"
+
+
+def _compared(got: Paired, said: str, *, two: bool) -> list[Cell]:
+    """Value, difference and conclusion, or the value with the difference in brackets."""
+    sentence = f"{said[0].upper()}{said[1:]}." if said else ""
+    # only what the frames can show is coloured
+    colour = "" if not got.differs else "good" if got.difference < 0 else "warning"
+    value, change = _number(got.second_mean) or ("unknown" if said else ""), ""
+    apart = not math.isnan(got.difference) and not got.low == got.high == 0.0
+    if apart and not math.isnan(got.second_mean):
+        change = f"{got.difference:+z.1f}"
+    if not two:
+        return [Cell(f"{value} ({change})" if change else value, sentence, colour)]
+    known = not math.isnan(got.low)
+    between = f"{got.low:+z.1f} to {got.high:+z.1f}" if known else "too few frames"
+    return [
+        Cell(value, sentence, colour),
+        Cell(f"{change} ({between})" if change else "", sentence, colour),
+        Cell(said, said, colour),
+    ]

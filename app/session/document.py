@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -16,18 +15,10 @@ from stereotrack_core.recording.findings import Finding, by_severity, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 from ..services.tasks.newest import LatestOnly, Shared
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
-
-
-@dataclass(frozen=True, eq=False)
-class Opened:
-    """What opening a folder gives."""
-
-    recording: Recording
-    reader: FrameReader
 
 
 def _looked_at(recording: Recording) -> tuple[Finding, ...]:
@@ -39,7 +30,7 @@ def _looked_at(recording: Recording) -> tuple[Finding, ...]:
         return (*found, Finding.of(error))
 
 
-def read_folder(folder: Path) -> Opened:
+def read_folder(folder: Path) -> FrameReader:
     """Open a recording folder and decode its first frame set.
 
     Raises
@@ -47,15 +38,14 @@ def read_folder(folder: Path) -> Opened:
     InputError
         If something about the folder makes it unusable.
     """
-    recording = open_recording(folder)
-    reader = FrameReader(recording)
+    reader = FrameReader(open_recording(folder))
     try:
         if reader.frame_count_so_far()[0] > 0:
             reader.frame_set(0)
     except InputError:
         reader.close()
         raise
-    return Opened(recording, reader)
+    return reader
 
 
 class DocumentPresenter(QObject):
@@ -74,13 +64,12 @@ class DocumentPresenter(QObject):
     playing_changed = Signal(bool)
     findings_changed = Signal()
     """What looks wrong about the recording is known."""
-    message = Signal(object)
-    """Something that the person should read."""
 
-    def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
+    def __init__(self, tasks: TaskList, tell: Tell, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._tasks = tasks
-        self._opened: Opened | None = None
+        self._tasks, self._tell = tasks, tell
+        self.recording: Recording | None = None
+        """What is open."""
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in colour."""
         self.frame = 0
@@ -102,11 +91,6 @@ class DocumentPresenter(QObject):
         self._count_timer.timeout.connect(self._on_count)
         self.frame_count = 0
         """Number of frame sets as far as it is known."""
-
-    @property
-    def recording(self) -> Recording | None:
-        """What is open."""
-        return self._opened.recording if self._opened is not None else None
 
     @property
     def frame_set(self) -> FrameSet | None:
@@ -147,7 +131,7 @@ class DocumentPresenter(QObject):
         if self._reading is not None:
             self._reading.close()
             self._reading = None
-        reader, self._opened, self.reader = self.reader, None, None
+        reader, self.recording, self.reader = self.reader, None, None
         self._frame_set, self.frame, self.frame_count, self.findings = None, 0, 0, None
         self._examined, self._measured = (), None
         self.loop = None
@@ -157,7 +141,7 @@ class DocumentPresenter(QObject):
 
     def go_to(self, frame: int) -> None:
         """Show a frame; beyond the ends the first or last one."""
-        if self._opened is None or self.frame_count == 0:
+        if self.recording is None or self.frame_count == 0:
             return
         wanted = min(max(frame, 0), self.frame_count - 1)
         if self.playing:
@@ -171,11 +155,11 @@ class DocumentPresenter(QObject):
 
     def play(self) -> None:
         """Go on by the recording's own clock; from the last frame it begins again."""
-        if self._opened is None or self.frame_count < 2:
+        if self.recording is None or self.frame_count < 2:
             return
         at_end = self.frame >= self.frame_count - 1 and self.loop is None
         self._restart_clock(0 if at_end else self.frame)
-        interval = max(10, round(1000.0 / self._opened.recording.fps))
+        interval = max(10, round(1000.0 / self.recording.fps))
         self._play_timer.start(interval)
         self.playing_changed.emit(True)
 
@@ -205,7 +189,7 @@ class DocumentPresenter(QObject):
         """Whether everything that was asked for is there."""
         if self._opening is not None:
             return False
-        return self._opened is None or self.frame_count == 0 or self.frame_set is not None
+        return self.recording is None or self.frame_count == 0 or self.frame_set is not None
 
     def _restart_clock(self, frame: int) -> None:
         self._played_from = frame
@@ -218,40 +202,43 @@ class DocumentPresenter(QObject):
         self.frame_changed.emit(frame)
 
     @Slot(object)
-    def _on_opened(self, opened: Opened) -> None:
+    def _on_opened(self, reader: FrameReader) -> None:
         """Close what is open once all of it is written, and show another recording."""
-        self._tasks.after_writes(partial(self._take, self.sender(), opened))
+        self._tasks.after_writes(partial(self._take, self.sender(), reader))
 
-    def _take(self, opening: QObject, opened: Opened) -> None:
+    def _take(self, opening: QObject, reader: FrameReader) -> None:
         if opening is not self._opening:  # another one was asked for since
-            opened.reader.close()
+            reader.close()
             return
         self.close()
-        self._opened = opened
-        self.reader = Shared(opened.reader, opened.reader.close)
-        self._reading = LatestOnly(partial(_frame_set, self.reader), "frames read")
-        self._reading.answered.connect(self._on_frame_read)
-        self._reading.failed.connect(self._on_frame_failed)
-        self.frame_count, final = opened.reader.frame_count_so_far()
+        recording = self.recording = reader.recording
+        self.reader = Shared(reader, reader.close)
+        self._reading = LatestOnly(
+            partial(_frame_set, self.reader),
+            "frames read",
+            self._on_frame_read,
+            self._on_frame_failed,
+        )
+        self.frame_count, final = reader.frame_count_so_far()
         if not final:
             self._count_timer.start()
         self._opening = None
         self.opened.emit()
         if self.frame_count == 0 and final:
-            self.message.emit(_no_frames(opened.recording))
+            self._tell(_no_frames(recording))
         elif final and self._start_frame >= self.frame_count:
-            self.message.emit(
+            self._tell(
                 Message(
                     "note",
                     f"there is no frame {self._start_frame}",
-                    opened.recording.name,
+                    recording.name,
                     f"The frames are numbered 0 to {self.frame_count - 1}. The last one is shown.",
                 )
             )
         self.go_to(self._start_frame)
         self._tasks.begin(
             "checking the recording",
-            lambda _task: (opened, _looked_at(opened.recording)),
+            lambda _task: (recording, _looked_at(recording)),
             self._on_examined,
         )
 
@@ -261,10 +248,10 @@ class DocumentPresenter(QObject):
             self._opening = None
 
     @Slot(object)
-    def _on_examined(self, result: tuple[Opened, Sequence[Finding]]) -> None:
-        opened, findings = result
-        if opened is self._opened:
-            self._examined = tuple(findings)
+    def _on_examined(self, result: tuple[Recording, tuple[Finding, ...]]) -> None:
+        recording, findings = result
+        if recording is self.recording:
+            self._examined = findings
             self._tell_findings(self._measured)
 
     def take_measured(self, findings: Sequence[Finding]) -> None:
@@ -279,29 +266,27 @@ class DocumentPresenter(QObject):
 
     def hindrances(self) -> tuple[Finding, ...]:
         """Errors because of which the recording would not be tracked correctly, as far as known."""
-        recording = self.recording
-        return () if recording is None else hindrances(self.findings or (), recording)
+        found, recording = self.findings or (), self.recording
+        return () if recording is None else hindrances(found, recording)
 
-    @Slot(object, object)
     def _on_frame_read(self, frame: int, frame_set: FrameSet) -> None:
-        if self._opened is not None and frame == self.frame:
+        if frame == self.frame:
             self._frame_set = frame_set
             self.frame_read.emit(frame_set)
 
-    @Slot(object, object)
     def _on_frame_failed(self, frame: int, error: Exception) -> None:
-        if self._opened is not None and frame == self.frame:
+        if frame == self.frame:
             self._frame_set = FrameSet(frame, {}, {})
-            self.message.emit(message_of(error))
+            self._tell(message_of(error))
             self.frame_read.emit(self._frame_set)
 
     @Slot()
     def _on_play(self) -> None:
-        if self._opened is None:
+        if self.recording is None:
             return
         if self.frame_set is None and self._reading is not None and not self._reading.settled():
             return  # the picture before is not there yet; time goes on all the same
-        due = self._played_from + int(self._clock.elapsed() * self._opened.recording.fps / 1000.0)
+        due = self._played_from + int(self._clock.elapsed() * self.recording.fps / 1000.0)
         if self.loop is not None and (due >= self.loop.stop or due < self.loop.start):
             self._show(min(self.loop.start, self.frame_count - 1))
             self._restart_clock(self.frame)
@@ -314,9 +299,9 @@ class DocumentPresenter(QObject):
 
     @Slot()
     def _on_count(self) -> None:
-        if self._opened is None:
+        if self.reader is None:
             return
-        count, final = self._opened.reader.frame_count_so_far()
+        count, final = self.reader.resource.frame_count_so_far()
         if final:
             self._count_timer.stop()
         if count != self.frame_count:
@@ -334,18 +319,18 @@ def _frame_set(reader: Shared[FrameReader], frame: int) -> FrameSet:
         return open_reader.frame_set(frame)
 
 
-def _unless_cancelled(task: Task, read: Callable[[], Opened]) -> Opened:
+def _unless_cancelled(task: Task, read: Callable[[], FrameReader]) -> FrameReader:
     """What was read; of a folder that nobody waits for any more nothing is said."""
     try:
-        opened = read()
+        reader = read()
     except InputError as error:
         if task.token.cancelled():
             raise Cancelled from error
         raise
     if task.token.cancelled():
-        opened.reader.close()
+        reader.close()
         raise Cancelled
-    return opened
+    return reader
 
 
 def _no_frames(recording: Recording) -> Message:

@@ -18,7 +18,7 @@ from stereotrack_core.project.history import Changed, Entry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +61,10 @@ class EditStack(QObject):
     """Something was done, undone or redone."""
     moved = Signal(object)
     """Moved: a person has undone or redone something."""
-    message = Signal(object)
-    """Why something could not be undone or redone."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, tell: Tell, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._show = tell
         self._project: Project | None = None
         self._done: list[_Made] = []
         self._undone: list[_Made] = []
@@ -165,7 +164,7 @@ class EditStack(QObject):
             try:
                 changed = project.undo() if how == "undone" else project.redo()
             except InputError as error:
-                self.message.emit(message_of(error))
+                self._show(message_of(error))
                 self._tell()
                 return
             if changed is not None:
@@ -179,7 +178,7 @@ class EditStack(QObject):
             try:
                 self._stored = history.to_undo(), history.to_redo()
             except InputError as error:
-                self.message.emit(message_of(error))
+                self._show(message_of(error))
 
     def _tell(self) -> None:
         self._look()

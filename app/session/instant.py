@@ -6,27 +6,27 @@ import dataclasses
 from collections import OrderedDict
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.memory import usual_limit
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 from ..services.tasks.newest import LatestOnly, Shared
+from ..widgets.redraw import later
+from ..widgets.scene.content import GhostBody
 from ..widgets.style.colours import LineStyle
 from .document import DocumentPresenter
 from .judgement import reference_at
 from .keypoints import KeypointPresenter
-from .pictures import Ghost, Instant, StepDrawing
+from .pictures import Instant, StepDrawing
 from .runs import RunList
 from .tracking import TrackPresenter
 from .view_state import ViewState
@@ -73,11 +73,10 @@ class CloudPresenter(QObject):
 
     measured = Signal(object)
     """A cloud that was asked for is there."""
-    message = Signal(object)
-    """Why there is none."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, tell: Tell, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._tell = tell
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in grey, as the tracker sees them."""
         self._store: Shared[CloudStore] | None = None
@@ -105,13 +104,8 @@ class CloudPresenter(QObject):
             reader = FrameReader(recording, views=names, colour=False)
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
-            self._worker = LatestOnly(_Measuring(self._store), "measure points")
-            self._worker.answered.connect(self._on_measured)
-            self._worker.failed.connect(self._on_failed)
-
-    def set_parameters(self, parameters: DepthParameters) -> None:
-        """Measure with other parameters from now on."""
-        self.parameters = parameters
+            measure = _Measuring(self._store)
+            self._worker = LatestOnly(measure, "measure points", self._on_measured, self._on_failed)
 
     @property
     def available(self) -> bool:
@@ -158,17 +152,15 @@ class CloudPresenter(QObject):
         """Whether nothing is being made."""
         return self._worker is None or self._worker.settled()
 
-    @Slot(object, object)
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:
         self._keep(cloud, question[0])
         self.measured.emit(cloud)
 
-    @Slot(object, object)
     def _on_failed(self, question: tuple[DepthParameters, int], error: Exception) -> None:
         first = not self._failed
         self._failed.add(question)
         if first:
-            self.message.emit(message_of(error))
+            self._tell(message_of(error))
         self.measured.emit(None)
 
 
@@ -206,8 +198,7 @@ class InstantPresenter(QObject):
         self.told: Instant | None = None
         """What was told last."""
         self._drawn: list[object] = []
-        self._soon = QTimer(self, singleShot=True, interval=0)
-        self._soon.timeout.connect(self.tell)
+        self._soon = later(self, self.tell)
         document.frame_read.connect(self.tell)
         clouds.measured.connect(self.tell_soon)
         runs.active_changed.connect(self._on_runs)
@@ -251,7 +242,10 @@ class InstantPresenter(QObject):
             self._clouds.ask(frame)
             if self._pictures_need_it() and not self._clouds.given_up(frame):
                 return
-        drawing, own = self._drawing_at(frame), self.reference
+        drawing, own, newest = self._drawing_at(frame), self.reference, self._newest
+        newest = newest if newest is not None and newest.frame == frame else None
+        matched = None if newest is None else newest.estimate.correspondences
+        overlays = self._view_state.displayed.overlays
         self._drawn = self._drawn_runs(frame)
         self.told = Instant(
             recording=recording,
@@ -262,9 +256,9 @@ class InstantPresenter(QObject):
             reference_is_old=own is not None and self.is_old(frame),
             ghosts=self._ghosts(frame),
             runs=self._shown_runs(),
-            correspondences=self._correspondences(frame) if drawing is None else None,
+            correspondences=matched if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
-            keypoints=self._keypoints_at(frame),
+            keypoints=self._keypoints.at(frame) if "keypoints" in overlays else None,
         )
         self.ready.emit(self.told)
 
@@ -279,10 +273,10 @@ class InstantPresenter(QObject):
             return ()
         return body_mesh(active.body, tracked.pose, around=_AROUND)
 
-    def _ghosts(self, frame: int) -> tuple[Ghost, ...]:
+    def _ghosts(self, frame: int) -> tuple[GhostBody, ...]:
         """Models of the runs that are drawn beside the active one."""
         return tuple(
-            Ghost(
+            GhostBody(
                 entry.name,
                 self._runs.style(entry),
                 body_mesh(entry.body, pose, around=_AROUND_GHOST),
@@ -312,18 +306,6 @@ class InstantPresenter(QObject):
             for entry in shown
             if entry is not None and entry.frames
         ]
-
-    def _correspondences(self, frame: int) -> Correspondences | None:
-        newest = self._newest
-        return (
-            newest.estimate.correspondences
-            if newest is not None and newest.frame == frame
-            else None
-        )
-
-    def _keypoints_at(self, frame: int) -> Keypoints | None:
-        shown = "keypoints" in self._view_state.displayed.overlays
-        return self._keypoints.at(frame) if shown else None
 
     def _drawing_at(self, frame: int) -> StepDrawing | None:
         drawing = self._view_state.drawing

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -18,8 +18,9 @@ from stereotrack_core.evaluation.summary import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 from ..services.tasks.newest import LatestOnly
+from ..widgets.redraw import later
 from ..widgets.style.colours import limb_words
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
@@ -186,29 +187,15 @@ def reference_at(reference: LandmarkTrajectory | None, frame: int) -> FloatArray
     return points if np.isfinite(points).any() else None
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """A limb that the tracker itself is unsure of."""
-
-    limb: str
-    lost: float
-    """Probability that it is lost; NaN where not known."""
-
-    @property
-    def words(self) -> str:
-        """What is to be said of the limb, without its name."""
-        return "likely wrong" if self.lost > LOST_SHARE else "uncertain"
-
-
-def doubts(tracked: TrackedFrame) -> tuple[Doubt, ...]:
-    """Limbs that the tracker is unsure of by its signs or its covariance, the worst first."""
+def doubts(tracked: TrackedFrame) -> dict[str, str]:
+    """Limbs that the tracker is unsure of, the worst first, with what is to be said of them."""
     chance, sigma = (
         np.nan_to_num(tracked.estimate.limb_lost),
         np.nan_to_num(tracked.estimate.limb_sigma_deg),
     )
     unsure = (chance > UNCERTAIN_SHARE) | (sigma > UNCERTAIN_DEG)
     order = [int(i) for i in np.lexsort((-sigma, -chance)) if unsure[i]]
-    return tuple(Doubt(LIMBS[i], float(tracked.estimate.limb_lost[i])) for i in order)
+    return {LIMBS[i]: "likely wrong" if chance[i] > LOST_SHARE else "uncertain" for i in order}
 
 
 def heading_words(judgement: Judgement) -> tuple[str, str, str]:
@@ -268,22 +255,20 @@ class JudgementPresenter(QObject):
     has changed, when every run is judged as it is."""
     truth_changed = Signal()
     """Errors are measured against something else."""
-    message = Signal(object)
-    """Why a run could not be judged."""
 
-    def __init__(self, document: DocumentPresenter, runs: RunList, parent: QObject) -> None:
+    def __init__(
+        self, document: DocumentPresenter, runs: RunList, tell: Tell, parent: QObject
+    ) -> None:
         super().__init__(parent)
-        self._document, self._runs = document, runs
+        self._document, self._runs, self._tell = document, runs, tell
         self._known: dict[RunEntry, tuple[int, int, Truth | None, Judgement]] = {}
-        self._wanted: Against | None = None
+        self.wanted: Against | None = None
+        """The reference that was asked for."""
         self._recorded: Truth | None = None
         self._project: Truth | None = None
         self._told: Truth | None = None
-        self._worker = LatestOnly(_answer, "judge runs")
-        self._worker.answered.connect(self._on_answered)
-        self._worker.failed.connect(self._on_failed)
-        self._timer = QTimer(self, singleShot=True)
-        self._timer.timeout.connect(self._ask)
+        self._worker = LatestOnly(_answer, "judge runs", self._on_answered, self._on_failed)
+        self._timer = later(self, self._ask)
         runs.grew.connect(self.judge_soon)
         runs.changed.connect(self.judge)
         runs.active_changed.connect(self.judge)
@@ -311,7 +296,7 @@ class JudgementPresenter(QObject):
         if self._recorded is None or self._recorded.trajectory is not trajectory:
             self._recorded = recorded_truth(trajectory)
         there = [self._recorded, self._project]
-        if self._wanted == "project":
+        if self.wanted == "project":
             there.reverse()
         return next((one for one in there if one is not None), None)
 
@@ -322,14 +307,9 @@ class JudgementPresenter(QObject):
             return self._project is not None
         return recording is not None and recording.reference is not None
 
-    @property
-    def wanted(self) -> Against | None:
-        """The reference that was asked for."""
-        return self._wanted
-
     def judge_against(self, wanted: Against | None) -> None:
         """Measure errors against the recording's or the project's reference, where it is there."""
-        self._wanted = wanted
+        self.wanted = wanted
         self.judge()
 
     def set_project_reference(self, name: str, reference: Reference | None) -> None:
@@ -381,7 +361,6 @@ class JudgementPresenter(QObject):
         else:
             self.judged.emit()
 
-    @Slot(object, object)
     def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
         for entry, judgement in found.items():
             if entry in self._runs.entries:
@@ -389,7 +368,6 @@ class JudgementPresenter(QObject):
                 self._known[entry] = begun, len(judgement.frame), asked.truth, judgement
         self.judged.emit()
 
-    @Slot(object, object)
     def _on_failed(self, _asked: _Question, error: Exception) -> None:
-        self.message.emit(message_of(error))
+        self._tell(message_of(error))
         self.judged.emit()

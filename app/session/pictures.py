@@ -31,6 +31,7 @@ from ..widgets.camera.overlays import (
     part_shapes,
 )
 from ..widgets.camera.picture import Picture, PictureKind
+from ..widgets.scene.content import GhostBody
 from ..widgets.style.colours import LANDMARK_LIMBS, LIMB_COLOURS, LineStyle
 
 _OTHER = "#b8b8b8"
@@ -87,15 +88,6 @@ _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
 
 
 @dataclass(frozen=True, eq=False)
-class Ghost:
-    """The model of a run that is drawn beside the active one."""
-
-    name: str
-    style: LineStyle
-    meshes: tuple[PartMesh, ...]
-
-
-@dataclass(frozen=True, eq=False)
 class Instant:
     """Everything known about the frame that is shown."""
 
@@ -108,7 +100,7 @@ class Instant:
     """(9, 3), world, metres."""
     reference_is_old: bool = False
     """Whether it was fitted before the last click."""
-    ghosts: tuple[Ghost, ...] = ()
+    ghosts: tuple[GhostBody, ...] = ()
     """Models of the other runs that are shown."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
     """All runs that are shown, the active one first."""

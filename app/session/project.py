@@ -18,7 +18,7 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 from ..services.layout import stored_text
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
@@ -42,13 +42,17 @@ class ProjectPresenter(QObject):
     """An edit was made, taken back or made again."""
     recording_missing = Signal(object)
     """The recording of this project file was not found; the person has to say where it is."""
-    message = Signal(object)
-    _edited = Signal(object)
 
     def __init__(
-        self, document: DocumentPresenter, tasks: TaskList, settings: QSettings, parent: QObject
+        self,
+        document: DocumentPresenter,
+        tasks: TaskList,
+        settings: QSettings,
+        tell: Tell,
+        parent: QObject,
     ) -> None:
         super().__init__(parent)
+        self._tell = tell
         self._document, self._tasks, self._settings = document, tasks, settings
         self._opened: OpenedProject | None = None
         self._waiting: OpenedProject | None = None
@@ -57,7 +61,6 @@ class ProjectPresenter(QObject):
         self._problem = ""
         self._frame = 0
         self.makes = True
-        self._edited.connect(self._on_edited)
         document.opened.connect(self.follow_recording)
         document.closed.connect(self.close)
 
@@ -117,16 +120,14 @@ class ProjectPresenter(QObject):
         self._give_up_waiting()
         self._frame = frame
         if self.path is not None and self.path == path.resolve():  # its lock is our own
-            self._tasks.after_writes(partial(self._open_once_more, path, take_over))
+            self._tasks.after_writes(partial(self._open_file, path, take_over, again=True))
         else:
             self._open_file(path, take_over)
 
-    def _open_once_more(self, path: Path, take_over: bool) -> None:
-        self.close()
-        self._open_file(path, take_over)
-
-    def _open_file(self, path: Path, take_over: bool) -> None:
+    def _open_file(self, path: Path, take_over: bool, *, again: bool = False) -> None:
         wishes = self.wishes()
+        if again:
+            self.close()
         self._opening = self._begin(
             f"opening {path.name}",
             lambda _task: open_project(path, wishes, take_over=take_over),
@@ -166,28 +167,19 @@ class ProjectPresenter(QObject):
             opened.project.close()
             self.closed.emit()
 
-    def shutdown(self) -> None:
-        """Close whatever is open; for the end of the window."""
-        self.close()
-        self.give_up()
-
     # ---- edits
 
     def apply(self, edit: Edit, *, continues: bool = False) -> Changed | None:
         """Make an edit; what stands against it is said in a message."""
         why_not = self.why_no_edit()
         if why_not or self.project is None:
-            self.message.emit(Message("warning", "Editing is not possible now", remedy=why_not))
+            self._tell(Message("warning", "Editing is not possible now", remedy=why_not))
             return None
         try:
             return self.project.apply(edit, continues=continues)
         except InputError as error:
-            self.message.emit(message_of(error))
+            self._tell(message_of(error))
             return None
-
-    @Slot(object)
-    def _on_edited(self, changed: Changed) -> None:
-        self.changed.emit(changed)
 
     # ---- following the document
 
@@ -210,7 +202,7 @@ class ProjectPresenter(QObject):
             self._document.open(opened.folder, self._frame)
             return
         for message in opened.messages:
-            self.message.emit(message)
+            self._tell(message)
         self.recording_missing.emit(opened.project.path)
 
     @Slot()
@@ -247,18 +239,18 @@ class ProjectPresenter(QObject):
 
     def _take(self, opened: OpenedProject) -> None:
         self._opened = opened
-        opened.project.on_change(self._edited.emit)  # on whichever thread the edit was made
+        opened.project.on_change(self.changed.emit)  # on whichever thread the edit was made
         for read in (opened.project.history.to_undo, opened.project.history.to_redo):
             read()  # a damaged history is told by the task, before anybody asks for it
         self.opened.emit()
         self.followed.emit()
         # what was said about the recording before is cleared away first
-        QTimer.singleShot(0, self, partial(self._tell, opened))
+        QTimer.singleShot(0, self, partial(self._tell_of, opened))
 
-    def _tell(self, opened: OpenedProject) -> None:
+    def _tell_of(self, opened: OpenedProject) -> None:
         if opened is self._opened:
             for message in opened.messages:
-                self.message.emit(message)
+                self._tell(message)
 
     def _give_up_waiting(self) -> None:
         waiting, self._waiting = self._waiting, None

@@ -17,7 +17,7 @@ from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 from ..services.tasks.task import Processes, Task, TaskList
 from ..widgets.forms.message import Message
 from .camera_doubts import CameraDoubts
@@ -54,11 +54,10 @@ class Session(QObject):
     """Something that can be seen of all this is another."""
     closing = Signal()
     """The window closes: whoever has a thread ends it."""
-    message = Signal(object)
-    """Something that the person should read."""
 
     def __init__(
         self,
+        tell: Tell,
         tasks: TaskList,
         view_state: ViewState,
         settings: QSettings,
@@ -66,32 +65,32 @@ class Session(QObject):
         processes: Processes | None = None,
     ) -> None:
         super().__init__(parent)
-        self._tasks, self._view_state = tasks, view_state
+        self._tell, self._tasks, self._view_state = tell, tasks, view_state
         self.runs = RunList(self)
-        self.document = DocumentPresenter(tasks, self)
+        self.document = DocumentPresenter(tasks, tell, self)
         """Recording, frame and playback."""
         self.document.opened.connect(self._on_opened)  # before that of its project
-        self.project = ProjectPresenter(self.document, tasks, settings, self)
-        self.edits = EditStack(self)
+        self.project = ProjectPresenter(self.document, tasks, settings, tell, self)
+        self.edits = EditStack(tell, self)
         """Everything that a person did, to be undone and redone in one order."""
         self._lead_edits()
         self.keypoints = KeypointPresenter(self.project, self.edits, tasks, self)
         """What 2-D detectors have predicted."""
-        self.clouds = CloudPresenter(self)
+        self.clouds = CloudPresenter(tell, self)
         self.processes = processes or Processes()
         """Where work is done that lasts."""
         self._own_processes = processes is None
         self.kept: KeptRecording | None = None
         """What is open, for tasks that use the clouds of one another."""
-        self.track = TrackPresenter(self.runs, self.processes.run, self)
+        self.track = TrackPresenter(
+            self.runs, self.keypoints, self.subject, self.processes.run, tell, self
+        )
         """The tracker at work."""
-        self.track.subject_for_run = self.subject
-        self.track.keypoints_for_run = self.keypoints.for_run
         self.opening = Opening(self.document, self.project, self.track, tasks, settings, self)
         """Opens recordings, projects and runs."""
-        self.judging = JudgementPresenter(self.document, self.runs, self)
+        self.judging = JudgementPresenter(self.document, self.runs, tell, self)
         """How good the runs are."""
-        self.cameras = CameraDoubts(self.document, self.project, self)
+        self.cameras = CameraDoubts(self.document, self.project, tell, self)
         """Whether a camera contradicts the others."""
         self.instant = InstantPresenter(
             self.document, self.clouds, self.runs, self.track, self.keypoints, view_state, self
@@ -101,7 +100,7 @@ class Session(QObject):
             self.document, self.runs, self.track, view_state, self.edits, self
         )
         """What its commands mean in the state that the session is in."""
-        self.clouds.set_parameters(self.track.settings.depth)
+        self.clouds.parameters = self.track.settings.depth
         self.keypoints.changed.connect(self._on_subject)
         self._connect()
         tasks.watch(self.settled)
@@ -110,11 +109,7 @@ class Session(QObject):
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)
         self.track.finished.connect(self.judging.judge)
-        self.track.detected.connect(self.keypoints.remember)
         self.runs.active_changed.connect(self._take_detected)
-        parts = (self.document, self.project, self.edits, self.clouds, self.track, self.judging)
-        for source in parts:
-            source.message.connect(self.message)
         self._watch_changes()
 
     def _lead_edits(self) -> None:
@@ -159,7 +154,8 @@ class Session(QObject):
         self.closing.emit()
         self.cameras.close()
         self.judging.close()
-        self.project.shutdown()
+        self.project.close()
+        self.project.give_up()
         self.clouds.set_recording(None)
 
     # ---- why something cannot be done now, in sentences
@@ -268,9 +264,9 @@ class Session(QObject):
         if self.clouds.available:
             Task("starting the process that tracks", lambda _: self.processes.run(load)).start()
         if refused is not None:
-            self.message.emit(message_of(refused))
+            self._tell(message_of(refused))
         if recording is not None and recording.guessed:
-            self.message.emit(_guessed(recording.name))
+            self._tell(_guessed(recording.name))
 
     def _keep_recording(self, recording: Recording) -> None:
         """Have trials track the subject that runs track."""
@@ -314,7 +310,7 @@ class Session(QObject):
     @Slot()
     def _on_settings(self) -> None:
         if self.clouds.parameters != self.track.settings.depth:
-            self.clouds.set_parameters(self.track.settings.depth)
+            self.clouds.parameters = self.track.settings.depth
             self.instant.tell_soon()
 
 

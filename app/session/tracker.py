@@ -171,7 +171,7 @@ class TrackControl(QObject):
 
         first = found[0]
         what = f"it would not be tracked correctly: {first.what}"
-        self._document.message.emit(
+        self._track.tell(
             Message("error", what, first.where, first.remedy, "Track nevertheless", nevertheless)
         )
         return True

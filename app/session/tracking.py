@@ -10,10 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QElapsedTimer, QObject, Signal, Slot
 
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.run_process import (
     Allow,
     Held,
@@ -24,7 +25,6 @@ from stereotrack_core.experiments.run_process import (
     Tracked,
 )
 from stereotrack_core.recording.description import Recording, Subject
-from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
@@ -34,9 +34,11 @@ from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.stages import changes_in_words
 from stereotrack_core.worker_processes import Lost, TaskProcess
 
-from ..services.failures import message_of
+from ..services.failures import Tell, message_of
 from ..services.tasks.task import Task, how_far, time_left
 from ..widgets.forms.message import Message
+from ..widgets.redraw import later
+from .keypoints import KeypointPresenter
 from .runs import RunEntry, RunList
 
 UPDATE_MS = 50
@@ -136,26 +138,28 @@ class TrackPresenter(QObject):
     """A run has come to its end."""
     settings_changed = Signal()
     """The next run or step is done with other settings, or another preset was chosen."""
-    detected = Signal(object, object)
-    """Frames, and their keypoints that a run has detected in mono views before it tracks them."""
-    message = Signal(object)
-    """Why tracking has ended early."""
 
-    def __init__(self, runs: RunList, process: TaskProcess, parent: QObject | None = None) -> None:
+    def __init__(
+        self,
+        runs: RunList,
+        keypoints: KeypointPresenter,
+        subject: Callable[[], Subject | None],
+        process: TaskProcess,
+        tell: Tell,
+        parent: QObject,
+    ) -> None:
         super().__init__(parent)
-        self._runs, self._process = runs, process
+        self._runs, self._keypoints, self._process = runs, keypoints, process
+        self._subject, self.tell = subject, tell
         self._live: LiveRun | None = None
         self._ending: list[LiveRun] = []
         self._depths = False
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
         self.place_for_run: Callable[[], Path | None] = lambda: None
-        self.keypoints_for_run: Callable[[Settings, range], Keypoints | None] = lambda *_: None
-        self.subject_for_run: Callable[[], Subject | None] = lambda: None
         self._since = QElapsedTimer()
         self._since.start()
-        self._timer = QTimer(self, singleShot=True)
-        self._timer.timeout.connect(self._collect)
+        self._timer = later(self, self._collect)
 
     @property
     def entry(self) -> RunEntry | None:
@@ -192,12 +196,7 @@ class TrackPresenter(QObject):
 
     def take(self, chosen: Chosen) -> None:
         """Use these settings of a preset for the next run or step."""
-        self.preset, self.base = chosen.preset, chosen.base
-        self.use(chosen.settings)
-
-    def use(self, settings: Settings) -> None:
-        """Use these settings for the next run or step."""
-        self.settings = settings
+        self.preset, self.base, self.settings = chosen.preset, chosen.base, chosen.settings
         self.settings_changed.emit()
 
     @property
@@ -223,12 +222,12 @@ class TrackPresenter(QObject):
     ) -> RunEntry:
         """Begin a new run; the one in progress ends and keeps what it has."""
         self.stop()
-        subject = self.subject_for_run() or recording.subject
+        subject = self._subject() or recording.subject
         body = body_of_subject(subject, self.settings.body)
         name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()
-        seen = self.keypoints_for_run(self.settings, frames)
+        seen = self._keypoints.for_run(self.settings, frames)
         spec = RunSpec(self.settings, self.preset, frames=frames, init=init, keypoints=seen)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None, subject=subject)
@@ -323,8 +322,9 @@ class TrackPresenter(QObject):
                 self.state_changed.emit()
             case Preparing() | Prepared() if live is self._live:
                 self.state_changed.emit()
-                if isinstance(word, Prepared) and live.detects:
-                    self.detected.emit(live.entry.wanted, word.origin.spec.keypoints)
+                seen = word.origin.spec.keypoints if isinstance(word, Prepared) else None
+                if live.detects and seen is not None:
+                    self._keypoints.remember(live.entry.wanted, seen)
 
     @Slot()
     def _collect(self) -> None:
@@ -348,8 +348,8 @@ class TrackPresenter(QObject):
             return
         self._live = None
         entry = live.entry
-        if error is not None:
-            self.message.emit(_lost(error, entry) if isinstance(error, Lost) else message_of(error))
+        if error is not None and not isinstance(error, Cancelled):
+            self.tell(_lost(error, entry) if isinstance(error, Lost) else message_of(error))
         if not entry.frames:
             self._runs.remove(entry)
         self.state_changed.emit()
@@ -361,18 +361,18 @@ class TrackPresenter(QObject):
         """Say where it is not known which way the person faces, or was known late."""
         if (words := entry.heading) is not None:
             kind = "warning" if words.undecided else "note"
-            self.message.emit(Message(kind, words.what, entry.name, words.remedy))
+            self.tell(Message(kind, words.what, entry.name, words.remedy))
 
     def _tell_signs(self, live: LiveRun) -> None:
         """Say why nobody was tracked, where that is so, or that nothing fits."""
         entry, frames = live.entry, live.entry.frames.values()
         if entry.warnings:
             what = "; ".join(entry.warnings)
-            self.message.emit(Message("warning", what, entry.name, CHECK))
+            self.tell(Message("warning", what, entry.name, CHECK))
         if not frames or any(frame.tracked for frame in frames):
             return
         causes = Untracked(live.recording, live.settings).take(frames).causes()
-        self.message.emit(
+        self.tell(
             Message(
                 "warning",
                 "no frame of the run has a tracked person",

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
 from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, Qt, QTimer
-from PySide6.QtGui import QIcon, QKeyEvent, QKeySequence, QPixmap
+from PySide6.QtGui import QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QHeaderView,
     QKeySequenceEdit,
-    QLineEdit,
     QMainWindow,
     QMessageBox,
-    QTreeWidget,
-    QTreeWidgetItem,
     QWidget,
 )
 
@@ -27,11 +24,17 @@ from stereotrack_core.errors import InputError
 from ..context import Context
 from ..services.actions import ActionRegistry, Command
 from ..services.failures import log_path
-from ..widgets.forms.form_dialog import ask_to_save, push_button, say_in
+from ..widgets.forms.form_dialog import ask_to_save, line_edit, push_button, say_in
 from ..widgets.style.building import Item, hbox, label, vbox
+from ..widgets.tables.table import STRETCH, Cell, CellRow, CellTable, Column, swatch
 
-_ID = Qt.ItemDataRole.UserRole
 _MARGINS = (9, 9, 9, 9)
+_MOVES = {
+    Qt.Key.Key_Down: 1,
+    Qt.Key.Key_Up: -1,
+    Qt.Key.Key_PageDown: 10,
+    Qt.Key.Key_PageUp: -10,
+}
 
 
 class _CommandList(QDialog):
@@ -41,30 +44,33 @@ class _CommandList(QDialog):
         super().__init__(parent)
         self._book = book
         self.setWindowTitle(title)
-        self.search = QLineEdit()
-        self.search.setPlaceholderText("Search commands")
-        self.search.setAccessibleName("Search commands")
-        self.list = QTreeWidget()
-        self.list.setColumnCount(3)
-        self.list.setRootIsDecorated(False)
+        self.search = line_edit("Search commands", placeholder="Search commands")
+        columns = Column("Command", width=STRETCH), Column("Menu"), Column("Shortcut")
+        self.list = CellTable("Commands", columns, self._cells)
+        self.list.setSelectionMode(CellTable.SelectionMode.SingleSelection)
+        self.list.setAlternatingRowColors(False)
+        self.list.selectionModel().currentRowChanged.connect(self._on_current)
 
     def _lay_out(self, *below: Item, height: int) -> None:
         self.setLayout(vbox(self.search, (self.list, 1), *below, margins=_MARGINS))
         self.resize(640, height)
 
-    def _add(self, command: Command, text: str) -> QTreeWidgetItem:
-        item = QTreeWidgetItem([text, command.place, self._book.key_words(command.id)])
-        item.setData(0, _ID, command.id)
-        self.list.addTopLevelItem(item)
-        return item
+    def _cells(self, command: Command) -> CellRow:
+        return (
+            Cell(command.title, command.tip),
+            Cell(command.place, command.tip),
+            Cell(self._book.key_words(command.id), command.tip),
+        )
 
     def _current(self) -> Command | None:
-        item = self.list.currentItem()
-        return self._book.command(item.data(0, _ID)) if item is not None else None
+        row = self.list.currentIndex().row()
+        return self.list.cells.rows[row] if row >= 0 else None
 
-    def _items(self) -> list[QTreeWidgetItem]:
-        every = (self.list.topLevelItem(k) for k in range(self.list.topLevelItemCount()))
-        return [item for item in every if item is not None]
+    def _go_to(self, row: int) -> None:
+        self.list.setCurrentIndex(self.list.cells.index(row, 0))
+
+    def _on_current(self) -> None:
+        """Say something about the command that has become the current one."""
 
 
 class CommandPalette(_CommandList):
@@ -73,10 +79,8 @@ class CommandPalette(_CommandList):
     def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__("Command palette", book, parent)
         self._chosen: Command | None = None
-        self._blank = _blank_icon()
         self.search.setClearButtonEnabled(True)
         self.list.setHeaderHidden(True)
-        self.list.setUniformRowHeights(True)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._why = label("", "muted")
         self._why.setMinimumHeight(36)
@@ -84,9 +88,7 @@ class CommandPalette(_CommandList):
         self.search.installEventFilter(self)
         self.search.textChanged.connect(self._fill)
         self.search.returnPressed.connect(self._choose)
-        self.list.itemActivated.connect(self._choose)
-        self.list.itemClicked.connect(self._choose)
-        self.list.currentItemChanged.connect(self._explain)
+        self.list.clicked.connect(self._choose)
         self._fill("")
 
     def chosen(self) -> Command | None:
@@ -95,30 +97,21 @@ class CommandPalette(_CommandList):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
-            moves = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10}
-            by = moves.get(Qt.Key(event.key()), -10 if event.key() == Qt.Key.Key_PageUp else 0)
+            by = _MOVES.get(Qt.Key(event.key()), 0)
+            last = len(self.list.cells.rows) - 1
             if by:
-                self._move(by)
+                self._go_to(min(max(self.list.currentIndex().row() + by, 0), last))
                 return True
         return super().eventFilter(watched, event)
 
-    def _move(self, by: int) -> None:
-        items = self._items()
-        if items:
-            place = self.list.currentIndex().row() + by
-            self.list.setCurrentItem(items[min(max(place, 0), len(items) - 1)])
-
     def _fill(self, text: str) -> None:
-        self.list.clear()
         shown = [command for command in self._book.commands if command.shown()]
         ranked = [(match_rank(text, command), command) for command in shown]
         found = [(rank, command) for rank, command in ranked if rank is not None]
-        for _, command in sorted(found, key=lambda row: self._order(*row)):
-            self._show(command)
-        for column in (0, 1, 2):
-            self.list.resizeColumnToContents(column)
+        self.list.show_rows([one for _, one in sorted(found, key=lambda row: self._order(*row))])
+        self._go_to(0)
         if found:
-            self.list.setCurrentItem(self._items()[0])
+            self._on_current()
         else:
             self._why.setText("No command matches.")
 
@@ -126,38 +119,26 @@ class CommandPalette(_CommandList):
         """First what is meant exactly, if only to say why it cannot be done; then what can be."""
         return rank > 0, not self._book.action(command.id).isEnabled(), rank
 
-    def _show(self, command: Command) -> None:
-        action, palette = self._book.action(command.id), self.palette()
-        item = self._add(command, command.title)
-        item.setIcon(0, self._blank if action.icon().isNull() else action.icon())
-        if not action.isEnabled():
-            muted = palette.brush(palette.ColorGroup.Disabled, palette.ColorRole.Text)
-            for column in range(3):
-                item.setForeground(column, muted)
+    def _cells(self, command: Command) -> CellRow:
+        action = self._book.action(command.id)
+        colour = "" if action.isEnabled() else "disabled"
+        # names of commands without an icon stand in line with the others
+        icon = swatch("", 16) if action.icon().isNull() else action.icon().pixmap(16, 16)
+        name, *others = (replace(cell, colour=colour) for cell in super()._cells(command))
+        return replace(name, swatch=icon), *others
 
-    def _explain(self) -> None:
+    def _on_current(self) -> None:
         command = self._current()
         if command is not None:
             why_not = command.why_not()
             text = f"Unavailable: {why_not}" if why_not else command.tip
             say_in(self._why, text, error=bool(why_not))
 
-    def _choose(self, *_: object) -> None:
+    def _choose(self) -> None:
         command = self._current()
-        if command is None:
-            return
-        if command.why_not():
-            self._explain()
-            return
-        self._chosen = command
-        self.accept()
-
-
-def _blank_icon() -> QIcon:
-    """Keep the names of commands without an icon in line with the others."""
-    pixmap = QPixmap(16, 16)
-    pixmap.fill(Qt.GlobalColor.transparent)
-    return QIcon(pixmap)
+        if command is not None and not command.why_not():
+            self._chosen = command
+            self.accept()
 
 
 def match_rank(text: str, command: Command) -> int | None:
@@ -181,8 +162,6 @@ class ShortcutEditor(_CommandList):
 
     def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__("Shortcuts", book, parent)
-        self.list.setHeaderLabels(["Command", "Menu", "Shortcut"])
-        self.list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self.keys = QKeySequenceEdit()
         self.keys.setMaximumSequenceLength(1)
         self.keys.setAccessibleName("New shortcut")
@@ -195,22 +174,20 @@ class ShortcutEditor(_CommandList):
         buttons = (self.set_button, self.default_button, self.none_button)
         keys = hbox(label("New shortcut:", wraps=False), (self.keys, 1), *buttons)
         self._lay_out(keys, self.note, box, height=480)
-        for command in book.commands:
-            self._add(command, command.title)
         self.search.textChanged.connect(self._filter)
-        self.list.currentItemChanged.connect(self._on_current)
-        self.choose(book.commands[0].id)
+        self.list.show_rows(book.commands)
+        self._go_to(0)
 
     def choose(self, name: str) -> None:
         """Choose a command by its id."""
-        for item in self._items():
-            if item.data(0, _ID) == name:
-                self.list.setCurrentItem(item)
+        self._go_to([command.id for command in self.list.cells.rows].index(name))
 
     def _filter(self, text: str) -> None:
-        for item in self._items():
-            words = f"{item.text(0)} {item.text(1)} {item.text(2)}".lower()
-            item.setHidden(text.strip().lower() not in words)
+        wanted = text.strip().lower()
+        every = ((one, self._cells(one)) for one in self._book.commands)
+        words = ((one, " ".join(cell.text for cell in cells)) for one, cells in every)
+        self.list.show_rows([one for one, said in words if wanted in said.lower()])
+        self._go_to(0)
 
     def _on_current(self) -> None:
         command = self._current()
@@ -237,8 +214,8 @@ class ShortcutEditor(_CommandList):
         self.keys.setKeySequence(QKeySequence(keys))
         text = command.title
         self.note.setText(f"Shortcut of {text}: {keys}." if keys else f"{text} has no shortcut.")
-        for item in self.list.selectedItems():
-            item.setText(2, self._book.key_words(command.id))
+        row = self.list.currentIndex().row()
+        self.list.cells.tell(row, row)
 
 
 def write_picture(path: Path, picture: QPixmap) -> None:

@@ -36,9 +36,10 @@ class MainWindow(QMainWindow):
 
     def __init__(self, settings: QSettings, processes: Processes | None = None) -> None:
         super().__init__()
-        self.context = make_context(self, settings, processes)
+        self.messages = MessageBar()
+        self.context = make_context(self, self.messages, settings, processes)
         WheelGuard(self)
-        self.messages, self.welcome = MessageBar(), WelcomePage()
+        self.welcome = WelcomePage(self._do, self.context.session.opening.open)
         self.context.docks.lay_over_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
@@ -61,19 +62,11 @@ class MainWindow(QMainWindow):
         context.actions.add(commands(context, dialogs, self.messages, self.help))
         context.actions.fill(self.menuBar(), MENUS)
         self.bars = Toolbars(self, context)
-        self._connect_welcome()
         self._lay_out()
         self._show_welcome()
 
     def _connect(self) -> None:
         context, session = self.context, self.context.session
-        notifier, messages = context.notifier, self.messages
-        notifier.shown.connect(messages.show_message)
-        notifier.taken_back.connect(messages.take_back)
-        notifier.cleared.connect(messages.clear)
-        messages.dismissed.connect(notifier.dismissed)
-        session.message.connect(notifier.show)
-        context.tasks.failed.connect(notifier.error)
         context.tasks.changed.connect(context.actions.refresh_soon)
         session.changed.connect(context.actions.refresh_soon)
         session.ready.connect(self._on_ready)
@@ -82,15 +75,11 @@ class MainWindow(QMainWindow):
         for changed in (session.opened, session.project.opened, session.project.closed):
             changed.connect(self.write_title)
 
-    def _connect_welcome(self) -> None:
-        actions, opening = self.context.actions, self.context.session.opening
-        self.welcome.open_wanted.connect(actions.action("open").trigger)
-        self.welcome.demo_wanted.connect(actions.action("demo").trigger)
-        self.welcome.import_wanted.connect(actions.action("import_recording").trigger)
-        self.welcome.calibration_wanted.connect(actions.action("calibrate").trigger)
-        self.welcome.recent_chosen.connect(opening.open)
-        opening.recent_changed.connect(self._list_recent)
-        self.context.session.document.playing_changed.connect(self._show_playing)
+        session.opening.recent_changed.connect(self._list_recent)
+        session.document.playing_changed.connect(self._show_playing)
+
+    def _do(self, name: str) -> None:
+        self.context.actions.action(name).trigger()
 
     def _lay_out(self) -> None:
         self.setAcceptDrops(True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from PySide6.QtCore import QObject, Slot
-from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
+from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar
 
 from stereotrack_core.counting import spread_words
 from stereotrack_core.recording.description import Recording
@@ -22,8 +22,8 @@ from ..session.judgement import (
 )
 from ..session.runs import RunEntry
 from ..session.session import Session
+from ..widgets.style.building import tool_button
 from ..widgets.style.colours import limb_words
-from ..widgets.style.theme import set_icon
 
 _NAMED = 2
 """Limbs that are named in the status line."""
@@ -92,7 +92,7 @@ def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> st
         return _error_words(tracked, errors)
     unsure = doubts(tracked)
     if unsure:
-        return _some([f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure])
+        return _some([f"{limb_words(limb)} {words}" for limb, words in unsure.items()])
     if not np.isfinite(tracked.estimate.limb_lost).any():
         return _joined("failure not assessed", _spread_words(tracked))
     against = _against(tracked)
@@ -101,7 +101,7 @@ def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> st
 
 def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
     """How far the limbs are off the reference, and whether the tracker has noticed."""
-    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
+    unsure = doubts(tracked)
     far = sorted(
         (limb for limb in errors if errors[limb] > UNCERTAIN_DEG), key=lambda x: -errors[x]
     )
@@ -164,11 +164,7 @@ class StatusLine(QObject):
         self.progress.setMaximumWidth(160)
         self.progress.setMaximumHeight(14)
         self.progress.setTextVisible(False)
-        self.cancel = QToolButton()
-        self.cancel.setToolTip("Cancel the background tasks")
-        self.cancel.setAccessibleName("Cancel the background tasks")
-        self.cancel.setAutoRaise(True)
-        set_icon(self.cancel, "stop")
+        self.cancel = tool_button("Cancel the background tasks", "stop")
         bar.addWidget(self.state, 1)
         for widget in (self.pixel, self.progress, self.cancel):
             bar.addPermanentWidget(widget)
@@ -176,7 +172,6 @@ class StatusLine(QObject):
         self.cancel.hide()
         self.cancel.clicked.connect(context.tasks.cancel_all)
         context.docks.views.hovered.connect(self.pixel.setText)
-        context.notifier.said.connect(bar.showMessage)
         context.actions.refreshed.connect(self.write)
         for signal in (context.session.opened, context.session.closed):
             signal.connect(self.pixel.clear)

@@ -1,4 +1,4 @@
-"""What is to be drawn again, one piece at a time, so that the window answers in between."""
+"""When pieces are drawn and calls are made, so that the window answers; who gets a key."""
 
 from __future__ import annotations
 
@@ -6,10 +6,27 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from pyqtgraph.Qt import isQObjectAlive
-from PySide6.QtCore import QObject, QTimer, Slot
+from PySide6.QtCore import QEvent, QObject, QTimer, Slot
+from PySide6.QtGui import QKeyEvent
 
 Piece: TypeAlias = Callable[[], None]
 """A method of an object; nothing is drawn of a Qt object that is gone."""
+
+
+def takes_key(event: QEvent, wants: Callable[[QKeyEvent], bool]) -> bool:
+    """Whether a widget `wants` the key of an event, which is no command's shortcut then."""
+    asks = event.type() == QEvent.Type.ShortcutOverride
+    if not asks or not isinstance(event, QKeyEvent) or not wants(event):
+        return False
+    event.accept()
+    return True
+
+
+def later(owner: QObject, do: Callable[[], object], milliseconds: int = 0) -> QTimer:
+    """Timer that calls `do` once, so long after it was started last."""
+    timer = QTimer(owner, singleShot=True, interval=milliseconds)
+    timer.timeout.connect(do)
+    return timer
 
 
 class RedrawQueue(QObject):

@@ -1,4 +1,4 @@
-"""Which predictions become clicks when a person accepts them, and with which visibility.
+"""Acceptance of predictions as clicks, and their visibility.
 
 A prediction is accepted if its standard deviation is within a limit. Its visibility is that of the
 landmark's nearest clicks before and after it in the same camera: who has guessed a shoulder behind
@@ -74,7 +74,7 @@ class Acceptance:
     limit: float  # pixels per axis at 480 lines
 
     def words(self) -> str:
-        """What stays open and why, as a sentence; empty if nothing does."""
+        """Sentence on the points that stay open, and why; empty if there are none."""
         if not self.left_open:
             return ""
         points, verb = counted(self.left_open, "point"), "stays" if self.left_open == 1 else "stay"

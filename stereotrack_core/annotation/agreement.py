@@ -25,7 +25,7 @@ _RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))
 
 @dataclass(frozen=True)
 class Difference:
-    """What two readings say about one landmark in one image.
+    """Two readings of one landmark in one image.
 
     `first` and `second`: None where a reading says nothing; a deleted click counts as ``only`` the
     other's.
@@ -131,21 +131,24 @@ def agreement_by_landmark(found: Iterable[Difference]) -> dict[str, Agreement]:
     return {name: agreement(all_of_them, name) for name in names}
 
 
+_ENOUGH = 20  # pairs that weigh as much as what is known without them
+
+
 def click_sigmas(
-    found: Iterable[Difference], landmarks: Iterable[str], usual: float, *, enough: int = 20
+    found: Iterable[Difference], landmarks: Iterable[str], usual: float
 ) -> dict[str, float]:
     """Standard deviation of a click in pixels per axis, by landmark, measured by annotating again.
 
     It is told by the median distance of first and second readings, so that an outlier does not make
-    every click look bad. `enough` pairs weigh as much as what is known without them: the variance
-    of all landmarks together for each single one, the `usual` variance for all together.
+    every click look bad. Without readings, the variance of all landmarks together is that of each
+    single one, and the `usual` variance that of all together.
     """
     all_of_them = tuple(found)
 
     def drawn(own: Agreement, prior: float) -> float:
         if not own.count:
             return prior
-        weight = own.count / (own.count + enough)
+        weight = own.count / (own.count + _ENOUGH)
         return sqrt(weight * own.robust_sigma**2 + (1.0 - weight) * prior**2)
 
     together = drawn(agreement(all_of_them), usual)

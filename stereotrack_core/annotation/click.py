@@ -152,16 +152,11 @@ def click_detections(
     `source` is the file that they come from.
     """
     made = measurements(clicks, LANDMARKS, default_sigma)
+    ordered = ((one, np.array(one.position)) for one in sorted(made, key=lambda one: one.key))
     return Detections(
         (
-            Detection(
-                float(one.frame),
-                one.landmark,
-                np.array(one.position, dtype=np.float64),
-                sigma_of(one),
-                camera=cameras[one.camera],
-            )
-            for one in sorted(made, key=lambda one: one.key)
+            Detection(float(c.frame), c.landmark, at, sigma_of(c), camera=cameras[c.camera])
+            for c, at in ordered
         ),
         source,
     )
@@ -187,7 +182,7 @@ class Prediction:
 
 
 class Seen(NamedTuple):
-    """What all cameras together say about a landmark at a frame."""
+    """A landmark at a frame, in all cameras together."""
 
     frame: int
     landmark: str
@@ -219,14 +214,6 @@ class Progress:
 
 
 def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:
-    """Count what is done.
-
-    `keyframes` mapping from frame to bool, whether each frame that shall be annotated is done.
-    `flagged`: frames that are flagged, or have a click that its author doubts.
-    """
-    return Progress(
-        keyframes=len(keyframes),
-        done=sum(keyframes.values()),
-        flagged=len(keyframes.keys() & set(flagged)),
-        clicks=clicks,
-    )
+    """Count keyframes: those done, by frame, and those flagged or with a doubted click."""
+    flags = len(keyframes.keys() & set(flagged))
+    return Progress(len(keyframes), sum(keyframes.values()), flags, clicks)

@@ -90,8 +90,7 @@ def axis_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
 
 def mean_squares(quadratics: FloatArray, covariance: FloatArray) -> FloatArray:
     """Mean square angles v (..., 7) from :func:`axis_quadratics` and covariances (..., n, 3, 3)."""
-    result: FloatArray = np.einsum("...laij,...lji->...a", quadratics, covariance)
-    return result
+    return np.asarray(np.einsum("...laij,...lji->...a", quadratics, covariance))
 
 
 def limb_sigma_deg(
@@ -197,12 +196,8 @@ def hidden_landmarks(
 ) -> BoolArray:
     """Whether (F, C, n) the body stands between cameras and landmarks; False where not known.
 
-    Parameters
-    ----------
-    nine : (F, 9, 3), world, metres; the landmarks of every reference
-    names, points : n names and (F, n, 3) float64, world; the landmarks that are asked for, and
-        where they are
-    places : (C, 3), world; optical centres
+    The body is that of the landmarks `nine` (F, 9, 3). Asked for are landmarks with n `names` at
+    `points` (F, n, 3), seen from optical centres at `places` (C, 3); all world, metres.
     """
     sight_from = np.broadcast_to(places[None, :, None], (len(nine), len(places), len(names), 3))
     sight_to = np.broadcast_to(points[:, None], sight_from.shape)
@@ -226,7 +221,7 @@ _LOST = 90.0  # degrees; a limb that may be off farther is not known at all
 
 
 class Place(IntEnum):
-    """What a person has said about a landmark in an image."""
+    """State of a landmark in an image."""
 
     FREE = 0
     CLICKED = 1
@@ -234,14 +229,10 @@ class Place(IntEnum):
 
 
 class ClickGains:
-    """Expected gains (F, C, n) over frames, cameras and landmarks.
+    """Expected gains (F, C, n) over frames, cameras and landmarks, by a fit of this set.
 
-    Parameters
-    ----------
-    fit : of this set of landmarks
-    clicks : all of them; deleted ones and those outside say that nothing shall be clicked there
-    sigma : float or mapping from landmark to float; usual standard deviation of a click in pixels
-        per axis
+    Deleted clicks and those outside say that nothing shall be clicked there. `sigma` is the usual
+    standard deviation of a click in pixels per axis.
 
     Attributes
     ----------
@@ -300,8 +291,7 @@ class ClickGains:
         """Gain (7,) of a place for each axis that counts, degrees."""
         rows, cameras = np.array([row]), np.array([camera])
         parts = self._gains(rows, self._click_sigma(rows)[:, cameras], cameras)
-        result: FloatArray = parts[0, 0, landmark]
-        return result
+        return np.asarray(parts[0, 0, landmark])
 
     def update(self, frame: int, clicks: Iterable[Click]) -> None:
         """Take in the present clicks of a frame that was edited, deleted ones too.
@@ -343,8 +333,7 @@ class ClickGains:
 
     def _click_sigma(self, rows: IntArray) -> FloatArray:
         """Pixels per axis (R, C, n) to be expected of clicks."""
-        result: FloatArray = np.where(self.hidden[rows], GUESSED_FACTOR, 1.0) * self._usual
-        return result
+        return np.asarray(np.where(self.hidden[rows], GUESSED_FACTOR, 1.0) * self._usual)
 
     def _gains(self, rows: IntArray, sigma: FloatArray, cameras: IntArray) -> FloatArray:
         """Degrees (R, c, n, 7) by which each axis becomes surer by clicks in these cameras."""
@@ -362,8 +351,7 @@ class ClickGains:
         before = self.sigma_deg[rows][:, None, None]
         after = before * np.sqrt(1.0 - share)
         gain = np.minimum(before, _LOST) - np.minimum(after, _LOST)
-        result: FloatArray = np.nan_to_num(gain) * COUNTS
-        return result
+        return np.asarray(np.nan_to_num(gain) * COUNTS)
 
     def _information(self, camera: Camera, rows: IntArray, sigma: FloatArray) -> FloatArray:
         """B = J^T (J P J^T + sigma^2 I)^-1 J (R, n, 3, 3) of a click in a camera."""

@@ -51,8 +51,7 @@ class ClickPixels:
             )
             for names in (start, end)
         )
-        result: FloatArray = two - one
-        return result
+        return np.asarray(two - one)
 
 
 def click_pixels(

@@ -111,11 +111,10 @@ class ClickedSurface:
             ends = [end for end in ends if np.isfinite(end).all()]
             if ends:
                 shift[part] = np.mean(ends, axis=0)
-        result: FloatArray = self.points + shift[self.part]
-        return result
+        return self.points + shift[self.part]
 
     def seen_by(self, name: str, guess: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Which points (M,) a camera sees, where (M, 2), and where they are expected (M, 2)."""
+        """Points (M,) that a camera sees, their pixels (M, 2), and the expected ones (M, 2)."""
         camera, shown = self.cameras[name], np.flatnonzero(self.visible[name])
         offset = self.offset[name][self.part[shown]]
         starts = camera.project(self.points[shown]) + offset

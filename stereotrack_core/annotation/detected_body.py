@@ -49,20 +49,12 @@ _EXTENDED = 2.0
 
 
 def landmark_predictions(keypoints: Keypoints, landmarks: Sequence[str]) -> tuple[Prediction, ...]:
-    """Predictions of landmarks in every picture, by the detectors' names.
+    """Predictions of landmarks in every picture from one person's keypoints, by detector.
 
     A hand that is not predicted is extended from elbow and wrist; a head lies between the ears.
-
-    Parameters
-    ----------
-    keypoints : Keypoints
-        Of one person.
-    landmarks : sequence of str
-        Names of those that are wanted.
     """
     found: list[Prediction] = []
-    order = np.lexsort((keypoints.source, keypoints.camera, keypoints.frame))
-    sorted_rows = keypoints[order]
+    sorted_rows = keypoints[np.lexsort((keypoints.source, keypoints.camera, keypoints.frame))]
     key = np.stack(
         [sorted_rows.frame.astype(np.str_), sorted_rows.camera, sorted_rows.source], axis=1
     )
@@ -160,21 +152,10 @@ def body_predictions(
     cameras: Mapping[str, Camera],
     proportions: Proportions,
 ) -> Iterator[Prediction]:
-    """Predictions of landmarks in all images, by the body that several images show together.
+    """Predictions of landmarks in all cameras, by the body that several images show together.
 
-    Landmarks that are not of the body, and frames or images in which too little is seen for one,
-    get those of :func:`landmark_predictions`.
-
-    Parameters
-    ----------
-    keypoints : Keypoints
-        Of one person.
-    landmarks : sequence of str
-        Names of those that are wanted.
-    cameras : mapping from str to Camera
-        Whose images get predictions.
-    proportions : Proportions
-        Of the person.
+    Landmarks that are not of the body, and frames or images in which too little of the person is
+    seen for one, get those of :func:`landmark_predictions`.
     """
     in_sight = np.isin(keypoints.camera, list(cameras))
     yield from landmark_predictions(keypoints[~in_sight], landmarks)
@@ -209,12 +190,7 @@ class DetectedLandmarks:
 class DetectedBody:
     """Fits one person's body to the keypoints of a frame.
 
-    Parameters
-    ----------
-    cameras : mapping from str to Camera
-    proportions : Proportions
-    detector : str
-        Source of the keypoints; tells how its points lie beside the landmarks, where it is known.
+    The detector tells how its points lie beside the landmarks, where that is known.
     """
 
     def __init__(

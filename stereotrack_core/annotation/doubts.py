@@ -90,8 +90,7 @@ def epipolar_distance(
     with np.errstate(divide="ignore", invalid="ignore"):
         in_two = product_ / np.linalg.norm(line_in_two[..., :2], axis=-1) * other.focal
         in_one = product_ / np.linalg.norm(line_in_one[..., :2], axis=-1) * camera.focal
-    result: FloatArray = 0.5 * (in_one + in_two)
-    return result
+    return np.asarray(0.5 * (in_one + in_two))
 
 
 def find_swaps(
@@ -103,16 +102,13 @@ def find_swaps(
 ) -> tuple[Swap, ...]:
     """Pairs of landmarks that were mixed up, by frame.
 
-    `pairs` sequence of (str, str), landmarks that may be mixed up, as :meth:`LandmarkSet.pairs`
-    gives them. `sigma`: standard deviation of a click in pixels per axis.
-
-    Notes
-    -----
-    The distance of two good clicks has the variance 2 sigma^2 (both are noisy), so exchanging
-    gains the log likelihood (S - S') / (4 sigma^2), with the sums S of squared distances before and
-    after. An exchange is told where that is at least :data:`LEAST_GAIN` and S is halved. Where two
-    landmarks lie in one epipolar plane (one behind the other, or at the same height in a horizontal
-    stereo pair) they cannot be told apart this way, and nothing is.
+    `pairs` are landmarks that may be mixed up, as :meth:`LandmarkSet.pairs` gives them, `sigma` is
+    the standard deviation of a click in pixels per axis. The distance of two good clicks has the
+    variance 2 sigma^2 (both are noisy), so exchanging gains the log likelihood (S - S') / (4
+    sigma^2), with the sums S of squared distances before and after. An exchange is told where that
+    is at least :data:`LEAST_GAIN` and S is halved. Where two landmarks lie in one epipolar plane
+    (one behind the other, or at the same height in a horizontal stereo pair) they cannot be told
+    apart this way, and nothing is.
     """
     at_frame: dict[int, dict[str, dict[str, tuple[float, float]]]] = {}
     for click in clicks:
@@ -242,7 +238,7 @@ def frames_asked(clicked: IntArray) -> frozenset[int]:
 
 
 def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) -> str:
-    """Which camera disagrees with the others and by how much; `names` say how people call them."""
+    """Sentence on the camera that disagrees, and by how much; `names` say how people call them."""
     called = names or {}
     if not found.camera:
         both = " and ".join(called.get(name, name) for name in found.others)
@@ -262,7 +258,7 @@ def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) 
 
 
 def what_to_do(found: Disagreement) -> str:
-    """What the person should do before clicks are blamed."""
+    """Remedy to try before clicks are blamed."""
     if not found.camera:
         return (
             "Check calibration and synchronisation of both. Click the same landmarks in a third "

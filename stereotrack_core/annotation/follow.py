@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 import cv2
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, sigma_of
+from stereotrack_core.annotation.click import Click, Prediction, sigma_of
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.reader import FrameReader
@@ -40,7 +40,7 @@ def follow_points(
     images: Iterable[ImageArray | None],
     starts: FloatArray,
     *,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Follow pixels (n, 2) of the first picture through the others.
 
@@ -60,7 +60,7 @@ def follow_points(
     points = (starts[:, None] + around).reshape(-1, 2)
     back = np.zeros(len(points))
     for picture in pictures:
-        if picture is None or (cancelled is not None and cancelled()):
+        if picture is None or cancelled():
             return
         found = flow(before, picture, points, scale)
         missed = np.linalg.norm(flow(picture, before, found, scale) - points, axis=1)
@@ -94,11 +94,8 @@ def flow(
 ) -> FloatArray:
     """Where points (m, 2) of one grey picture are in another; NaN where they are not found.
 
-    Parameters
-    ----------
-    scale : by how much finer the pictures are than 480 lines
-    window : side of the patch in pixels at 480 lines
-    move : (m, 2); by how much the points are expected to move, pixels
+    The pictures are finer by `scale` than 480 lines, at which `window` is the side of the patch in
+    pixels. `move` (m, 2) is the expected movement, pixels.
     """
     known = np.isfinite(points).all(axis=1)
     found = np.full(points.shape, np.nan)
@@ -144,8 +141,7 @@ def follow_clicks(
     clicks: Iterable[Click],
     frames: Collection[int],
     *,
-    sigma: Mapping[str, float] | float = USUAL_SIGMA,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Prediction, ...]:
     """Follow clicks to frames before and after, each up to the next click of its own landmark.
 
@@ -176,21 +172,16 @@ def follow_clicks(
             steps = follow_points(pictures, places, cancelled=cancelled)
             for frame, (pixels, spreads) in zip(way[1:], steps, strict=False):
                 if frame in wanted:
-                    near = [abs(frame - start) < end for end in ends]
-                    found += _found(own, near, frame, pixels, spreads, sigma)
+                    found += _found([*zip(own, ends, strict=True)], frame, pixels, spreads)
     return tuple(found)
 
 
 def _found(
-    clicks: Sequence[Click],
-    near: Sequence[bool],
-    frame: int,
-    pixels: FloatArray,
-    spreads: FloatArray,
-    sigma: Mapping[str, float] | float,
+    clicks: Sequence[tuple[Click, int]], frame: int, pixels: FloatArray, spreads: FloatArray
 ) -> Iterator[Prediction]:
-    for place, click in enumerate(clicks):
-        if near[place] and np.isfinite(spreads[place]):
-            x, y = pixels[place].tolist()
-            total = float(np.hypot(spreads[place], sigma_of(click, sigma)))
+    """Predictions of clicks that are nearer to the frame than their landmarks' next clicks."""
+    for (click, end), place, spread in zip(clicks, pixels.tolist(), spreads, strict=True):
+        if abs(frame - click.frame) < end and np.isfinite(spread):
+            x, y = place
+            total = float(np.hypot(spread, sigma_of(click)))
             yield Prediction(frame, click.camera, click.landmark, FOLLOWING, (x, y), total)

@@ -79,31 +79,35 @@ def told_by(steps: Iterable[BodyStep], frame: int) -> frozenset[str]:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class FollowedBody:
+    """Cameras in which a person's body is followed, and the landmarks that are asked for."""
+
+    cameras: Mapping[str, Camera]
+    proportions: Proportions
+    landmarks: LandmarkSet = NINE
+
+
 def follow_body(
     reader: FrameReader,
     clicks: Sequence[Click],
     start: int,
     frame: int,
-    cameras: Mapping[str, Camera],
-    proportions: Proportions,
-    landmarks: LandmarkSet = NINE,
+    body: FollowedBody,
     *,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> BodyStep | None:
     """Follow the body from a clicked frame to another frame.
 
-    None where the two are too far apart, the trunk is not clicked in two images, no image of the
-    cameras can be read, or it was cancelled.
-
-    Parameters
-    ----------
-    clicks : of the frame `start` and of others, from which it is told how the body is moving
-    cameras : whose images are followed; those that the reader does not show are left out
+    Clicks of other frames than `start` tell how the body is moving. Cameras that the reader does
+    not show are left out. None where the two are too far apart, the trunk is not clicked in two
+    images, no image of the cameras can be read, or it was cancelled.
     """
     if not 0 < abs(frame - start) <= MOST_FRAMES:
         return None
+    cameras = body.cameras
     places = clicked_places([click for click in clicks if click.frame == start], cameras)
-    surface = ClickedSurface.of(clicks, start, places, cameras, proportions)
+    surface = ClickedSurface.of(clicks, start, places, cameras, body.proportions)
     if surface is None:
         return None
     guess = surface.guessed(_going_on(clicks, start, frame, places, cameras))
@@ -122,7 +126,7 @@ def follow_body(
     if parts is None:
         return None
     doubt = _doubt(parts, surface, seen)
-    return _step(parts, doubt, surface, (start, frame), landmarks)
+    return _step(parts, doubt, surface, (start, frame), body.landmarks)
 
 
 def _going_on(
@@ -148,7 +152,7 @@ def _followed(
     starts: FloatArray,
     guess: FloatArray,
     steps: int,
-    cancelled: Callable[[], bool] | None,
+    cancelled: Callable[[], bool],
 ) -> FloatArray | None:
     """Where pixels (M, 2) of the first picture are in the last, NaN where they were lost.
 
@@ -158,7 +162,7 @@ def _followed(
     lost = np.zeros(len(starts), dtype=np.bool_)
     before, half, scale = None, 1, 1.0
     for picture in pictures:
-        if cancelled is not None and cancelled():
+        if cancelled():
             return None
         if picture is None or not len(starts):
             return np.full(starts.shape, np.nan)
@@ -187,8 +191,7 @@ def _window(
 
 
 def _cut(picture: ImageArray, half: int, corner: IntArray, size: IntArray) -> ImageArray:
-    end = half * (corner + size)
-    (x, y), (right, bottom) = half * corner, end
+    (x, y), (right, bottom) = half * corner, half * (corner + size)
     cut = picture[y:bottom, x:right]
     if half == 1:
         return np.ascontiguousarray(cut)
@@ -219,8 +222,7 @@ class _Parts:
     def move(self, part: int | IntArray, points: FloatArray) -> FloatArray:
         """Points (..., 3) of one part, or of a part each."""
         arm = (self.turn[part] @ (points - self.centre[part])[..., None])[..., 0]
-        result: FloatArray = arm + self.centre[part] + self.way[part]
-        return result
+        return arm + self.centre[part] + self.way[part]
 
     def jacobian(self, part: int, point: FloatArray) -> FloatArray:
         """Derivative (3, 6 P) of a moved point by turn and way of all parts."""

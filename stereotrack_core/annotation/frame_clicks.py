@@ -1,4 +1,4 @@
-"""What the clicks of one frame say: predicted points, curves, mixed-up sides, the fitted body."""
+"""Hints from the clicks of one frame: points, curves, mixed-up sides, the fitted body."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class FrameClicks:
 
 @dataclass(frozen=True, eq=False)
 class HintQuestion(FrameClicks):
-    """What the clicks say about each other."""
+    """Clicks that are compared with each other."""
 
     landmark: str  # the one whose curves are wanted
     shown: tuple[str, ...]  # cameras whose images are shown
@@ -232,13 +232,13 @@ class Fitter:
 
 
 def fit_elsewhere(question: FitQuestion, asker: Asker) -> ShownFit:
-    """What a :class:`TaskProcess` does: fit, as the :class:`Fitter` that it keeps."""
+    """Fit in a :class:`TaskProcess`, with the :class:`Fitter` that it keeps."""
     fitter: Fitter = asker.kept.setdefault("fitter", Fitter())
     return fitter(question)
 
 
 def _numbers(camera: Camera) -> bytes:
-    """What a camera is known by."""
+    """Bytes of a camera's numbers, to compare cameras."""
     pose = camera.camera_from_world
     arrays = (camera.matrix, camera.distortions, pose.rotation, pose.translation)
     return b"".join(array.tobytes() for array in arrays)

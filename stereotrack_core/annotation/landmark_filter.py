@@ -1,4 +1,4 @@
-"""What is expected of the landmarks of a frame, from the clicks of others.
+"""Prediction of the landmarks of a frame from the clicks of others.
 
 One Gaussian holds, for all landmarks together, place and velocity in the world and, for every
 image, how far a person's clicks lie from where the calibration puts the place: a camera that is off
@@ -62,7 +62,7 @@ _ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class ProposalQuestion:
-    """What is known when a frame begins, or of it so far."""
+    """Clicks and motion from which a frame's landmarks are proposed."""
 
     frame: int
     clicks: tuple[Click, ...]  # of this frame
@@ -171,7 +171,7 @@ class LandmarkFilter:
         self._clicks = by_frame
 
     def predicted(self) -> Gaussian | None:
-        """What is expected of the frame itself; None where too little has been clicked."""
+        """Prediction for the frame itself; None if too little has been clicked."""
         frame = self._question.frame
         before = [known for known in sorted(self._clicks) if known < frame][-_FRAMES:]
         after = [known for known in sorted(self._clicks, reverse=True) if known > frame][-_FRAMES:]
@@ -258,7 +258,7 @@ class LandmarkFilter:
     def _moved(
         self, state: Gaussian, start: int, end: int, acceleration: FloatArray, slack: FloatArray
     ) -> Gaussian:
-        """What is expected at another frame, before or after."""
+        """Prediction for another frame, before or after."""
         seconds = (end - start) / self._question.fps
         shift = self._shift(start, end, len(state.mean))
         told = np.isfinite(shift).all(axis=1)
@@ -285,7 +285,7 @@ class LandmarkFilter:
         return step
 
     def _pushed(self, state: Gaussian, seconds: float, acceleration: FloatArray) -> Gaussian:
-        """What is expected a little later, or earlier."""
+        """Prediction for a little later, or earlier."""
         size, count = self._rig.size, len(state.mean)
         step = self._transition(seconds)
         places = state.mean[:, :3]
@@ -330,7 +330,7 @@ def updated(prior: Gaussian, rig: Rig, measured: Measured) -> Gaussian:
 def _stepped(
     state: Gaussian, moved: Gaussian, whole: FloatArray, seen: BodyStep, slack: FloatArray
 ) -> Gaussian:
-    """What is expected when it was seen how the body moved meanwhile.
+    """Prediction corrected by how the body was seen to move meanwhile.
 
     `whole` (S, S) leads from the state of a landmark to what is expected of it, `moved`. A step
     that is far from that weighs less.
@@ -362,5 +362,4 @@ def _stepped(
 
 
 def _symmetric(matrix: FloatArray) -> FloatArray:
-    result: FloatArray = 0.5 * (matrix + matrix.T)
-    return result
+    return 0.5 * (matrix + matrix.T)

@@ -1,4 +1,4 @@
-"""Which landmarks are clicked, as data: names, colours, limbs, and where on the body they are."""
+"""Sets of landmarks to click, as data: names, colours, limbs, and places on the body."""
 
 from __future__ import annotations
 
@@ -88,19 +88,13 @@ class LandmarkSet:
 
     def __getitem__(self, name: str) -> Landmark:
         """The landmark of that name; KeyError where there is none."""
-        for landmark in self.landmarks:
-            if landmark.name == name:
-                return landmark
-        raise KeyError(name)
+        return {one.name: one for one in self.landmarks}[name]
 
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Landmarks of both sides that may be mixed up, each pair once."""
-        return tuple(
-            (landmark.name, landmark.mirror)
-            for landmark in self.landmarks
-            if landmark.mirror
-            and self.names.index(landmark.name) < self.names.index(landmark.mirror)
-        )
+        place = {name: i for i, name in enumerate(self.names)}
+        both = ((one.name, one.mirror) for one in self.landmarks if one.mirror)
+        return tuple(pair for pair in both if place[pair[0]] < place[pair[1]])
 
     def places(self, body: BodyModel, frames: PartFrames) -> FloatArray:
         """Where the landmarks are (..., n, 3), world, metres, in the order of :attr:`names`."""
@@ -220,10 +214,7 @@ def read_landmark_set(path: Path) -> LandmarkSet:
 
 
 def write_landmark_set(path: Path, landmarks: LandmarkSet) -> None:
-    """Write a set so that :func:`read_landmark_set` gives it again.
-
-    InputError where the file cannot be written.
-    """
+    """Write a set so that :func:`read_landmark_set` gives it again."""
     facts = landmarks.facts()
     rows = [{**row, "offset": list(row["offset"])} for row in facts["landmarks"]]
     write_file(path, tomli_w.dumps({"name": facts["name"], "landmarks": rows}))

@@ -1,4 +1,4 @@
-"""What to click next, ranked by the degrees that a click is expected to gain, and when to stop."""
+"""The next clicks, ranked by the degrees that they are expected to gain, and when to stop."""
 
 from __future__ import annotations
 
@@ -130,25 +130,19 @@ _WORST_DEG = 90.0  # what a limb may be off of which nothing is known
 
 @dataclass(frozen=True)
 class Wish:
-    """Which suggestions are wanted: at most so many, in these frames or in all."""
+    """Selection of suggestions: at most so many, in these frames or in all."""
 
     count: int = 20
     frames: range | None = None
+    gaps: Sequence[range] = ()  # flagged stretches, for which nothing is suggested
 
 
 class NextClicks:
     """The ranking, kept up to date edit by edit.
 
     Making it looks at all frames once (about a second for 2000 of them); an edit computes the
-    frames around it anew.
-
-    Parameters
-    ----------
-    clicks : all of them, deleted ones too: where a person took a click away, none is asked for
-    sigma : float or mapping from landmark to float; usual standard deviation of a click in pixels
-        per axis
-    run : what a tracker says
-    gaps : flagged stretches, where nothing is asked for
+    frames around it anew. Clicks are needed with the deleted ones: where a person took a click
+    away, none is asked for. `sigma` is the usual one, pixels per axis; `run` a tracker's.
     """
 
     def __init__(
@@ -160,7 +154,6 @@ class NextClicks:
         *,
         sigma: Mapping[str, float] | float = USUAL_SIGMA,
         run: LandmarkTrajectory | None = None,
-        gaps: Sequence[range] = (),
     ) -> None:
         known = tuple(clicks)
         self._cameras, self._set = cameras, landmark_set
@@ -176,9 +169,6 @@ class NextClicks:
         suspicious = {key.frame for key in self._doubts}
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
         self._apart_deg = None if run is None else disagreement_deg(fit, run)
-        self._barred: BoolArray = np.zeros(len(fit.frame), dtype=np.bool_)
-        for gap in gaps:
-            self._barred |= (fit.frame >= gap.start) & (fit.frame < gap.stop)
 
     def update(self, frame: int, clicks: Iterable[Click]) -> None:
         """Take in the present clicks of an edited frame; see :meth:`ClickGains.update`."""
@@ -237,7 +227,11 @@ class NextClicks:
     def _wanted(self, wish: Wish) -> BoolArray:
         """Frames (F,) in which something may be suggested."""
         inside = True if wish.frames is None else np.isin(self.gains.frame, wish.frames)
-        return ~self._barred & inside
+        return ~self._barred(wish) & inside
+
+    def _barred(self, wish: Wish) -> BoolArray:
+        """Frames (F,) in gaps."""
+        return np.isin(self.gains.frame, [frame for gap in wish.gaps for frame in gap])
 
     def _excess(self) -> FloatArray:
         """Degrees (F, 6) by which tracker and fit disagree more than the fit may be off."""
@@ -269,7 +263,7 @@ class NextClicks:
     def _unknown(self, wish: Wish) -> Iterator[Suggestion]:
         """Where nothing is known: the middle of every stretch, and open places of begun frames."""
         gain = _WORST_DEG * len(SCORED)
-        unknown = ~np.isfinite(self.gains.limb_sigma_deg()).any(axis=1) & ~self._barred
+        unknown = ~np.isfinite(self.gains.limb_sigma_deg()).any(axis=1) & ~self._barred(wish)
         clicked = self.gains.clicked()
         for part in stretches_of(unknown & ~clicked.any(axis=1)):
             frame = int(self.gains.frame[(part.start + part.stop - 1) // 2])

@@ -1,27 +1,35 @@
-"""From a few clicked frames and what was tracked there to a subject: lengths and offsets."""
+"""A subject from a few clicked frames and a run: lengths, and where the bones lie in the body.
+
+The tracker registers cones to the cloud; a person clicks the skeleton inside. Between both is an
+offset that is the person's, alike in all frames (:mod:`body.offsets`). It is estimated as the mean
+of its posterior: a prior that people differ by a centimetre, and in every clicked frame the
+difference between the landmarks that the clicks show and those of the tracked pose. What a single
+frame tells is blurred by the clicks' own covariance and by the tracked pose, which is off in every
+frame otherwise. So one frame with rough clicks changes little, and every further frame more.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, measurements
-from stereotrack_core.annotation.click_points import click_pixels, measured_lengths
+from stereotrack_core.annotation.click_points import MeasuredLength, click_pixels, measured_lengths
 from stereotrack_core.annotation.fit.fit import ClickFit, clicks_in
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.personalise import (
-    PersonalOffsets,
-    clicked_frame,
-    lengths_by_clicks,
-    personal_offsets,
-)
-from stereotrack_core.body.offsets import offsets_by_landmark
-from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.model import BodyModel, landmarks_of_frames
+from stereotrack_core.body.offsets import NO_OFFSETS, TRUNK, offset_axes, offsets_by_landmark
+from stereotrack_core.body.parameters import BodyShape
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.proportions import AVERAGE, Proportions, proportions_of
+from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording, Subject
@@ -31,11 +39,12 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
+from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run, subject_of_meta
 from stereotrack_core.worker_processes import Asker
 
 PRESET = "accurate"
-"""What a recording is tracked with where there is no run yet."""
+"""Preset for tracking if there is no run yet."""
 
 FEWEST = 3
 """Clicked frames that bring the first gain (docs/personal.md)."""
@@ -51,11 +60,6 @@ class PersonalSubject:
     before: Subject
     """With all lengths of the body that was tracked."""
     found: PersonalOffsets
-
-    @property
-    def lean(self) -> tuple[float, float]:
-        """Degrees by which the trunk leans forward of the tracked one, and their sigma."""
-        return self.found.lean(proportions_of(self.subject).torso_length)
 
 
 def clicks_by_frame(
@@ -154,7 +158,7 @@ def offset_table(one: PersonalSubject) -> Table:
 
 def lean_words(one: PersonalSubject) -> str:
     """``The trunk leans +1.2 ± 0.4 degrees forward of the tracked one.``"""
-    degrees, spread = one.lean
+    degrees, spread = one.found.lean(proportions_of(one.subject).torso_length)
     return f"The trunk leans {degrees:+z.1f} ± {spread:.1f} degrees forward of the tracked one."
 
 
@@ -197,3 +201,210 @@ class Personalise:
             if asker.cancelled():
                 raise Cancelled
         return personal_subject(run, by_frame, self.recording, self.settings, self.where)
+
+
+_SPREAD: Mapping[str, tuple[tuple[float, float, float], float]] = MappingProxyType(
+    {
+        "shoulder": ((0.003, 0.007, 0.007), 0.003),
+        "hip": ((0.003, 0.007, 0.007), 0.003),
+        "elbow": ((0.005, 0.004, 0.010), 0.003),
+        "hand": ((0.006, 0.006, 0.008), 0.003),
+    }
+)
+"""How much people differ: metres along the three axes that both sides share, and metres by which
+each side differs from that.
+
+Hip joint centres that are predicted from the body's surface are off by 12 mm with a standard
+deviation of 6 mm in 67 people (Mantovani et al. 2016, Harrington's regression), so 8 mm along each
+axis. Little of that is sideways: the surface is seen from both sides. Those of arms, and what
+follows, are as large as on two rendered human meshes (docs/annotation-fit.md).
+"""
+
+_HEAD = 0.010
+"""Metres; annotators place the head differently."""
+
+_MOVED, _TURNED, _BENT = 0.006, np.radians(1.5), 0.040
+"""Metres and radians by which a tracked trunk is off in a frame, and metres more for the sine of
+its inclination: a rigid trunk cannot follow a bent spine."""
+
+_TRUNK_OFF, _ARM_OFF = 0.005, 0.016
+"""Metres along each axis by which tracked landmarks of trunk and arms are off besides."""
+
+_TOGETHER = 2.0
+"""Factor on the clicks' variances: landmarks of one trunk are off together, and count as one
+another's witnesses here. What the fit says of them jointly is too sure of their differences: with
+it, ten frames clicked at 10 px made things worse."""
+
+_LENGTH_OFF = 0.02
+"""Metres by which one clicked length is off at least; how far a few of them scatter says little,
+so that all lengths are believed to scatter as much as their median does."""
+
+_ONE_RADIAN = 0.45  # metres of the trunk, over which bending turns it
+_KNOWN = 0.10  # metres of standard deviation beyond which the clicks do not show a landmark
+_CONTRADICTS = 21.1  # of chi squared with three degrees of freedom in one right case of 10,000
+
+
+@dataclass(frozen=True, eq=False)
+class ClickedFrame:
+    """One clicked frame: what the clicks show, and what was tracked there."""
+
+    frame: int
+    places: FloatArray
+    """(9, 3), world, metres. Landmarks that the clicks show."""
+    covariance: FloatArray
+    """(9, 3, 3), square metres, world."""
+    tracked: FloatArray
+    """(9, 3), world, metres. Landmarks of the tracked surface, without any offsets."""
+    frames: PartFrames
+    """Of the tracked pose."""
+
+    @property
+    def known(self) -> BoolArray:
+        """Landmarks (9,) that the clicks show."""
+        return np.linalg.eigvalsh(self.covariance)[:, -1] < _KNOWN**2
+
+
+@dataclass(frozen=True, eq=False)
+class PersonalOffsets:
+    """Where a person's landmarks lie in the tracked body, and how certain that is."""
+
+    offsets: FloatArray
+    """(9, 3), metres; see :mod:`body.offsets`."""
+    covariance: FloatArray
+    """(27, 27), square metres."""
+    frames: tuple[int, ...]
+    """Frames that they were estimated from."""
+    left_out: tuple[tuple[int, str], ...]
+    """Frames and landmarks at which the tracker, or the clicks, were wrong."""
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard deviations (9, 3), metres."""
+        return np.sqrt(np.diagonal(self.covariance)).reshape(-1, 3)
+
+    def lean(self, torso_length: float) -> tuple[float, float]:
+        """Degrees by which the trunk leans forward of the tracked one, and their sigma."""
+        weights = np.zeros((len(LANDMARKS), 3))
+        for k, name in enumerate(LANDMARKS):
+            weights[k, 1] = 0.5 * (name.endswith("shoulder") - float(name.endswith("hip")))
+        w = weights.ravel() / torso_length
+        slope, variance = float(w @ self.offsets.ravel()), float(w @ self.covariance @ w)
+        return float(np.degrees(slope)), float(np.degrees(np.sqrt(variance)))
+
+
+def lengths_by_clicks(measured: Mapping[str, MeasuredLength]) -> Proportions:
+    """Lengths that a few clicked frames tell, held to those of average people.
+
+    People differ in height, which moves all lengths together, and apart from it
+    (:data:`LENGTH_SIGMAS`). Lengths that are clicked roughly or in few frames change little, but
+    those that are clicked well also say how long the others are.
+    """
+    free = FreeBody(AVERAGE, BodyShape(), lengths=tuple(LENGTH_SIGMAS), surface=())
+    A, b = free.information, np.zeros(len(free.lengths))
+    every = [one.sigma * np.sqrt(one.count) for one in measured.values()]
+    scatter = max(_LENGTH_OFF, float(np.median(every)) if every else 0.0)
+    for name, one in measured.items():
+        expected = float(getattr(AVERAGE, name))
+        row = np.zeros(len(b))
+        if name == "elbow_to_hand":
+            share = AVERAGE.forearm_length / expected
+            row[free.lengths.index("forearm_length")] = share
+            row[free.lengths.index("hand_length")] = 1.0 - share
+        else:
+            row[free.lengths.index(name)] = 1.0
+        sigma = float(np.hypot(one.sigma, scatter / np.sqrt(one.count))) / expected
+        A = A + np.outer(row, row) / sigma**2
+        b = b + row * np.log(one.length / expected) / sigma**2
+    theta: FloatArray = np.asarray(np.linalg.solve(A, b), dtype=np.float64)
+    return free.parts(theta)[0]
+
+
+def clicked_frame(
+    frame: int, clicks: Sequence[Click], fit: ClickFit, body: BodyModel, pose: Pose
+) -> ClickedFrame:
+    """Fit the skeleton to the clicks of one frame, beside the pose that was tracked there.
+
+    Clicks have their sigmas, and `fit` is of the nine landmarks. Offsets of the tracked body are
+    left out.
+    """
+    found = fit.frame(clicks)
+    frames = body.frames(pose)
+    tracked = landmarks_of_frames(replace(body, offsets=NO_OFFSETS), frames)
+    return ClickedFrame(frame, found.landmarks_world, found.landmark_covariance, tracked, frames)
+
+
+def prior_covariance() -> FloatArray:
+    """Covariance (27, 27) with which people differ, square metres; sides differ little."""
+    P = np.zeros((3 * len(LANDMARKS), 3 * len(LANDMARKS)))
+    for k, name in enumerate(LANDMARKS):
+        side, _, place = name.rpartition("_")
+        own = slice(3 * k, 3 * k + 3)
+        if place not in _SPREAD:
+            P[own, own] = _HEAD**2 * np.eye(3)
+            continue
+        shared, apart = _SPREAD[place]
+        P[own, own] = np.diag(np.square(shared) + apart**2)
+        if side == "left":
+            other = 3 * LANDMARKS.index(f"right_{place}")
+            P[own, other : other + 3] = P[other : other + 3, own] = np.diag(np.square(shared))
+    return P
+
+
+def personal_offsets(clicked: Sequence[ClickedFrame]) -> PersonalOffsets:
+    """Offsets that clicked frames tell: the mean of their posterior, zero without any frame.
+
+    Of each frame, landmarks at which clicks and tracker contradict each other by more than both
+    can be off are left out: an arm that was lost there says nothing of the person.
+    """
+    P = prior_covariance()
+    A, b = np.linalg.inv(P), np.zeros(len(P))
+    used, left_out = [], []
+    for one in clicked:
+        H = _design(one)
+        S = _blur(one)
+        d = (one.places - one.tracked).ravel()
+        kept = _agreeing(one, d, S + H @ P @ H.T)
+        left_out += [(one.frame, LANDMARKS[k]) for k in np.flatnonzero(one.known & ~kept)]
+        if not kept.any():
+            continue
+        used.append(one.frame)
+        rows = np.repeat(kept, 3)
+        W = np.linalg.inv(S[np.ix_(rows, rows)])
+        A += H[rows].T @ W @ H[rows]
+        b += H[rows].T @ W @ d[rows]
+    covariance = np.linalg.inv(A)
+    offsets = (covariance @ b).reshape(-1, 3)
+    return PersonalOffsets(offsets, covariance, tuple(used), tuple(left_out))
+
+
+def _design(one: ClickedFrame) -> FloatArray:
+    """Derivatives (27, 27) of the landmarks by the offsets."""
+    H = np.zeros((3 * len(LANDMARKS), 3 * len(LANDMARKS)))
+    for k, axes in enumerate(offset_axes(one.frames)):
+        H[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = axes
+    return H
+
+
+def _blur(one: ClickedFrame) -> FloatArray:
+    """Covariance (27, 27) of one frame's differences: of the clicks, and of the tracked pose."""
+    count = len(LANDMARKS)
+    S, moved = np.zeros((3 * count, 3 * count)), np.zeros((3 * count, 6))
+    hips = one.frames.origins[TORSO]
+    for k, name in enumerate(LANDMARKS):
+        own = slice(3 * k, 3 * k + 3)
+        off = _TRUNK_OFF if name.rpartition("_")[2] in TRUNK else _ARM_OFF
+        S[own, own] = _TOGETHER * one.covariance[k] + off**2 * np.eye(3)
+        moved[own, :3] = np.eye(3)
+        moved[own, 3:] = np.cross(np.eye(3), one.tracked[k] - hips).T
+    bent = _BENT * np.sqrt(max(0.0, 1.0 - one.frames.rotations[TORSO, 2, 2] ** 2))
+    shifts, turns = np.hypot(_MOVED, bent), np.hypot(_TURNED, bent / _ONE_RADIAN)
+    return np.asarray(S + (moved * np.repeat([shifts**2, turns**2], 3)) @ moved.T)
+
+
+def _agreeing(one: ClickedFrame, d: FloatArray, S: FloatArray) -> BoolArray:
+    """Landmarks (9,) that the clicks show and at which both agree as well as they can."""
+    kept = one.known.copy()
+    for k in np.flatnonzero(kept):
+        own = slice(3 * k, 3 * k + 3)
+        kept[k] = d[own] @ np.linalg.solve(S[own, own], d[own]) < _CONTRADICTS
+    return kept

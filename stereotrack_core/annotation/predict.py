@@ -85,8 +85,7 @@ def watched_point(cameras: Sequence[Camera], away: float) -> FloatArray:
     point = nearest_to_rays(origins, axes)
     if np.isfinite(point).all() and (((point - origins) * axes).sum(axis=1) > 0).all():
         return point
-    middle: FloatArray = (origins + away * axes).mean(axis=0)
-    return middle
+    return np.asarray((origins + away * axes).mean(axis=0))
 
 
 def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:

@@ -125,7 +125,7 @@ def _gain(P: FloatArray, view: int, sigma: float) -> float:
 
 
 def _open_places(state: Gaussian, rig: Rig, question: ProposalQuestion) -> Sequence[Prediction]:
-    """What nobody has clicked and is certain enough, in all cameras in front of which it is."""
+    """Predictions of unclicked landmarks that are certain enough, in cameras that face them."""
     said = {click.key for click in question.clicks}
     count = len(rig.names)
     camera = np.repeat(np.arange(len(rig.cameras)), count)

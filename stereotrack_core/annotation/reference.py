@@ -75,7 +75,7 @@ class FittedClicks:
 
 
 def fitted_clicks(meta: Mapping[str, Any], clicks: Iterable[Click]) -> FittedClicks | None:
-    """What a reference's `meta` says of its clicks beside all clicks as they are now.
+    """Compare the clicks that a reference's `meta` states with all clicks as they are now.
 
     None where it says nothing: a reference that was imported, or fitted by an older version.
     """

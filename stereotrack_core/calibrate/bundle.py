@@ -37,7 +37,7 @@ class BundleCamera:
     """(F,) numbers of the boards seen; `pixels` (F, n, 2) holds their corners, NaN where unseen."""
     pixels: FloatArray
     lens_free: BoolArray
-    """Which of the lens's values are estimated."""
+    """Lens values that are estimated."""
     pose_free: bool
 
     @property
@@ -58,7 +58,6 @@ class Bundle:
     """(m, m) of the estimated values, camera by camera: the lens's free ones, then rotation vector
     (radians) and translation (metres) in the camera's frame. Infinite where they are not
     determined. The scale follows from the errors."""
-    converged: bool
 
     @property
     def rms(self) -> float:
@@ -88,24 +87,15 @@ def adjusted(
     rounds: int = _ROUNDS,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Bundle:
-    """Cameras and boards with the least sum of squared errors.
+    """Cameras and boards with the least sum of squared errors, from places to begin with.
 
-    Parameters
-    ----------
-    cameras, boards
-        Where the search begins; boards as world_from_board.
-    corners : (n, 3); metres, board frame
-    loss_scale
-        Pixels from which an error counts linearly (Huber's loss); None for plain least squares.
-
-    Raises
-    ------
-    Cancelled
+    `boards` are world_from_board, `corners` (n, 3) in their frame in metres. `loss_scale` are the
+    pixels from which an error counts linearly (Huber's loss); None for plain least squares.
     """
     state = _State(tuple(cameras), np.array([b.rotation for b in boards]).reshape(-1, 3, 3),
                    np.array([b.translation for b in boards]).reshape(-1, 3))  # fmt: skip
     linear = _linearised(state, corners, loss_scale)
-    damping, converged = 1e-4, False
+    damping = 1e-4
     for _ in range(rounds):
         if cancelled():
             raise Cancelled
@@ -113,20 +103,19 @@ def adjusted(
         moved = None if step is None else state.moved(*step)
         cost = np.inf if moved is None else _cost(moved, corners, loss_scale)
         if moved is None or not cost < linear.cost:
-            converged = bool(linear.cost == 0 or cost - linear.cost <= _STILL * linear.cost)
             damping *= 10.0
-            if converged or damping > _GIVE_UP:
+            still = linear.cost == 0 or cost - linear.cost <= _STILL * linear.cost
+            if still or damping > _GIVE_UP:
                 break
             continue
         gain = linear.cost - cost
         state, damping = moved, max(damping * 0.1, 1e-12)
         linear = _linearised(state, corners, loss_scale)
         if gain <= _STILL * cost:
-            converged = True
             break
     found = tuple(map(RigidTransform, state.rotations, state.translations))
     errors = tuple(_errors(state, c, corners)[0] for c in range(len(cameras)))
-    return Bundle(state.cameras, found, errors, _covariance(linear, errors), converged)
+    return Bundle(state.cameras, found, errors, _covariance(linear, errors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,8 +174,7 @@ def _summed(a: FloatArray, b: FloatArray) -> FloatArray:
     """Sum (m, m) over boards of a b^T, both (B, m, 6)."""
     boards, count, _ = a.shape
     flat = [one.transpose(1, 0, 2).reshape(count, 6 * boards) for one in (a, b)]
-    product: FloatArray = flat[0] @ flat[1].T
-    return product
+    return np.asarray(flat[0] @ flat[1].T)
 
 
 def _errors(

@@ -38,9 +38,7 @@ def find_board(image: ImageArray, board: Board) -> FloatArray | None:
     a board that looks the same after half a turn has no such corner.
     """
     found = _charuco(image, board) if board.dictionary else _chessboard(image, board)
-    if found is None or not _is_plausible(found, board):
-        return None
-    return found
+    return found if found is not None and _is_plausible(found, board) else None
 
 
 def _chessboard(image: ImageArray, board: Board) -> FloatArray | None:
@@ -115,8 +113,7 @@ def _heights(grid: FloatArray) -> FloatArray:
     longest = np.maximum(np.linalg.norm(tops, axis=-1), np.linalg.norm(sides, axis=-1))
     squares = np.pad(area / np.maximum(longest, 1e-9), 1, constant_values=np.nan)
     around = [squares[:-1, :-1], squares[1:, :-1], squares[:-1, 1:], squares[1:, 1:]]
-    least: FloatArray = np.fmin.reduce(around)
-    return least
+    return np.asarray(np.fmin.reduce(around))
 
 
 def _is_plausible(pixels: FloatArray, board: Board) -> bool:
@@ -181,14 +178,11 @@ def recognised(
             return _larger_chessboard(images, first, cancelled)
         tried = [first, *_chessboards(named)]
         return max(tried, key=lambda one: _count(images, one, cancelled))
-    best = first
-    if most < enough:
-        for other in _charuco_variants(named):
-            count = _count(images, other, cancelled)
-            if count > most:
-                best, most = other, count
-            if most >= enough:
-                break
+    best, others = first, _charuco_variants(named)
+    while most < enough and (other := next(others, None)) is not None:
+        count = _count(images, other, cancelled)
+        if count > most:
+            best, most = other, count
     return best
 
 
@@ -210,8 +204,8 @@ def _count(
     for image in images:
         if cancelled():
             raise Cancelled
-        found = recognition.find(image)
-        count += 0 if found is None else int(np.isfinite(found[:, 0]).sum())
+        if (found := recognition.find(image)) is not None:
+            count += int(np.isfinite(found[:, 0]).sum())
     return count
 
 
@@ -253,13 +247,9 @@ _LEAST_CORNERS = 4
 def board_poses(lens: Lens, corners: FloatArray, pixels: FloatArray) -> list[RigidTransform]:
     """Poses camera_from_board of one picture, the likelier one first; empty where there is none.
 
-    A flat board far away looks nearly the same tilted either way, so that there are two (Collins
-    and Bartoli, Infinitesimal plane-based pose estimation, 2014).
-
-    Parameters
-    ----------
-    corners : (n, 3); metres, board frame
-    pixels : (n, 2); raw pixels, NaN where unseen
+    `corners` (n, 3) are in metres in the board's frame, raw `pixels` (n, 2) NaN where unseen. A
+    flat board far away looks nearly the same tilted either way, so that there are two (Collins and
+    Bartoli, Infinitesimal plane-based pose estimation, 2014).
     """
     seen = np.isfinite(pixels[:, 0])
     if seen.sum() < _LEAST_CORNERS:
@@ -299,5 +289,4 @@ def tilts(poses: Sequence[RigidTransform]) -> FloatArray:
     normals = np.array([pose.rotation[:, 2] for pose in poses]).reshape(-1, 3)
     mean = normals.mean(axis=0)
     length = np.linalg.norm(mean)
-    angles: FloatArray = np.arccos(np.clip(normals @ mean / max(length, 1e-12), -1.0, 1.0))
-    return angles
+    return np.asarray(np.arccos(np.clip(normals @ mean / max(length, 1e-12), -1.0, 1.0)))

@@ -11,7 +11,14 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import likeliest_poses, tilts
 from stereotrack_core.calibrate.lens import BROWN, BROWN5, LENS_MODELS, RADIAL, Lens, LensModel
-from stereotrack_core.calibrate.lens_fit import LensFit, Stop, best_fit, first_lens, held_out_errors
+from stereotrack_core.calibrate.lens_fit import (
+    BoardPictures,
+    LensFit,
+    Stop,
+    best_fit,
+    first_lens,
+    held_out_errors,
+)
 from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.calibrate.world_checks import outlying_views, without_far_corners
 from stereotrack_core.counting import counted
@@ -41,7 +48,7 @@ class Coverage:
 
     @property
     def advice(self) -> str:
-        """What to film where the lens is not known well enough.
+        """Advice on filming if the lens is not known well enough.
 
         The focal length shows by how the sides of a tilted board differ, in proportion to the
         square of the board's size in the image.
@@ -65,7 +72,7 @@ class Coverage:
         return float(self.cells.mean())
 
     def findings(self) -> Iterator[Finding]:
-        """What the board has not reached."""
+        """Parts of the image that the board has not reached."""
         bands = {
             "left": self.cells[:, :1],
             "right": self.cells[:, -1:],
@@ -74,40 +81,26 @@ class Coverage:
         }
         empty = [name for name, band in bands.items() if band.mean() < _LEAST_BAND]
         if empty:
-            yield Finding(
-                "warning",
-                "",
-                f"the board hardly came to the {' and '.join(empty)} of the image",
-                "The distortion there is a guess: film the board there too.",
-            )
+            what = f"the board hardly came to the {' and '.join(empty)} of the image"
+            remedy = "The distortion there is a guess: film the board there too."
+            yield Finding("warning", "", what, remedy)
         elif self.share < _LEAST_SHARE:
-            yield Finding(
-                "warning",
-                "",
-                f"the board covered only {100 * self.share:.0f} % of the image",
-                "Film it in the other parts of the image too.",
-            )
+            what = f"the board covered only {100 * self.share:.0f} % of the image"
+            yield Finding("warning", "", what, "Film it in the other parts of the image too.")
 
 
 def coverage_of(sightings: Sightings, poses: Sequence[RigidTransform]) -> Coverage:
-    """What pictures with the boards at `poses` (camera_from_board) cover."""
+    """Coverage by one picture or more with the boards at `poses` (camera_from_board)."""
     seen = sightings.pixels[np.isfinite(sightings.pixels[..., 0])]
     place = (seen + 0.5) / sightings.size * (_COLUMNS, _ROWS)
     column, row = np.clip(place.astype(int), 0, (_COLUMNS - 1, _ROWS - 1)).T
     cells = np.zeros((_ROWS, _COLUMNS), dtype=bool)
     cells[row, column] = True
     distance = [float(np.linalg.norm(pose.translation)) for pose in poses]
-    tilt = float(np.degrees(tilts(poses).max())) if len(poses) else 0.0
-    near, far = min(distance, default=np.nan), max(distance, default=np.nan)
-    return Coverage(cells, tilt, near, far, _filled(sightings))
-
-
-def _filled(sightings: Sightings) -> float:
-    """Median share of the image's width or height, the larger one, between a board's corners."""
-    if not len(sightings):
-        return float("nan")
+    tilt = float(np.degrees(tilts(poses).max()))
     span = np.nanmax(sightings.pixels, axis=1) - np.nanmin(sightings.pixels, axis=1)
-    return float(np.median((span / sightings.size).max(axis=1)))
+    fills = float(np.median((span / sightings.size).max(axis=1)))
+    return Coverage(cells, tilt, min(distance), max(distance), fills)
 
 
 _LEAST_VIEWS, _FEW_VIEWS, _MOST_VIEWS = 4, 12, 60
@@ -170,11 +163,8 @@ def calibrate_intrinsics(
     fisheye lens where a plain one does; `model` names one instead. A lens that is adjusted together
     with other cameras later is not `alone` and may be badly known at first.
 
-    Raises
-    ------
-    InputError
-        Too few pictures, boards that do not determine the lens, or an unknown model.
-    Cancelled
+    Raises InputError for too few pictures, boards that do not determine the lens, or an unknown
+    model.
     """
     check_model(model)
     check_count(sightings)
@@ -246,21 +236,17 @@ def _without_outliers(
     sightings: Sightings, board: Board, model: str, stop: Stop
 ) -> tuple[Sightings, dict[bool, Lens]]:
     """Pictures that agree with each other, and first lenses by whether they are fisheye lenses."""
-    wanted = {model_.fisheye for model_ in _models(model)}
-    start = {}
-    for fisheye in sorted(wanted):
-        lens = first_lens(
-            sightings.pixels, board.corners, sightings.size, fisheye=fisheye, stop=stop
-        )
-        if lens is not None:
-            start[fisheye] = lens
+    seen = BoardPictures(sightings.pixels, board.corners, stop)
+    kinds = sorted({one.fisheye for one in _models(model)})
+    begun = {kind: first_lens(seen, sightings.size, fisheye=kind) for kind in kinds}
+    start = {kind: lens for kind, lens in begun.items() if lens is not None}
     if not start:
         raise _undetermined(sightings, "no focal length explains the pictures")
     sightings = _placeable(sightings, list(start.values()), board)
     most = len(sightings) // 3
     for _ in range(_ROUNDS):
         fits = _fits(start, sightings, board, model, stop)
-        fit = min(fits.values(), key=lambda one: float(np.nanmedian(_lengths(one.errors))))
+        fit = min(fits.values(), key=lambda one: one.median_px)
         sightings = without_far_corners(sightings, fit.errors)
         rows, reasons = outlying_views(fit.errors, most)
         if not rows:
@@ -275,16 +261,9 @@ def _placeable(sightings: Sightings, lenses: Sequence[Lens], board: Board) -> Si
     """Those in which one of the first lenses can place the board."""
     poses = [likeliest_poses(one, board.corners, sightings.pixels) for one in lenses]
     rows = [i for i, own in enumerate(zip(*poses, strict=True)) if not any(own)]
-    if not rows:
-        return sightings
     kept = sightings.without(rows, ["the board cannot be placed"] * len(rows))
     check_count(kept)
     return kept
-
-
-def _lengths(errors: FloatArray) -> FloatArray:
-    lengths: FloatArray = np.linalg.norm(errors, axis=-1)
-    return lengths
 
 
 def _models(name: str) -> list[LensModel]:
@@ -297,15 +276,12 @@ def _fits(
     """Every model fitted, by name; each begins with the simpler one before it."""
     fits: dict[str, LensFit] = {}
     latest = dict(start)
+    seen = BoardPictures(sightings.pixels, board.corners, stop)
+    spare = int(np.isfinite(sightings.pixels).sum()) - 6 * len(sightings)
     for one in _models(model):
-        if one.fisheye not in latest:
+        if one.fisheye not in latest or spare <= one.free.sum():
             continue
-        if 2 * int(np.isfinite(sightings.pixels[..., 0]).sum()) <= one.free.sum() + 6 * len(
-            sightings
-        ):
-            continue
-        fit = best_fit(one, latest[one.fisheye], sightings.pixels, board.corners, stop)
-        if fit is not None:
+        if (fit := best_fit(one, latest[one.fisheye], seen)) is not None:
             fits[one.name] = fit
             latest[one.fisheye] = fit.lens
     if not fits:
@@ -317,11 +293,8 @@ def _chosen(
     fits: dict[str, LensFit], sightings: Sightings, board: Board, stop: Stop
 ) -> tuple[str, tuple[Candidate, ...], float]:
     """Name of the model taken, all that were tried, and its held-out error in pixels."""
-    squares = {
-        name: held_out_errors(fit, sightings.pixels, board.corners, stop)
-        for name, fit in fits.items()
-    }
-
+    seen = BoardPictures(sightings.pixels, board.corners, stop)
+    squares = {name: held_out_errors(fit, seen) for name, fit in fits.items()}
     roots = {
         name: float("nan") if own is None else float(np.sqrt(own.mean()))
         for name, own in squares.items()
@@ -388,14 +361,8 @@ def _findings(
     where = f"camera {sightings.camera}"
     found = []
     if len(sightings) < _FEW_VIEWS:
-        found.append(
-            Finding(
-                "warning",
-                where,
-                f"only {counted(len(sightings), 'picture')} of the board could be used",
-                "Film 15 to 30 positions.",
-            )
-        )
+        few = f"only {counted(len(sightings), 'picture')} of the board could be used"
+        found.append(Finding("warning", where, few, "Film 15 to 30 positions."))
     share = _focal_uncertainty(fit.bundle.rms, sigma, fit.lens)
     if share > _VAGUE_FOCAL:
         what = f"the focal length is only known to {100 * share:.1f} %"

@@ -16,7 +16,7 @@ _AXIS = 1e-10  # squared slope below which a fisheye lens is expanded about its 
 
 @dataclass(frozen=True)
 class LensModel:
-    """Which distortion coefficients are estimated, in OpenCV's order; the others are zero."""
+    """Distortion coefficients that are estimated, in OpenCV's order; the others are zero."""
 
     name: str
     estimated: tuple[int, ...]
@@ -26,7 +26,7 @@ class LensModel:
 
     @property
     def free(self) -> BoolArray:
-        """Which of f_x, f_y, c_x, c_y and the coefficients are estimated."""
+        """Mask of f_x, f_y, c_x, c_y and the coefficients that are estimated."""
         count = FISHEYE_COEFFICIENTS if self.fisheye else PINHOLE_COEFFICIENTS
         flags = np.zeros(4 + count, dtype=bool)
         flags[:4] = True
@@ -93,19 +93,10 @@ def lens_of(camera: Camera) -> Lens | None:
 
 
 def projected(lens: Lens, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Raw pixels of points in front of a camera, with their derivatives.
+    """Raw pixels (N, 2) of points (N, 3), metres in the camera frame, in front of the camera.
 
-    OpenCV's pinhole model, rational with tangential distortion, or its fisheye model.
-
-    Parameters
-    ----------
-    points : (N, 3); metres, camera frame, z > 0
-
-    Returns
-    -------
-    pixels : (N, 2)
-    by_point : (N, 2, 3); pixels per metre
-    by_lens : (N, 2, 12) or (N, 2, 8); by the lens's values
+    OpenCV's pinhole model, rational with tangential distortion, or its fisheye model. Also the
+    derivatives by the point (N, 2, 3) and by the lens's values (N, 2, 12) or (N, 2, 8).
     """
     f_x, f_y, c_x, c_y = lens.values[:4]
     inverse = 1.0 / points[:, 2]

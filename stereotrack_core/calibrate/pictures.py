@@ -97,10 +97,6 @@ class Looked:
     pixels: FloatArray | None
 
 
-def ignore(_looked: Looked) -> None:
-    """Take no notice of a picture."""
-
-
 @dataclass(frozen=True, eq=False)
 class Pictures:
     """Grey pictures of one camera by number; frame k of all cameras is the same instant.
@@ -279,16 +275,12 @@ def find_in_pictures(
     recognition: Recognition,
     frames: Sequence[int],
     *,
-    on_picture: Callable[[Looked], None] = ignore,
+    on_picture: Callable[[Looked], None] = lambda _looked: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Sightings:
     """The board in pictures of one camera; those without it, or damaged, are left out with reasons.
 
-    Raises
-    ------
-    InputError
-        No picture can be read.
-    Cancelled
+    Raises InputError where no picture can be read.
     """
     found: dict[int, FloatArray] = {}
     left_out: list[LeftOut] = []
@@ -296,24 +288,23 @@ def find_in_pictures(
     for k in frames:
         if cancelled():
             raise Cancelled
-        reason = ""
+        reason = "the board was not found"
         image: ImageArray | None = None
         pixels: FloatArray | None = None
         try:
             image = pictures.read(k)
             own = image.shape[1], image.shape[0]
             size = size or own
-            if own != size:
-                reason = f"its size is {own[0]}x{own[1]} instead of {size[0]}x{size[1]}"
-            else:
+            if own == size:
                 pixels = recognition.find(image)
-                reason = "the board was not found" if pixels is None else ""
+            else:
+                reason = f"its size is {own[0]}x{own[1]} instead of {size[0]}x{size[1]}"
         except DamagedFrame as problem:
             reason = str(problem)
-        if pixels is not None:
-            found[k] = pixels
-        elif reason:
+        if pixels is None:
             left_out.append(LeftOut(pictures.camera, k, pictures.name(k), reason))
+        else:
+            found[k] = pixels
         on_picture(Looked(pictures.camera, k, pictures.name(k), image, pixels))
     if size is None:
         raise InputError(

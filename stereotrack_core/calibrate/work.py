@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -19,7 +19,6 @@ from stereotrack_core.calibrate.pictures import (
     Sightings,
     check_same_length,
     find_in_pictures,
-    ignore,
     pictures_of_folder,
     pictures_of_glob,
     places_in,
@@ -35,13 +34,15 @@ from stereotrack_core.worker_processes import Asker
 class Search:
     """The board as it was seen, what each camera saw of it, and what differs from what was named.
 
-    `mirrored` are the names of cameras whose pictures are mirrored.
+    `mirrored` are the names of cameras with mirrored pictures; `apart` says why pictures are not of
+    the same instants.
     """
 
     board: Board
     sightings: tuple[Sightings, ...]
     mirrored: tuple[str, ...]
     findings: tuple[Finding, ...]
+    apart: InputError | None = None
 
     def check_not_mirrored(self) -> None:
         """Refuse mirrored pictures, which have no place in a world.
@@ -61,16 +62,12 @@ def search(
     named: Board,
     frames: Sequence[int],
     *,
-    on_picture: Callable[[Looked], None] = ignore,
+    on_picture: Callable[[Looked], None] = lambda _looked: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Search:
     """Look for the board in some frames of every camera, as far as it has them.
 
-    Raises
-    ------
-    InputError
-        Pictures that cannot be read, or cameras that show different boards.
-    Cancelled
+    Raises InputError where pictures cannot be read, or cameras show different boards.
     """
     board, seen, mirrored = named, [], []
     known: Recognition | None = None
@@ -91,19 +88,12 @@ def search(
             known, board = recognition, recognition.board
             mirrored += [one.camera] * recognition.mirrored
         seen.append(own)
-    sightings = tuple(one if len(one) else _empty(one, board) for one in seen)
+    nothing = np.zeros((0, len(board.corners), 2))
+    sightings = tuple(one if len(one) else replace(one, pixels=nothing) for one in seen)
     camera, shown, clauses = different
-    findings = []
-    if clauses:
-        remedy = f"Calibrated with the {shown.words}."
-        findings.append(Finding("warning", f"camera {camera}", "; ".join(clauses), remedy))
-    return Search(board, sightings, tuple(mirrored), tuple(findings))
-
-
-def _empty(sightings: Sightings, board: Board) -> Sightings:
-    """No sightings, of as many corners as the board has."""
-    pixels = np.zeros((0, len(board.corners), 2))
-    return replace(sightings, pixels=pixels)
+    remedy = f"Calibrated with the {shown.words}."
+    found = Finding("warning", f"camera {camera}", "; ".join(clauses), remedy)
+    return Search(board, sightings, tuple(mirrored), (found,) if clauses else ())
 
 
 LensResult: TypeAlias = Intrinsics | InputError
@@ -132,19 +122,16 @@ class Source:
         """
         if not self.of_recording:
             return pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
-        found: Pictures | None = None
-        for one in pictures_of_folder(Path(self.place)):
-            if one.camera == self.camera and found is None:
-                found = one
-            else:
-                one.close()
-        if found is None:
+        found = pictures_of_folder(Path(self.place), self.camera)
+        if not found:
             raise InputError(
                 f"the recording has no camera {self.camera!r}",
                 where=self.place,
                 remedy="Name the camera as in the recording's description.",
             )
-        return found
+        for one in found[1:]:
+            one.close()
+        return found[0]
 
 
 def sources_in(folder: Path) -> tuple[Source, ...]:
@@ -168,84 +155,48 @@ class Progress:
     words: str
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What was found in the pictures; `apart` says why they are not of the same instants."""
-
-    search: Search
-    apart: InputError | None
-
-
-@dataclass(frozen=True)
-class FindBoard:
-    """Looks for the board in every picture, or every so many; tells each as :class:`Progress`."""
-
-    sources: tuple[Source, ...]
-    board: Board
-    every: int = 1
-
-    def __call__(self, asker: Asker) -> Found:
-        """Do it in the process."""
-        opened: list[Pictures] = []
-        try:
-            opened += (source.open() for source in self.sources)
-            counts = [one.count() for one in opened]
-            frames = range(0, max(counts, default=0), self.every)
-            total = sum(len(range(0, number, self.every)) for number in counts)
-            done = count(1)
-
-            def tell(looked: Looked) -> None:
-                asker.tell(Progress(next(done) / total, f"{looked.camera}, {looked.name}"))
-
-            found = search(opened, self.board, frames, on_picture=tell, cancelled=asker.cancelled)
-            return Found(found, _apart(opened))
-        finally:
-            for one in opened:
-                one.close()
-
-
-def _apart(opened: Sequence[Pictures]) -> InputError | None:
-    try:
-        check_same_length(opened)
-    except InputError as error:
-        return error
-    return None
-
-
-@dataclass(frozen=True, eq=False)
-class FitLenses:
-    """Calibrates the lens of each camera from its own pictures."""
-
-    sightings: tuple[Sightings, ...]
-    board: Board
-    model: str = "auto"
-
-    def __call__(self, asker: Asker) -> Mapping[str, LensResult]:
-        """Do it in the process."""
-        found: dict[str, LensResult] = {}
-        for k, one in enumerate(self.sightings):
-            asker.tell(Progress(k / len(self.sightings), f"lens of {one.camera}"))
-            try:
-                found[one.camera] = calibrate_intrinsics(
-                    one, self.board, model=self.model, stop=asker.cancelled
-                )
-            except InputError as error:
-                found[one.camera] = error
-        return found
-
-
-@dataclass(frozen=True, eq=False)
-class FitWorld:
-    """Places all cameras in one world."""
-
-    sightings: tuple[Sightings, ...]
-    board: Board
-    model: str = "auto"
-
-    def __call__(self, asker: Asker) -> World:
-        """Do it in the process."""
-        return calibrate_world(self.sightings, self.board, model=self.model, stop=asker.cancelled)
-
-
 Step: TypeAlias = Callable[[Asker], object]
-"""Any of the tasks above."""
+"""Any of the functions below with all but their last argument."""
+
+
+def find_board_in(sources: Sequence[Source], board: Board, every: int, asker: Asker) -> Search:
+    """Look for the board in every picture, or every so many; tell each as :class:`Progress`."""
+    opened: list[Pictures] = []
+    try:
+        opened += (source.open() for source in sources)
+        counts = [one.count() for one in opened]
+        frames = range(0, max(counts, default=0), every)
+        total = sum(len(range(0, number, every)) for number in counts)
+        done = count(1)
+
+        def tell(looked: Looked) -> None:
+            asker.tell(Progress(next(done) / total, f"{looked.camera}, {looked.name}"))
+
+        found = search(opened, board, frames, on_picture=tell, cancelled=asker.cancelled)
+        try:
+            check_same_length(opened)
+        except InputError as error:
+            return replace(found, apart=error)
+        return found
+    finally:
+        for one in opened:
+            one.close()
+
+
+def fit_lenses(
+    sightings: Sequence[Sightings], board: Board, model: str, asker: Asker
+) -> dict[str, LensResult]:
+    """Calibrate the lens of each camera from its own pictures."""
+    found: dict[str, LensResult] = {}
+    for k, one in enumerate(sightings):
+        asker.tell(Progress(k / len(sightings), f"lens of {one.camera}"))
+        try:
+            found[one.camera] = calibrate_intrinsics(one, board, model=model, stop=asker.cancelled)
+        except InputError as error:
+            found[one.camera] = error
+    return found
+
+
+def fit_world(sightings: Sequence[Sightings], board: Board, model: str, asker: Asker) -> World:
+    """Place all cameras in one world."""
+    return calibrate_world(sightings, board, model=model, stop=asker.cancelled)

@@ -76,11 +76,8 @@ def calibrate_world(
     the camera's own pictures first and then together with all places. The first camera is put at
     the origin, level, looking south; :mod:`stereotrack_core.calibrate.align` turns the world.
 
-    Raises
-    ------
-    InputError
-        A lens that is not determined, cameras that are not connected or not well placed.
-    Cancelled
+    Raises InputError for a lens that is not determined, and cameras that are not connected or not
+    well placed.
     """
     if len(sightings) < 2:
         raise InputError(
@@ -243,21 +240,20 @@ def _held_out(
     corners = len(board.corners)
     if len(several) - len(out) < 3 or not out:
         return [np.zeros((0, corners, 2)) for _ in bundle.cameras]
-    train = [_only(camera, out, keep=False) for camera in bundle.cameras]
+    left = [np.isin(camera.boards, list(out)) for camera in bundle.cameras]
+    train = [
+        replace(camera, boards=camera.boards[~own], pixels=camera.pixels[~own])
+        for camera, own in zip(bundle.cameras, left, strict=True)
+    ]
     others = adjusted(train, bundle.boards, board.corners, cancelled=stop)
-    test = []
-    for camera, found in zip(bundle.cameras, others.cameras, strict=True):
-        nothing = np.zeros_like(found.lens_free)
-        own = replace(_only(camera, out, keep=True), lens=found.lens, lens_free=nothing)
-        test.append(replace(own, camera_from_world=found.camera_from_world, pose_free=False))
-    placed = adjusted(test, bundle.boards, board.corners, cancelled=stop)
-    return list(placed.errors)
-
-
-def _only(camera: BundleCamera, boards: set[int], *, keep: bool) -> BundleCamera:
-    """A camera's sightings of some boards, or of all others."""
-    rows = np.flatnonzero(np.isin(camera.boards, list(boards)) == keep)
-    return replace(camera, boards=camera.boards[rows], pixels=camera.pixels[rows])
+    test = [
+        replace(
+            found, boards=camera.boards[own], pixels=camera.pixels[own], pose_free=False,
+            lens_free=np.zeros_like(found.lens_free),
+        )
+        for camera, found, own in zip(bundle.cameras, others.cameras, left, strict=True)
+    ]  # fmt: skip
+    return list(adjusted(test, bundle.boards, board.corners, cancelled=stop).errors)
 
 
 @dataclass(frozen=True)

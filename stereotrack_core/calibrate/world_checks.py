@@ -1,4 +1,4 @@
-"""What a calibration of several cameras is worth: uncertainty, scale, contradictions."""
+"""Quality of a calibration of several cameras: uncertainty, scale, contradictions."""
 
 from __future__ import annotations
 
@@ -31,13 +31,9 @@ _NORMAL = 1.4826  # standard deviations of a normal distribution in a median dev
 
 
 def outlying_views(errors: FloatArray, most: int) -> tuple[list[int], list[str]]:
-    """Rows of pictures far worse than the usual one, the worst first, and why each is left out.
+    """Rows of at most so many pictures far worse than the usual one, the worst first, and reasons.
 
-    Parameters
-    ----------
-    errors : (F, n, 2); pixels
-    most
-        How many at most.
+    `errors` (F, n, 2) are in pixels.
     """
     rms = np.array([rms_of(one) for one in errors])
     if len(rms) < 3:
@@ -100,27 +96,20 @@ def place_sigmas(bundle: Bundle) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
     Of every camera relative to the first, whose own are 0.
     """
-    positions, rotations = [], []
+    sigmas = np.zeros((len(bundle.cameras), 2))
     for i, camera in enumerate(bundle.cameras):
         if not camera.pose_free:
-            positions.append(0.0)
-            rotations.append(0.0)
             continue
         own = bundle.covariance_of(i)[-6:, -6:]
         if not np.isfinite(own).all():
-            positions.append(float("inf"))
-            rotations.append(float("inf"))
+            sigmas[i] = np.inf
             continue
         pose = camera.camera_from_world
         change = -pose.rotation.T @ np.hstack([skew(pose.translation), np.eye(3)])
-        place = change @ own @ change.T
-        positions.append(_widest(place))
-        rotations.append(_widest(own[:3, :3]))
+        widest = np.linalg.eigvalsh([change @ own @ change.T, own[:3, :3]])[:, -1]
+        sigmas[i] = np.sqrt(np.maximum(widest, 0.0))
+    positions, rotations = sigmas.T.tolist()
     return tuple(positions), tuple(rotations)
-
-
-def _widest(covariance: FloatArray) -> float:
-    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 
 def check_places(bundle: Bundle, sightings: Sequence[Sightings]) -> None:
@@ -162,7 +151,7 @@ def world_findings(
     shared: IntArray,
     scale: ScaleCheck,
 ) -> list[Finding]:
-    """What looks wrong about the result, and what to do."""
+    """Findings about the result."""
     found = []
     usual = float(np.median(rms))
     for i, own in enumerate(sightings):
@@ -181,16 +170,11 @@ def world_findings(
         if most < _FEW_SHARED:
             what = f"it saw the board together with another camera in {counted(most, 'frame')} only"
             found.append(Finding("warning", where, what, _REFILM))
-    if np.isfinite(scale.ratio) and abs(scale.ratio - 1.0) > _WRONG_SCALE:
-        found.append(
-            Finding(
-                "warning",
-                "scale",
-                f"squares measured with the cameras are {100 * (scale.ratio - 1):+z.1f} % longer "
-                "than given",
-                "Check that the board is flat and its squares are square, and measure their side.",
-            )
-        )
+    if abs(scale.ratio - 1.0) > _WRONG_SCALE:
+        longer = f"{100 * (scale.ratio - 1):+z.1f} % longer than given"
+        what = f"squares measured with the cameras are {longer}"
+        remedy = "Check that the board is flat and its squares are square, and measure their side."
+        found.append(Finding("warning", "scale", what, remedy))
     return found
 
 

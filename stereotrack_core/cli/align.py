@@ -21,14 +21,7 @@ from stereotrack_core.calibrate.align import (
 )
 from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
 from stereotrack_core.calibrate.world_checks import seen_board
-from stereotrack_core.cli.arguments import (
-    FRAMES,
-    JSON,
-    STATED,
-    check_output,
-    check_suffix,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.calibrate import BOARD, board_of, found_board
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import recording_in, say_notes, stated_for
@@ -42,57 +35,44 @@ from stereotrack_core.recording.selection import frames_within
 from stereotrack_core.tables import Table, finite_number, number, read_rows
 from stereotrack_core.tracking.presets import preset
 
-DESCRIPTION = (
-    "Turn a calibration so that z is up, y is north and the origin is on the floor. Choose one of "
-    "--floor, --board-on-floor, --points and --person."
-)
-
 _SOURCES = ("floor", "board_on_floor", "points", "person")
 _WRONG_SCALE = 0.02
 
-OPTIONS = (
-    option("calibration CALIBRATION", "calibration to turn", type=Path),
-    option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
-    option(
+
+@options.command(
+    options.path("calibration CALIBRATION", "calibration to turn"),
+    options.output("FILE.toml", "calibration to write", ".toml"),
+    options.path(
         "--floor RECORDING",
-        "recording whose stereo or depth views see the floor; the largest plane below the cameras "
-        "is taken",
-        type=Path,
+        "recording whose stereo or depth views see the floor; the largest plane below the "
+        "cameras is taken",
     ),
-    option("--frame N", "frame for --floor (default: 0)", type=int, default=0),
-    option(
+    options.option("--frame N", "frame for --floor (default: 0)", type=int, default=0),
+    options.path(
         "--board-on-floor FOLDER",
-        "one folder of images or video per camera, named as the camera, in which the board lies "
-        "on the floor; its upper side points north, its middle is the origin",
-        type=Path,
+        "one folder of images or video per camera, named as the camera, in which the board "
+        "lies on the floor; its upper side points north, its middle is the origin",
     ),
-    *(replace(one, keywords={**one.keywords, "required": False})
-      if "required" in one.keywords else one for one in BOARD),
-    option(
+    *BOARD,
+    options.path(
         "--points CSV",
         f"clicks point,camera,x,y of three points of the floor: {', '.join(POINTS)} (any third), "
         "each in two cameras or more",
-        type=Path,
     ),
-    option(
+    options.path(
         "--person FILE",
         "landmarks or run in the calibration's world, of a person who stands facing north",
-        type=Path,
     ),
-    *STATED,
-    FRAMES,
-    option(
-        "--north CAMERA",
-        "camera that stands in the north, for --floor (default: the first)",
+    *options.STATED,
+    options.FRAMES,
+    options.option(
+        "--north CAMERA", "camera that stands in the north, for --floor (default: the first)"
     ),
-    JSON,
-)  # fmt: skip
-
-
+)
 def run(args: Namespace) -> int:
-    """Find the floor and the directions, turn the cameras, write."""
-    check_suffix(args.output, ".toml")
-    check_output(args.output)
+    """Turn a calibration so that z is up, y is north and the origin is on the floor. Choose
+    one of --floor, --board-on-floor, --points and --person.
+    """
     chosen = [name for name in _SOURCES if getattr(args, name) is not None]
     if len(chosen) != 1:
         raise InputError(
@@ -103,7 +83,9 @@ def run(args: Namespace) -> int:
     cameras = read_calibration(args.calibration)
     facts: dict[str, Any] = {}
     if chosen[0] == "floor":
-        found = _of_floor(args, cameras)
+        north = _camera(args.north, cameras).name if args.north else ""
+        depth, where = preset("accurate", []).depth, str(args.calibration)
+        found = alignment_to_floor(args.floor, cameras, depth, args.frame, north, where)
     elif chosen[0] == "board_on_floor":
         found, facts = _of_board(args, cameras)
     elif chosen[0] == "points":
@@ -114,13 +96,6 @@ def run(args: Namespace) -> int:
     write_calibration(args.output, turned)
     _put(args, found, facts, turned)
     return OK
-
-
-def _of_floor(args: Namespace, cameras: Mapping[str, Camera]) -> Alignment:
-    north = _camera(args.north, cameras).name if args.north else ""
-    parameters = preset("accurate", []).depth
-    where = str(args.calibration)
-    return alignment_to_floor(args.floor, cameras, parameters, args.frame, north, where)
 
 
 def _camera(name: str, cameras: Mapping[str, Camera]) -> Camera:
@@ -134,12 +109,6 @@ def _camera(name: str, cameras: Mapping[str, Camera]) -> Camera:
 
 
 def _of_board(args: Namespace, cameras: Mapping[str, Camera]) -> tuple[Alignment, dict[str, Any]]:
-    if args.square is None:
-        raise InputError(
-            "the side of a square is not given",
-            where="--square",
-            remedy="Give it in metres, and the board with --board or --charuco.",
-        )
     board_of(args)
     sources = [one for one in pictures_of_folder(args.board_on_floor) if one.camera in cameras]
     args.every = 1

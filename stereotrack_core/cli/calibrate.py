@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
@@ -30,39 +28,32 @@ from stereotrack_core.calibrate.report import (
 )
 from stereotrack_core.calibrate.work import Search, search
 from stereotrack_core.calibrate.world import World, calibrate_world, pair_of
-from stereotrack_core.cli.arguments import (
-    JSON,
-    Part,
-    check_least,
-    check_output,
-    check_suffix,
-    option,
-)
-from stereotrack_core.cli.output import OK, progress, put_json, put_table, stoppable
+from stereotrack_core.cli import options
+from stereotrack_core.cli.output import OK, progress, put_result, stoppable
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.tables import Table, number
 
 BOARD = (
-    option("--board COLSxROWS", "chessboard: number of inner corners, for example 9x6"),
-    option(
+    options.option("--board COLSxROWS", "chessboard: number of inner corners, for example 9x6"),
+    options.option(
         "--charuco COLSxROWS:DICTIONARY:MARKER",
         "ChArUco board: number of squares, dictionary, side of a marker in metres, for example "
         "5x7:4X4_50:0.018",
     ),
-    option("--square METRES", "side of a square of the board", type=float, required=True),
+    options.option("--square METRES", "side of a square of the board", type=float),
 )
-EVERY = option("--every N", "use only every Nth picture (default: 1)", type=int, default=1)
-MODEL = option(
+EVERY = options.option(
+    "--every N", "use only every Nth picture (default: 1)", type=options.at_least(1), default=1
+)
+MODEL = options.option(
     f"--model auto|{'|'.join(LENS_MODELS)}",
     "lens model (default: auto, the simplest that no other clearly improves on)",
     default="auto",
 )
-LENSES = option(
+LENSES = options.path(
     "--lenses FILE.toml",
     "calibration whose lenses are kept, by the names of the cameras; others are calibrated",
-    type=Path,
 )
 _NOT_ALIGNED = Finding(
     "note",
@@ -74,7 +65,13 @@ NOTHING = "No calibration was written."
 
 
 def board_of(args: Namespace) -> Board:
-    """The board that was named; InputError where none or two were."""
+    """The board that was named; InputError where none or two were, or its size is not given."""
+    if args.square is None:
+        raise InputError(
+            "the side of a square is not given",
+            where="--square",
+            remedy="Give it in metres, and the board with --board or --charuco.",
+        )
     if (args.board is None) == (args.charuco is None):
         raise InputError(
             "name one board",
@@ -86,20 +83,8 @@ def board_of(args: Namespace) -> Board:
     return charuco(args.charuco, args.square)
 
 
-@contextmanager
-def calibrating(args: Namespace) -> Iterator[None]:
-    """Check what was asked for, and hold the output file meanwhile."""
-    check_suffix(args.output, ".toml")
-    check_output(args.output)
-    check_model(args.model)
-    board_of(args)
-    with writing(args.output):
-        yield
-
-
 def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Search:
     """The board looked for in the first `count` pictures of all cameras, with a progress bar."""
-    check_least(1, every=args.every)
     named = board_of(args)
     frames = range(0, count, args.every)
     done = 0
@@ -126,12 +111,8 @@ def put_calibration(
     as_json: bool,
 ) -> None:
     """Write the result of a calibration to standard output."""
-    if as_json:
-        put_json({**facts, "remarks": [vars(one) for one in findings]})
-        return
-    for table in (*tables, left_out_table(left_out), finding_table(findings)):
-        if table is not None:
-            put_table(table)
+    told = (*tables, left_out_table(left_out), finding_table(findings))
+    put_result({**facts, "remarks": [vars(one) for one in findings]}, *told, as_json=as_json)
 
 
 def put_world(
@@ -139,7 +120,7 @@ def put_world(
     sources: Sequence[Pictures],
     check: Callable[[Search], None] = lambda _: None,
     told: Callable[[World], tuple[dict[str, Any], list[Table]]] = lambda _: ({}, []),
-) -> None:
+) -> int:
     """Search for the board, calibrate the cameras together, write and print the result.
 
     `check` refuses what was found, and `told` adds to the result as JSON and as tables.
@@ -161,39 +142,28 @@ def put_world(
         [*found.findings, *world.findings, _NOT_ALIGNED],
         as_json=args.json,
     )
-
-
-def _intrinsics(args: Namespace) -> int:
-    """Search for the board, calibrate, write."""
-    with calibrating(args):
-        _calibrate(args)
     return OK
 
 
-INTRINSICS = Part(
-    (
-        "Calibrate the lens of one camera from pictures of a board in 15 to 30 positions. The "
-        "camera is placed at the origin; `stereotrack calibrate world` places several cameras in "
-        "one world."
+@options.command(
+    options.option(
+        "--images GLOB",
+        "pictures of the board: a pattern in quotes, a folder, or one video",
+        required=True,
     ),
-    (
-        option(
-            "--images GLOB",
-            "pictures of the board: a pattern in quotes, a folder, or one video",
-            required=True,
-        ),
-        *BOARD,
-        option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
-        option("--camera NAME", "name of the camera (default: camera)", default="camera"),
-        MODEL,
-        EVERY,
-        JSON,
-    ),
-    _intrinsics,
+    *BOARD,
+    options.output("FILE.toml", "calibration to write", ".toml"),
+    options.option("--camera NAME", "name of the camera (default: camera)", default="camera"),
+    MODEL,
+    EVERY,
 )
-
-
-def _calibrate(args: Namespace) -> None:
+def calibrate_lens(args: Namespace) -> int:
+    """Calibrate the lens of one camera from pictures of a board in 15 to 30 positions. The
+    camera is placed at the origin; `stereotrack calibrate world` places several cameras in
+    one world.
+    """
+    check_model(args.model)
+    board_of(args)
     source = pictures_of_glob(args.images, args.camera, "--images")
     found = found_board(args, [source], source.count())
     with stoppable(NOTHING) as stop:
@@ -207,45 +177,38 @@ def _calibrate(args: Namespace) -> None:
         [*found.findings, *lens.findings],
         as_json=args.json,
     )
-
-
-def _stereo(args: Namespace) -> int:
-    """Search for the board, calibrate, write."""
-    with calibrating(args):
-        sources = [
-            pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
-            for side, pattern in (("left", args.left), ("right", args.right))
-        ]
-        put_world(args, sources, _check_pairs, _pair_told)
     return OK
 
 
-STEREO = Part(
-    (
-        "Calibrate a stereo camera from pairs of pictures of a board. The world is that of the "
-        "left camera, taken as level and looking south; `stereotrack calibrate align` turns it."
+@options.command(
+    options.option(
+        "--left GLOB",
+        "pictures of the left camera: a pattern in quotes, a folder, or one video",
+        required=True,
     ),
-    (
-        option(
-            "--left GLOB",
-            "pictures of the left camera: a pattern in quotes, a folder, or one video",
-            required=True,
-        ),
-        option("--right GLOB", "those of the right camera, in the same order", required=True),
-        *BOARD,
-        option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
-        option(
-            "--view NAME",
-            "name of the view; its cameras are NAME_left and NAME_right (default: N)",
-            default="N",
-        ),
-        LENSES,
-        MODEL,
-        EVERY,
-        JSON,
+    options.option("--right GLOB", "those of the right camera, in the same order", required=True),
+    *BOARD,
+    options.output("FILE.toml", "calibration to write", ".toml"),
+    options.option(
+        "--view NAME",
+        "name of the view; its cameras are NAME_left and NAME_right (default: N)",
+        default="N",
     ),
-    _stereo,
+    LENSES,
+    MODEL,
+    EVERY,
 )
+def calibrate_pair(args: Namespace) -> int:
+    """Calibrate a stereo camera from pairs of pictures of a board. The world is that of the
+    left camera, taken as level and looking south; `stereotrack calibrate align` turns it.
+    """
+    check_model(args.model)
+    board_of(args)
+    sources = [
+        pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
+        for side, pattern in (("left", args.left), ("right", args.right))
+    ]
+    return put_world(args, sources, _check_pairs, _pair_told)
 
 
 def _check_pairs(found: Search) -> None:
@@ -270,33 +233,24 @@ def _pair_told(world: World) -> tuple[dict[str, Any], list[Table]]:
     return {"pair": pair}, [Table("Stereo camera", ("what", ">value"), rows)]
 
 
-def _world(args: Namespace) -> int:
-    """Search for the board, calibrate, write."""
-    with calibrating(args):
-        put_world(args, pictures_of_folder(args.folder))
-    return OK
-
-
-WORLD = Part(
-    (
-        "Calibrate all cameras of a folder and place them in one world. The board is carried "
-        "through the space so that every camera sees it together with another one. The world is "
-        "that of the first camera, taken as level and looking south; `stereotrack calibrate align` "
-        "turns it."
+@options.command(
+    options.path(
+        "folder FOLDER",
+        "a recording, or a folder with one video or folder of images per camera, named as the "
+        "camera; frame k of all is the same instant",
     ),
-    (
-        option(
-            "folder FOLDER",
-            "a recording, or a folder with one video or folder of images per camera, named as the "
-            "camera; frame k of all is the same instant",
-            type=Path,
-        ),
-        *BOARD,
-        option("-o --output FILE.toml", "calibration to write", type=Path, required=True),
-        LENSES,
-        MODEL,
-        EVERY,
-        JSON,
-    ),
-    _world,
+    *BOARD,
+    options.output("FILE.toml", "calibration to write", ".toml"),
+    LENSES,
+    MODEL,
+    EVERY,
 )
+def calibrate_rig(args: Namespace) -> int:
+    """Calibrate all cameras of a folder and place them in one world. The board is carried
+    through the space so that every camera sees it together with another one. The world is
+    that of the first camera, taken as level and looking south; `stereotrack calibrate align`
+    turns it.
+    """
+    check_model(args.model)
+    board_of(args)
+    return put_world(args, pictures_of_folder(args.folder))

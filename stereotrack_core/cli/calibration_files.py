@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import JSON, Part, check_output, check_suffix, option
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_facts, put_result, say
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
@@ -35,13 +35,39 @@ from stereotrack_core.recording.stream_files import picture_size
 from stereotrack_core.tables import Table
 
 
-def _import(args: Namespace) -> int:
-    """Read, decide what is open, write."""
-    check_suffix(args.output, ".toml")
+@options.command(
+    options.path(
+        "files FILE",
+        "calibration of another tool; several files that belong together, such as "
+        "intrinsics.yml extrinsics.yml, or one for each camera",
+        nargs="+",
+    ),
+    options.path("-o --output FILE", "calibration to write (.toml)", required=True),
+    options.option(
+        "--units UNIT",
+        "unit of the file's lengths: m, cm, mm or in (default: stated in the file, usual for "
+        "the format, or decided from the lengths of the rig)",
+        choices=tuple(METRES_PER_UNIT),
+    ),
+    options.option(
+        "--convention NAME",
+        "how rotation R and translation t of the file map: "
+        + "; ".join(f"{name}: {MEANINGS[name]}".replace("%", "%%") for name in CONVENTIONS),
+        choices=tuple(CONVENTIONS),
+    ),
+    options.path("--recording DIR", "recording of these cameras: their names and image sizes"),
+    options.option("--names A,B", "camera names, in the order of the file"),
+    options.option("--size WIDTHxHEIGHT", "image size, for files that do not state it"),
+)
+def read(args: Namespace) -> int:
+    """Read a calibration of another tool: aniposelib, FreeMoCap, Pose2Sim or caliscope TOML,
+    OpenCV YAML or XML, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT, ZED .conf.
+    """
+    options.check_suffix(args.output, ".toml")
     size = _size(args.size)
     recording = None if args.recording is None else _recording_without_calibration(args.recording)
     # a calibration that a recording lacks may be put there; what it has is never replaced
-    check_output(args.output, recording if args.output.exists() else None)
+    options.check_output(args.output, args.recording if args.output.exists() else None)
     names = [] if args.names is None else [name.strip() for name in args.names.split(",")]
     foreign = completed(read_foreign(args.files), recording, names=names, size=size)
     pairs = () if recording is None else _pairs(recording, foreign)
@@ -51,44 +77,6 @@ def _import(args: Namespace) -> int:
         say(f"Note: {note}.")
     put_result(_facts(foreign, decided, args.output), *_tables(foreign, decided), as_json=args.json)
     return OK
-
-
-IMPORT = Part(
-    (
-        "Read a calibration of another tool: aniposelib, FreeMoCap, Pose2Sim or caliscope TOML, "
-        "OpenCV YAML or XML, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT, "
-        "ZED .conf, EuRoC sensor.yaml, camodocal."
-    ),
-    (
-        option(
-            "files FILE",
-            "calibration of another tool; several files that belong together, such as "
-            "intrinsics.yml extrinsics.yml, or one for each camera",
-            type=Path,
-            nargs="+",
-        ),
-        option("-o --output FILE", "calibration to write (.toml)", type=Path, required=True),
-        option(
-            "--units UNIT",
-            "unit of the file's lengths: m, cm, mm or in (default: stated in the file, usual for "
-            "the format, or decided from the lengths of the rig)",
-            choices=tuple(METRES_PER_UNIT),
-        ),
-        option(
-            "--convention NAME",
-            "how rotation R and translation t of the file map: "
-            + "; ".join(f"{name}: {MEANINGS[name]}".replace("%", "%%") for name in CONVENTIONS),
-            choices=tuple(CONVENTIONS),
-        ),
-        option(
-            "--recording DIR", "recording of these cameras: their names and image sizes", type=Path
-        ),
-        option("--names A,B", "camera names, in the order of the file"),
-        option("--size WIDTHxHEIGHT", "image size, for files that do not state it"),
-        JSON,
-    ),
-    _import,
-)
 
 
 def _size(given: str | None) -> tuple[int, int] | None:
@@ -174,12 +162,28 @@ def _row(camera: Camera) -> tuple[str, ...]:
 _OPENCV = (".yml", ".yaml", ".xml")
 
 
-def _export(args: Namespace) -> int:
-    """Read and write."""
+@options.command(
+    options.path("calibration CALIBRATION", "calibration.toml to read"),
+    options.output("FILE", "file to write: .toml, or .yml, .yaml or .xml for OpenCV"),
+    options.option(
+        "--format NAME",
+        f"{', '.join(WRITTEN)} (default: opencv for .yml, .yaml and .xml; aniposelib for .toml)",
+        choices=WRITTEN,
+    ),
+    options.option(
+        "--units UNIT",
+        "unit of lengths: m, cm, mm or in (default: m; FreeMoCap needs mm)",
+        choices=tuple(METRES_PER_UNIT),
+        default="m",
+    ),
+)
+def write(args: Namespace) -> int:
+    """Write a calibration for another tool. What this program reads again is the same; tools
+    that know fewer distortion coefficients or no names may lose some of it.
+    """
     opencv = args.output.suffix.lower() in _OPENCV
     form = args.format or ("opencv" if opencv else "aniposelib")
-    check_suffix(args.output, *(_OPENCV if form == "opencv" else (".toml",)))
-    check_output(args.output)
+    options.check_suffix(args.output, *(_OPENCV if form == "opencv" else (".toml",)))
     if args.output.resolve() == args.calibration.resolve():
         raise InputError(
             "this is the calibration that is read",
@@ -192,34 +196,3 @@ def _export(args: Namespace) -> int:
     title = f"{args.calibration} to {args.output}"
     put_facts(facts, title, as_json=args.json, file=args.output)
     return OK
-
-
-EXPORT = Part(
-    (
-        "Write a calibration for another tool. What this program reads again is the same; tools "
-        "that know fewer distortion coefficients or no names may lose some of it."
-    ),
-    (
-        option("calibration CALIBRATION", "calibration.toml to read", type=Path),
-        option(
-            "-o --output FILE",
-            "file to write: .toml, or .yml, .yaml or .xml for OpenCV",
-            type=Path,
-            required=True,
-        ),
-        option(
-            "--format NAME",
-            f"{', '.join(WRITTEN)} (default: opencv for .yml, .yaml and .xml; aniposelib "
-            "for .toml)",
-            choices=WRITTEN,
-        ),
-        option(
-            "--units UNIT",
-            "unit of lengths: m, cm, mm or in (default: m; FreeMoCap needs mm)",
-            choices=tuple(METRES_PER_UNIT),
-            default="m",
-        ),
-        JSON,
-    ),
-    _export,
-)

@@ -3,19 +3,10 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from pathlib import Path
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import (
-    JSON,
-    RECORDING,
-    SETTINGS,
-    VIEWS,
-    check_output,
-    check_suffix,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.volume import settled
@@ -26,26 +17,19 @@ from stereotrack_core.recording.selection import usable_views, views_of
 from stereotrack_core.tables import Table
 from stereotrack_core.tracking.presets import preset
 
-DESCRIPTION = (
-    "Write the fused point cloud of one frame as a binary PLY file: metres in the world "
-    "frame, with the view of each point as a number and as a colour."
+
+@options.command(
+    options.RECORDING,
+    options.option("--frame N", "frame, counted from 0", type=int, required=True),
+    options.output("cloud.ply", "file to write", ".ply"),
+    options.VIEWS,
+    *options.SETTINGS,
 )
-
-OPTIONS = (
-    RECORDING,
-    option("--frame N", "frame, counted from 0", type=int, required=True),
-    option("-o --output cloud.ply", "file to write", type=Path, required=True),
-    VIEWS,
-    *SETTINGS,
-    JSON,
-)
-
-
 def run(args: Namespace) -> int:
-    """Make the cloud and write it."""
-    check_suffix(args.output, ".ply")
+    """Write the fused point cloud of one frame as a binary PLY file: metres in the world
+    frame, with the view of each point as a number and as a colour.
+    """
     recording = open_recording(args.recording)
-    check_output(args.output, recording)
     settings = preset(args.preset, args.changes)
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, colour=False) as reader:

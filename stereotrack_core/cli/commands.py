@@ -6,9 +6,9 @@ from argparse import SUPPRESS, ArgumentParser
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
-from stereotrack_core.cli.arguments import Part, option
+from stereotrack_core.cli.options import CommandLine, option
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.version import __version__
 
@@ -42,20 +42,19 @@ class _Parser(ArgumentParser):
 
 @dataclass(frozen=True)
 class Command:
-    """A command, whose module is imported when it is chosen.
-
-    The module has a ``DESCRIPTION`` for the command's own help, its ``OPTIONS``, and a function
-    ``run`` that is given what was said and returns the exit status; or a :class:`Part` with these.
-    A command with subcommands has none: the next word chooses one of these.
-    """
+    """A command, whose module is imported when it is chosen; with subcommands none is."""
 
     name: str
     summary: str
-    module: str = ""
-    """Where it has another name than the command; ``module.PART`` of one with several."""
-    description: str = ""
+    place: str = ""
+    """``module.name`` of its :class:`CommandLine`, if that is not ``run`` of its own module."""
     subcommands: tuple[Command, ...] = ()
-    """`description` and `subcommands`: of a command without a module."""
+
+    def load(self) -> CommandLine:
+        """Import the module."""
+        module, _, name = (self.place or self.name).partition(".")
+        found = getattr(import_module(f"stereotrack_core.cli.{module}"), name or "run")
+        return cast("CommandLine", found)
 
 
 COMMANDS: tuple[Command, ...] = (
@@ -67,7 +66,7 @@ COMMANDS: tuple[Command, ...] = (
     Command(
         "detector",
         "whether the pretrained pose detector is installed; `install` installs it",
-        "detect.DETECTOR",
+        "detect.detector",
     ),
     Command("detect", "keypoints of the person in all pictures, with it or a model of yours"),
     Command("track", "track the person through a recording and write the run"),
@@ -75,7 +74,7 @@ COMMANDS: tuple[Command, ...] = (
         "evaluate",
         "errors of a run against the reference; its joint angles, failures, or another run",
     ),
-    Command("compare", "compare runs with the first of them, frame by frame", "evaluate.COMPARE"),
+    Command("compare", "compare runs with the first of them, frame by frame", "evaluate.compare"),
     Command(
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",
@@ -83,35 +82,31 @@ COMMANDS: tuple[Command, ...] = (
     Command(
         "study",
         "track and evaluate many recordings, with their conditions, as one study",
-        description="List recordings and their conditions in a study file, see how far they are, "
-        "track them, and export all results as one table.",
         subcommands=(
-            Command("create", "list the recordings below folders, or add new ones", "study.CREATE"),
+            Command("create", "list the recordings below folders, or add new ones", "study.create"),
             Command(
-                "status", "annotation, runs, errors and problems of every recording", "study.STATUS"
+                "status", "annotation, runs, errors and problems of every recording", "study.status"
             ),
             Command(
-                "run", "track and evaluate recordings, on this machine or a cluster", "study.RUN"
+                "run", "track and evaluate recordings, on this machine or a cluster", "study.run"
             ),
-            Command("export", "write all results as one tidy table", "study.EXPORT"),
+            Command("export", "write all results as one tidy table", "study.export"),
         ),
     ),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
     Command(
         "import",
         "import labels or predictions into a project, or make a recording of videos",
-        description="Import labels of another tool or predictions of a detector into a project, "
-        "or make a recording of videos.",
         subcommands=(
             Command(
                 "labels",
                 "clicks or a trajectory of another tool, into a project",
-                "into_project.LABELS",
+                "into_project.import_labels",
             ),
             Command(
                 "predictions",
                 "keypoints of a 2-D detector, into a project",
-                "into_project.PREDICTIONS",
+                "into_project.import_predictions",
             ),
             Command("recording", "a recording folder of videos or images", "import_recording"),
         ),
@@ -120,22 +115,27 @@ COMMANDS: tuple[Command, ...] = (
     Command(
         "calibrate",
         "calibrate cameras from pictures of a board, or align a calibration",
-        description="Calibrate cameras from pictures of a board, align a calibration to the room, "
-        "or convert calibrations from and to other tools.",
         subcommands=(
-            Command("intrinsics", "the lens of one camera", "calibrate.INTRINSICS"),
-            Command("stereo", "a pair of cameras side by side", "calibrate.STEREO"),
-            Command("world", "all cameras in one world", "calibrate.WORLD"),
+            Command("intrinsics", "the lens of one camera", "calibrate.calibrate_lens"),
+            Command("stereo", "a pair of cameras side by side", "calibrate.calibrate_pair"),
+            Command("world", "all cameras in one world", "calibrate.calibrate_rig"),
             Command("align", "z up, y north and the origin on the floor"),
-            Command("import", "read a calibration of another tool", "calibration_files.IMPORT"),
-            Command("export", "write a calibration for another tool", "calibration_files.EXPORT"),
+            Command(
+                "import",
+                "read a calibration of another tool",
+                "calibration_files.read",
+            ),
+            Command(
+                "export",
+                "write a calibration for another tool",
+                "calibration_files.write",
+            ),
         ),
     ),
     Command(
         "project",
         "make a project for the annotation of a recording",
-        description="Make a project for the annotation of a recording.",
-        subcommands=(Command("create", "a project of a recording folder", "into_project.CREATE"),),
+        subcommands=(Command("create", "a project of a recording folder", "into_project.create"),),
     ),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
 )
@@ -165,20 +165,16 @@ def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 def _filled(make: Callable[..., ArgumentParser], command: Command, **named: str) -> ArgumentParser:
     """Make the parser of a command with its options, or with what chooses its subcommands."""
     if command.subcommands:
-        own = make(description=command.description, **named)
+        own = make(description=f"{command.summary[0].upper()}{command.summary[1:]}.", **named)
         chooser = own.add_subparsers(metavar="COMMAND", required=True, help="what to do")
         for inner in command.subcommands:
             _filled(chooser.add_parser, inner, name=inner.name, help=inner.summary)
         options: Sequence[Any] = EVERYWHERE
     else:
-        name, _, part = (command.module or command.name).partition(".")
-        module = import_module(f"stereotrack_core.cli.{name}")
-        said = getattr(module, part or "run")
-        if not part:
-            said = Part(module.DESCRIPTION, module.OPTIONS, said)
-        own = make(description=said.description, **named)
-        own.set_defaults(run=said.run)
-        options = (*EVERYWHERE, *said.options)
+        line = command.load()
+        own = make(description=line.description, **named)
+        own.set_defaults(run=line.run)
+        options = (*EVERYWHERE, *line.options)
     for one in options:
         own.add_argument(*one.names, **one.keywords)
     return own
@@ -188,8 +184,6 @@ def command_named(name: str) -> Command:
     """The command of that name; InputError where there is none."""
     known = {command.name: command for command in COMMANDS}
     if name not in known:
-        raise InputError(
-            f"unknown command {name!r}",
-            remedy=f"{did_you_mean(name, known)}`{PROGRAM} --help` lists all commands.",
-        )
+        remedy = f"{did_you_mean(name, known)}`{PROGRAM} --help` lists all commands."
+        raise InputError(f"unknown command {name!r}", remedy=remedy)
     return known[name]

@@ -6,7 +6,7 @@ from argparse import Namespace
 from functools import partial
 from pathlib import Path
 
-from stereotrack_core.cli.arguments import JSON, SETTINGS, flag, option
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.track import say_signs
 from stereotrack_core.cli.track_plan import UnfinishedOutput
@@ -18,42 +18,34 @@ from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import frame_count
 from stereotrack_core.report.run_tables import error_table, segment_table
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.window import DemoTracking, Opening
 
-DESCRIPTION = (
-    "Track a copy of the demo recording, print the errors of each limb, and open the workbench "
-    "on it. With --headless the workbench is not opened."
-)
-
-OPTIONS = (
-    option(
-        "folder DIR",
-        "folder for the recording and the run (default: the program's data folder)",
-        type=Path,
-        nargs="?",
-    ),
-    flag("--headless", "print the errors and do not open the workbench"),
-    option(
-        "--screenshot PNG",
-        "save a screenshot of the workbench showing the demo and exit; works without a display",
-        type=Path,
-    ),
-    *SETTINGS,
-    JSON,
-)
-
-
 _SHOWN_FRAME = 60
 """Of the demo, when it has been tracked."""
 
 
+@options.command(
+    options.path(
+        "folder DIR",
+        "folder for the recording and the run (default: the program's data folder)",
+        nargs="?",
+    ),
+    options.flag("--headless", "print the errors and do not open the workbench"),
+    options.path(
+        "--screenshot PNG",
+        "save a screenshot of the workbench showing the demo and exit; works without a display",
+    ),
+    *options.SETTINGS,
+)
 def run(args: Namespace) -> int:
-    """Track the demo, here or in the window."""
+    """Track a copy of the demo recording, print the errors of each limb, and open the
+    workbench on it. With --headless the workbench is not opened.
+    """
     settings = preset(args.preset, args.changes)
     if args.headless:
         return _without_window(args, settings)
@@ -66,8 +58,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
     """Copy the recording, track it, write the run, print the tables; a picture where asked for."""
     places = copied_demo(args.folder)
     recording = open_recording(places.recording)
-    with FrameReader(recording, read_ahead=0) as reader:
-        frames = range(reader.frame_count)
+    frames = range(frame_count(recording))
     say(f"Tracking {len(frames)} frames with preset {args.preset}.")
     output = UnfinishedOutput(places.recording, places.run)
     with writing(places.run), output.telling():

@@ -4,24 +4,12 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
-from pathlib import Path
 
-from stereotrack_core.cli.arguments import (
-    FRAMES,
-    JSON,
-    RECORDING,
-    VIEWS,
-    Part,
-    check_output,
-    check_suffix,
-    flag,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, progress, put_facts, put_result, say, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.table import write_table
-from stereotrack_core.locks import writing
 from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.installation import (
@@ -37,37 +25,29 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import frame_count
 from stereotrack_core.recording.selection import frames_within, views_of
 from stereotrack_core.tables import Table
 
-DESCRIPTION = (
-    "Detect keypoints of the person in all pictures with the pretrained detector (`stereotrack "
-    "detector install`), or with a pose model of yours (ONNX): RTMPose and other SimCC models, or "
-    "models with heat maps. The keypoints are used with `stereotrack track --keypoints`, or "
-    "imported with `stereotrack import predictions`."
-)
 
-OPTIONS = (
-    RECORDING,
-    option(
-        "--model FILE", "pose model of one person, .onnx (default: the installed one)", type=Path
-    ),
-    option("-o --output FILE", "table of keypoints to write (.csv)", type=Path, required=True),
-    option(
+@options.command(
+    options.RECORDING,
+    options.path("--model FILE", "pose model of one person, .onnx (default: the installed one)"),
+    options.output("FILE", "table of keypoints to write (.csv)", ".csv"),
+    options.option(
         "--layout",
         "order of the points of your model (default: by their number)",
         choices=tuple(LAYOUTS),
     ),
-    FRAMES,
-    VIEWS,
-    JSON,
+    options.FRAMES,
+    options.VIEWS,
 )
-
-
 def run(args: Namespace) -> int:
-    """Detect and write."""
-    check_suffix(args.output, ".csv")
+    """Detect keypoints of the person in all pictures with the pretrained detector
+    (`stereotrack detector install`), or with a pose model of yours (ONNX): RTMPose and other
+    SimCC models, or models with heat maps. The keypoints are used with `stereotrack track
+    --keypoints`, or imported with `stereotrack import predictions`.
+    """
     if args.model is None and args.layout is not None:
         raise InputError(
             "the installed detector's points have names",
@@ -75,31 +55,8 @@ def run(args: Namespace) -> int:
             remedy="Omit it, or give --model.",
         )
     recording = open_recording(args.recording)
-    check_output(args.output, recording)
-    with writing(args.output):
-        return _detect(args, recording)
-
-
-def detected_in_views(
-    recording: Recording, asked: str | None, views: Sequence[str] | None
-) -> Keypoints:
-    """Keypoints by the installed detector, with progress.
-
-    Parameters
-    ----------
-    asked : str, optional
-        Frames as the command line states them.
-    """
-    with FrameReader(recording, views=views, read_ahead=0) as reader:
-        frames = frames_within(asked, reader.frame_count)
-    with progress("Detecting", len(frames)) as show:
-        return detect_keypoints(recording, required_detector(), frames, views=views, on_frame=show)
-
-
-def _detect(args: Namespace, recording: Recording) -> int:
     views = views_of(recording, args.views)
-    with FrameReader(recording, views=views, read_ahead=0) as reader:
-        frames = frames_within(args.frames, reader.frame_count)
+    frames = frames_within(args.frames, frame_count(recording, views))
     model = required_detector() if args.model is None else PoseModel(args.model)
     with progress("Detecting", len(frames)) as show, stoppable() as stopped:
         keypoints = detect_keypoints(
@@ -123,8 +80,36 @@ def _detect(args: Namespace, recording: Recording) -> int:
     return FAILED if ended else OK
 
 
-def _installed(args: Namespace) -> int:
-    """Say what is installed, perhaps after installing it."""
+def detected_in_views(
+    recording: Recording, asked: str | None, views: Sequence[str] | None
+) -> Keypoints:
+    """Keypoints by the installed detector, with progress.
+
+    Parameters
+    ----------
+    asked : str, optional
+        Frames as the command line states them.
+    """
+    frames = frames_within(asked, frame_count(recording, views))
+    with progress("Detecting", len(frames)) as show:
+        return detect_keypoints(recording, required_detector(), frames, views=views, on_frame=show)
+
+
+@options.command(
+    options.option(
+        "action install", "fetch, check and keep the files", choices=("install",), nargs="?"
+    ),
+    options.path("source FILE|FOLDER", "wheel or folder to take them from", nargs="?"),
+    options.flag(
+        "--if-missing", "do nothing if it is installed, and go on without it if it cannot be"
+    ),
+)
+def detector(args: Namespace) -> int:
+    """Say whether the pretrained pose detector is installed, or install it: two files of BlazePose
+    of MediaPipe (Apache-2.0). `install` downloads the wheel with pip, takes the files out, checks
+    them and keeps them in your data folder; `install FILE` takes them from a wheel, or a folder,
+    that you have.
+    """
     state = installation()
     if args.action == "install":
         if args.if_missing:
@@ -146,25 +131,6 @@ def _installed(args: Namespace) -> int:
     if what:
         say(f"{what[0].upper()}{what[1:]}. {remedy}")
     return OK
-
-
-DETECTOR = Part(
-    (
-        "Say whether the pretrained pose detector is installed, or install it: two files of "
-        f"{SOURCE} ({LICENCE}). `install` downloads the wheel with pip, takes the files out, "
-        "checks them and keeps them in your data folder; `install FILE` takes them from a wheel, "
-        "or a folder, that you have."
-    ),
-    (
-        option(
-            "action install", "fetch, check and keep the files", choices=("install",), nargs="?"
-        ),
-        option("source FILE|FOLDER", "wheel or folder to take them from", type=Path, nargs="?"),
-        flag("--if-missing", "do nothing if it is installed, and go on without it if it cannot be"),
-        JSON,
-    ),
-    _installed,
-)
 
 
 def _install_or_say() -> None:

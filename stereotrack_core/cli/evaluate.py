@@ -9,19 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import (
-    FPS,
-    FRAMES,
-    JSON,
-    OF_RUN,
-    REFERENCE,
-    SEGMENTS,
-    STATED,
-    Part,
-    changes,
-    flag,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.evaluations import (
     Measured,
     Told,
@@ -29,7 +17,7 @@ from stereotrack_core.cli.evaluations import (
     angles_told,
     failures_told,
 )
-from stereotrack_core.cli.output import OK, put, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
@@ -51,40 +39,33 @@ from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import error_table, segment_table
-from stereotrack_core.tables import Table
 from stereotrack_core.tracking.run_checks import HEADING, heading_words
 
-DESCRIPTION = (
-    "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "
-    "forearms against the reference, and the share of arm segments more than 45 degrees off. "
-    "Frames missing in the run count 90 degrees and 500 mm. Frames missing in the reference "
-    "are not scored. With --angles, --failures or --against these are printed instead, and need "
-    "no reference."
-)
 
-OPTIONS = (
-    option("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)", type=Path),
-    REFERENCE,
-    OF_RUN,
-    *STATED,
-    FPS,
-    FRAMES,
-    SEGMENTS,
-    flag("--angles", "joint angles: ranges, errors"),
-    flag("--failures", "stretches in which limbs fail, with their probable causes"),
-    changes("change how failures are detected, for example episode_error=30"),
-    option(
+@options.command(
+    options.path("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)"),
+    options.REFERENCE,
+    options.OF_RUN,
+    *options.STATED,
+    options.FPS,
+    options.FRAMES,
+    options.SEGMENTS,
+    options.flag("--angles", "joint angles: ranges, errors"),
+    options.flag("--failures", "stretches in which limbs fail, with their probable causes"),
+    options.changes("change how failures are detected, for example episode_error=30"),
+    options.path(
         "--against RUN",
         "compare with another run or landmarks, frame by frame: how much better one is, and "
         "whether the difference is significant",
-        type=Path,
     ),
-    JSON,
 )
-
-
 def run(args: Namespace) -> int:
-    """Measure and print."""
+    """Print mean, median and 95th percentile of torso position, torso axes, upper arms and
+    forearms against the reference, and the share of arm segments more than 45 degrees off.
+    Frames missing in the run count 90 degrees and 500 mm. Frames missing in the reference
+    are not scored. With --angles, --failures or --against these are printed instead, and
+    need no reference.
+    """
     wanted = args.angles or args.failures or args.against is not None
     if args.changes and not args.failures:
         raise InputError(
@@ -101,28 +82,18 @@ def run(args: Namespace) -> int:
     if args.against is not None:
         told["against"] = against_told(args, measured)
     source = None if measured.truth is None else measured.truth.source
-    if args.json:
-        facts: dict[str, Any] = {"run": args.run_file, "reference": source}
-        for name, (one, _) in told.items():
-            facts |= {name: one} if name else one
-        put_json(facts)
-        return OK
-    put_told([tables for _, tables in told.values()], source, states_it=wanted)
+    facts: dict[str, Any] = {"run": args.run_file, "reference": source}
+    for name, (one, _) in told.items():
+        facts |= {name: one} if name else one
+    words = _words(source) if wanted else None
+    tables = (table for _, own in told.values() for table in own)
+    put_result(facts, words, *tables, as_json=args.json)
     return OK
 
 
-def put_told(
-    results: Sequence[Sequence[Table | str]], source: Path | None, *, states_it: bool = True
-) -> None:
-    """Print what results refer to, and their tables and sentences."""
-    if states_it:
-        put(f"Reference: {source}\n" if source is not None else "No reference.\n")
-    for tables in results:
-        for table in tables:
-            if isinstance(table, str):
-                put(f"{table}\n")
-            else:
-                put_table(table)
+def _words(source: Path | None) -> str:
+    """Name the reference of results."""
+    return "No reference." if source is None else f"Reference: {source}"
 
 
 def measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
@@ -159,7 +130,10 @@ def _errors_told(args: Namespace, measured: Measured, truth: Truth) -> Told:
     _warn_about_frames(trajectory, accuracy.errors, args.frames)
     if heading := heading_words(meta.get(HEADING)):
         say(f"{measured.path}: {heading.what}. {heading.remedy}")
-    speed = _frames_per_second(trajectory, meta)
+    seconds = meta.get("wall_seconds")
+    speed = None
+    if isinstance(seconds, int | float) and seconds > 0:
+        speed = len(trajectory.frame) / float(seconds)
     facts = {"frames_per_second": speed} | accuracy_facts(accuracy)
     title = f"{measured.path} against {truth.source}"
     tables: list[Any] = [error_table(accuracy, title, speed)]
@@ -183,15 +157,22 @@ def _warn_about_frames(
         )
 
 
-def _frames_per_second(trajectory: LandmarkTrajectory, meta: dict[str, Any]) -> float | None:
-    seconds = meta.get("wall_seconds")
-    if not isinstance(seconds, int | float) or not seconds > 0:
-        return None
-    return len(trajectory.frame) / float(seconds)
-
-
-def _compare(args: Namespace) -> int:
-    """Compare and print."""
+@options.command(
+    options.path(
+        "run_files RUN",
+        "two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are compared "
+        "with the first",
+        nargs="+",
+    ),
+    options.REFERENCE,
+    *options.STATED,
+    options.FRAMES,
+    options.SEGMENTS,
+)
+def compare(args: Namespace) -> int:
+    """Compare runs over the frames they share: all measures of `evaluate` where there is a
+    reference, otherwise the distance between the runs. Differences are paired by frame.
+    """
     first, *others = args.run_files
     if not others:
         raise InputError("there is one run only", remedy="Give two runs or more.")
@@ -202,32 +183,8 @@ def _compare(args: Namespace) -> int:
         measured = measured_of(asked, needs_truth=False)
         source = None if measured.truth is None else measured.truth.source
         found.append((other, against_told(asked, measured)))
-    if args.json:
-        pairs = [{**facts, "run": other} for other, (facts, _) in found]
-        put_json({"run": first, "reference": source, "pairs": pairs})
-    else:
-        put_told([tables for _, (_, tables) in found], source)
+    facts: dict[str, Any] = {"run": first, "reference": source}
+    facts["pairs"] = [{**one, "run": other} for other, (one, _) in found]
+    tables = (table for _, (_, own) in found for table in own)
+    put_result(facts, _words(source), *tables, as_json=args.json)
     return OK
-
-
-COMPARE = Part(
-    (
-        "Compare runs over the frames they share: all measures of `evaluate` where there is a "
-        "reference, otherwise the distance between the runs. Differences are paired by frame."
-    ),
-    (
-        option(
-            "run_files RUN",
-            "two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are "
-            "compared with the first",
-            type=Path,
-            nargs="+",
-        ),
-        REFERENCE,
-        *STATED,
-        FRAMES,
-        SEGMENTS,
-        JSON,
-    ),
-    _compare,
-)

@@ -3,18 +3,9 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from pathlib import Path
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.cli.arguments import (
-    AXES,
-    FPS,
-    JSON,
-    NAMES,
-    check_output,
-    check_suffix,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     angles_in,
@@ -50,56 +41,48 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.tables import Table
 
-DESCRIPTION = (
-    "Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc, c3d, bvh) "
-    "or joint angles (angles). Each format stores what it can; only a project "
-    "file keeps who clicked what and when. Units and axes: csv m, x east, y north, z up (the "
-    "recording's world); trc m, x north, y up, z east; c3d mm, x east, y north, z up; bvh cm, x "
-    "west, y up, z north; angles degrees; clicks are pixels of "
-    "the raw image, the centre of the first one (0, 0). Frames count from 0."
-)
 
-OPTIONS = (
-    option(
-        "source RUN|PROJECT",
-        "run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)",
-        type=Path,
+@options.command(
+    options.path(
+        "source RUN|PROJECT", "run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)"
     ),
-    option(
+    options.option(
         "--format",
-        "clicks of a project: csv, coco, slp, dlc (.csv, a file for each camera); trajectories: "
-        "csv, trc, c3d, bvh, angles (joint angles of every frame, .csv), and npz, which keeps the "
-        "uncertainty of a project's reference. Without this option the file's name decides, and "
-        ".csv is csv",
+        "clicks of a project: csv, coco, slp, dlc (.csv, a file for each camera); "
+        "trajectories: csv, trc, c3d, bvh, angles (joint angles of every frame, .csv), and "
+        "npz, which keeps the uncertainty of a project's reference. Without this option the "
+        "file's name decides, and .csv is csv",
         choices=tuple(one.name for one in FORMATS),
     ),
-    option("-o --output FILE", "file to write", type=Path, required=True),
-    option(
+    options.output("FILE", "file to write"),
+    options.option(
         "--reference NAME",
-        "for a project: export its reference instead of its clicks; without a name, the "
-        "active reference",
+        "for a project: export its reference instead of its clicks; without a name, the active "
+        "reference",
         nargs="?",
         const="",
     ),
-    option(
+    options.option(
         "--predictions DETECTOR",
         "for a project: export the keypoints that a detector has predicted (csv, or coco for a "
         "results file) instead of its clicks; without a name, those of all",
         nargs="?",
         const="",
     ),
-    FPS,
-    NAMES,
-    AXES,
-    JSON,
+    options.FPS,
+    options.NAMES,
+    options.AXES,
 )
-
-
 def run(args: Namespace) -> int:
-    """Read and write."""
+    """Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc,
+    c3d, bvh) or joint angles (angles). Each format stores what it can; only a project file
+    keeps who clicked what and when. Units and axes: csv m, x east, y north, z up (the
+    recording's world); trc m, x north, y up, z east; c3d mm, x east, y north, z up; bvh cm,
+    x west, y up, z north; angles degrees; clicks are pixels of the raw image, the centre of
+    the first one (0, 0). Frames count from 0.
+    """
     form = format_named(args.format) if args.format else format_of_file(args.output)
-    check_suffix(args.output, *form.suffixes)
-    check_output(args.output)
+    options.check_suffix(args.output, *form.suffixes)
     written = (_project if args.source.suffix.lower() == SUFFIX else _trajectory)(args, form)
     for note in written.notes:
         say(note)
@@ -116,7 +99,7 @@ def _project(args: Namespace, form: ExportFormat) -> Exported:
         if args.reference is not None or "clicks" not in form.kinds:
             return _project_reference(args, project, form)
         recording = recording_of(project)
-        check_output(args.output, recording)
+        options.check_output(args.output, recording.folder)
         landmarks = project.landmark_set()
         return export_clicks(args.output, project.clicks.all(), recording, landmarks, form)
 
@@ -124,7 +107,7 @@ def _project(args: Namespace, form: ExportFormat) -> Exported:
 def _project_keypoints(args: Namespace, project: Project, form: ExportFormat) -> Exported:
     check_kind(form, "keypoints")
     recording = recording_of(project)
-    check_output(args.output, recording)
+    options.check_output(args.output, recording.folder)
     known = project.keypoints.sources()
     if not known or (args.predictions and args.predictions not in known):
         raise InputError(

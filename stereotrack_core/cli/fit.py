@@ -18,7 +18,7 @@ from stereotrack_core.annotation.doubts import (
     what_disagrees,
     what_to_do,
 )
-from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
+from stereotrack_core.annotation.fit.fit import FitRequest, clicks_in, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
@@ -35,31 +35,20 @@ from stereotrack_core.annotation.personal_subject import (
 from stereotrack_core.annotation.reference import origin_of, reference_of_fit
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions, proportions_of
-from stereotrack_core.cli.arguments import (
-    FRAMES,
-    JSON,
-    RECORDING,
-    VIEWS,
-    changes,
-    check_output,
-    check_suffix,
-    flag,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, progress, put_json, put_table, say, stoppable
 from stereotrack_core.cli.sources import clicks_in_file
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.locks import writing
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.project.exporting.formats import format_of_file
 from stereotrack_core.project.exporting.runs import export_reference
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import frame_count
 from stereotrack_core.recording.selection import (
     check_calibrated,
     frames_within,
@@ -79,7 +68,6 @@ def personalise(
     sigma: Mapping[str, float] | float,
 ) -> int:
     """Estimate, print, and write the subject file."""
-    check_suffix(args.output, ".toml")
     by_frame = clicks_by_frame(recording, clicks, sigma, args.views)
     if not by_frame:
         raise InputError(
@@ -105,7 +93,8 @@ def _run(path: Path | None, recording: Recording, lengths: Proportions, end: int
 
 def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
     if args.json:
-        found, (degrees, spread) = one.found, one.lean
+        found, torso = one.found, proportions_of(one.subject).torso_length
+        degrees, spread = found.lean(torso)
         put_json(
             {
                 "subject": args.output,
@@ -125,78 +114,59 @@ def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
     say(f"Written to {args.output}. Name it as subject in recording.toml to use it.")
 
 
-DESCRIPTION = (
-    "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
-    "using the recording's depth where available, and write the trajectory as a reference. "
-    "Outliers among the clicks are detected and listed. Frames between clicked ones are "
-    "interpolated."
-)
-
-OPTIONS = (
-    RECORDING,
-    flag(
-        "--personalise",
-        "write a subject file instead: where the person's joints lie in the tracked body, from "
-        "a few clicked frames",
-    ),
-    option(
-        "--run RUN.npz",
-        "with --personalise: a run of this recording (default: the recording is tracked up to "
-        "the last clicked frame)",
-        type=Path,
-        dest="tracked",
-    ),
-    option(
-        "--clicks CSV|PROJECT",
-        "clicks: frame,view,landmark,x,y,visibility; or a project",
-        type=Path,
-        required=True,
-    ),
-    option(
-        "-o --output REFERENCE",
-        "output file: .csv (as reference.csv) or .npz (with covariances); with --personalise a "
-        "subject file (.toml)",
-        type=Path,
-        required=True,
-    ),
-    FRAMES,
-    VIEWS,
-    option(
-        "--sigma PX",
-        "standard deviation of a click on a visible landmark, per axis (default: 3, or what "
-        "the project has measured)",
-        type=float,
-    ),
-    changes("change one parameter of the fit"),
-    JSON,
-)
-
-
 _LISTED = 20
 """Probable outliers that are listed one by one."""
 
 
+@options.command(
+    options.RECORDING,
+    options.flag(
+        "--personalise",
+        "write a subject file instead: where the person's joints lie in the tracked body, from "
+        "a few clicked frames",
+    ),
+    options.path(
+        "--run RUN.npz",
+        "with --personalise: a run of this recording (default: the recording is tracked up to "
+        "the last clicked frame)",
+        dest="tracked",
+    ),
+    options.path(
+        "--clicks CSV|PROJECT",
+        "clicks: frame,view,landmark,x,y,visibility; or a project",
+        required=True,
+    ),
+    options.output(
+        "REFERENCE",
+        "output file: .csv (as reference.csv) or .npz (with covariances); with --personalise a "
+        "subject file (.toml)",
+        *(".csv", ".npz", ".toml"),
+    ),
+    options.FRAMES,
+    options.VIEWS,
+    options.option(
+        "--sigma PX",
+        "standard deviation of a click on a visible landmark, per axis (default: 3, or what "
+        "the project has measured)",
+        type=options.positive,
+    ),
+    options.changes("change one parameter of the fit"),
+)
 def run(args: Namespace) -> int:
-    """Read the clicks, fit, write."""
-    if args.personalise:
-        check_suffix(args.output, ".toml")
-    else:
-        check_suffix(args.output, ".csv", ".npz")
+    """Fit the body to clicked landmarks with a forward and a backward pass over the frames,
+    using the recording's depth where available, and write the trajectory as a reference.
+    Outliers among the clicks are detected and listed. Frames between clicked ones are
+    interpolated.
+    """
+    options.check_suffix(args.output, *((".toml",) if args.personalise else (".csv", ".npz")))
     recording = open_recording(args.recording)
     check_calibrated(recording)
-    check_output(args.output, recording)
-    with writing(args.output):
-        return _fit(args, recording)
-
-
-def _fit(args: Namespace, recording: Recording) -> int:
-    settings, stated = _settings(args), _sigma(args.sigma)
+    settings = FitSettings().replaced(**parsed_settings(args.changes))
     views = views_of(recording, args.views)
-    with FrameReader(recording, views=views, read_ahead=0) as reader:
-        count = reader.frame_count
+    count = frame_count(recording, views)
     frames = frames_within(args.frames, count)
     clicks, usual = clicks_in_file(args.clicks, recording, count)
-    sigma = usual if stated is None else stated
+    sigma = args.sigma or usual
     if args.personalise:
         if recording.subject is None:
             lengths = clicked_lengths(recording, clicks, args.views)
@@ -207,11 +177,7 @@ def _fit(args: Namespace, recording: Recording) -> int:
         fit = fit_reference(
             recording,
             clicks,
-            frames=frames,
-            views=views,
-            settings=settings,
-            sigma=sigma,
-            source=str(args.clicks),
+            FitRequest(frames, views, settings, sigma=sigma, source=str(args.clicks)),
             on_frame=lambda frame: show(frame - frames.start + 1),
             cancelled=stopped,
         )
@@ -239,20 +205,6 @@ def _tell(
     else:
         put_table(_table(facts, f"{recording.name} in {args.output}"))
         _say_outliers(fit, outliers, doubtful)
-
-
-def _settings(args: Namespace) -> FitSettings:
-    return FitSettings().replaced(**parsed_settings(args.changes))
-
-
-def _sigma(given: float | None) -> float | None:
-    if given is not None and not (np.isfinite(given) and given > 0.0):
-        raise InputError(
-            f"{given:g} px is not a standard deviation",
-            where="--sigma",
-            remedy="Give a number above 0.",
-        )
-    return given
 
 
 def _facts(

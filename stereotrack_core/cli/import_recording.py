@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import JSON, flag, option
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_result, say, watched
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.interop.calibrations.deciding import CONVENTIONS
@@ -22,7 +22,6 @@ from stereotrack_core.recording.importing.choices import (
     doubts_about,
     problems_of,
 )
-from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import (
     calibration_notes,
     cameras_for,
@@ -30,6 +29,7 @@ from stereotrack_core.recording.importing.making import (
     make_recording,
 )
 from stereotrack_core.recording.importing.proposing import Views, possible_units, propose, viewed
+from stereotrack_core.recording.importing.readers import with_one_white
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.importing.synchronise import (
     METHODS,
@@ -39,56 +39,85 @@ from stereotrack_core.recording.importing.synchronise import (
 )
 from stereotrack_core.tables import Table
 
-DESCRIPTION = (
-    "Make a recording folder from videos, side-by-side stereo videos, folders of images or folders "
-    "of depth maps. What they show is proposed from their names and sizes: left and right, cam0 "
-    "and cam1, an image twice as wide as usual. Files that lie in the new folder already stay "
-    "where they are; others are copied. Nothing is overwritten."
-)
 
-OPTIONS = (
-    option(
-        "sources VIDEOS|FOLDER|BAG", "videos, images, a folder that holds them, or a ROS bag "
-        "(.bag, .mcap, or the folder of a bag of ROS 2)", type=Path, nargs="+"
+@options.command(
+    options.path(
+        "sources VIDEOS|FOLDER|BAG",
+        "videos, images, a folder that holds them, or a ROS bag (.bag, .mcap, or the folder of "
+        "a bag of ROS 2)",
+        nargs="+",
     ),
-    option(
+    options.path(
         "-o --output DIR",
         "the new recording folder, or the folder of the videos itself (default: that folder)",
+    ),
+    options.option("--title NAME", "name of the recording (default: that of the folder)"),
+    options.several(
+        "--fps [SOURCE=]N",
+        "frames per second, if the files do not state them or state them wrongly: of the "
+        "recording, or of a source; may be given several times",
+    ),
+    options.several(
+        "--calibration FILE",
+        "calibration of the cameras: a calibration.toml, or of another tool as in `stereotrack "
+        "calibrate import`; several files that belong together, each with --calibration "
+        "(default: they are guessed)",
         type=Path,
     ),
-    option("--title NAME", "name of the recording (default: that of the folder)"),
-    option("--fps [SOURCE=]N", "frames per second, if the files do not state them or state them "
-           "wrongly: of the recording, or of a source; may be given several times",
-           action="append", default=[]),
-    option("--calibration FILE", "calibration of the cameras: a calibration.toml, or of another "
-           "tool as in `stereotrack calibrate import`; several files that belong together, each "
-           "with --calibration (default: they are guessed)",
-           type=Path, action="append", default=[]),
-    option("--units UNIT", "unit of the lengths in a calibration of another tool that does not "
-           "state it: m, cm, mm or in", choices=tuple(METRES_PER_UNIT)),
-    option("--convention NAME", "how a calibration of another tool maps, where it is open: "
-           + ", ".join(CONVENTIONS), choices=tuple(CONVENTIONS)),
-    option("--camera OURS=THEIRS", "name of a camera in the calibration, where it differs; may be "
-           "given several times", action="append", default=[], dest="cameras"),
-    option("--view NAME=SOURCE[,SOURCE]", "sources of a view: one camera, left,right of a stereo "
-           "camera, or image,depth; may be given several times. Sources that are named nowhere "
-           "are not used then", action="append", default=[], dest="views"),
-    option("--mirrored SOURCE", "turn back the mirror images of a source, such as a Kinect v1's; "
-           "may be given several times", action="append", default=[]),
-    option("--unit METRES", "metres per count of depth maps (default: by the depth of the scene)",
-           type=float, dest="unit"),
-    option("--synchronise METHOD", "find the frames of the same instant: start (times stated by "
-           "the files or a timestamps.csv), flash, clap, or motion (default: frame 0 of all)",
-           choices=tuple(METHODS), dest="method"),
-    option("--first SOURCE=FRAME", "own frame of a source at the common instant, with fractions if "
-           "need be; may be given several times", action="append", default=[], dest="firsts"),
-    flag("--dry-run", "only print what would be made"),
-    JSON,
-)  # fmt: skip
-
-
+    options.option(
+        "--units UNIT",
+        "unit of the lengths in a calibration of another tool that does not state it: m, cm, "
+        "mm or in",
+        choices=tuple(METRES_PER_UNIT),
+    ),
+    options.option(
+        "--convention NAME",
+        "how a calibration of another tool maps, where it is open: " + ", ".join(CONVENTIONS),
+        choices=tuple(CONVENTIONS),
+    ),
+    options.several(
+        "--camera OURS=THEIRS",
+        "name of a camera in the calibration, where it differs; may be given several times",
+        dest="cameras",
+    ),
+    options.several(
+        "--view NAME=SOURCE[,SOURCE]",
+        "sources of a view: one camera, left,right of a stereo camera, or image,depth; may be "
+        "given several times. Sources that are named nowhere are not used then",
+        dest="views",
+    ),
+    options.several(
+        "--mirrored SOURCE",
+        "turn back the mirror images of a source, such as a Kinect v1's; may be given several "
+        "times",
+    ),
+    options.option(
+        "--unit METRES",
+        "metres per count of depth maps (default: by the depth of the scene)",
+        type=float,
+        dest="unit",
+    ),
+    options.option(
+        "--synchronise METHOD",
+        "find the frames of the same instant: start (times stated by the files or a "
+        "timestamps.csv), flash, clap, or motion (default: frame 0 of all)",
+        choices=tuple(METHODS),
+        dest="method",
+    ),
+    options.several(
+        "--first SOURCE=FRAME",
+        "own frame of a source at the common instant, with fractions if need be; may be given "
+        "several times",
+        dest="firsts",
+    ),
+    options.flag("--dry-run", "only print what would be made"),
+)
 def run(args: Namespace) -> int:
-    """Look, decide, make."""
+    """Make a recording folder from videos, side-by-side stereo videos, folders of images or
+    folders of depth maps. What they show is proposed from their names and sizes: left and
+    right, cam0 and cam1, an image twice as wide as usual. Files that lie in the new folder
+    already stay where they are; others are copied. Nothing is overwritten.
+    """
     found = look_at(args.sources)
     for problem in found.problems:
         say(f"not used: {problem}")

@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import JSON, RECORDING, SETTINGS, flag
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, WRONG_INPUT, put, put_json, put_table, say
 from stereotrack_core.counting import counted
 from stereotrack_core.depth.parameters import DepthParameters
@@ -25,26 +25,21 @@ from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tables import Table
 from stereotrack_core.tracking.presets import preset
 
-DESCRIPTION = (
-    "Print what a recording contains and all problems found in it, with file, key and remedy. "
-    "The exit status is 2 if the recording has errors."
-)
 
-OPTIONS = (
-    RECORDING,
-    flag("--deep", "also check images, stereo pairs, clocks and depths; takes longer"),
-    flag(
+@options.command(
+    options.RECORDING,
+    options.flag("--deep", "also check images, stereo pairs, clocks and depths; takes longer"),
+    options.flag(
         "--correct",
         "with --deep: correct in the recording's files what has one mechanical cause; the file "
         "before is kept beside, and nothing is changed where the problem would remain",
     ),
-    *SETTINGS,
-    JSON,
+    *options.SETTINGS,
 )
-
-
 def run(args: Namespace) -> int:
-    """Print contents and findings; errors among the findings make the status 2."""
+    """Print what a recording contains and all problems found in it, with file, key and
+    remedy. The exit status is 2 if the recording has errors.
+    """
     folder: Path = args.recording
     if not folder.is_dir():
         raise InputError(

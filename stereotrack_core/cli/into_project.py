@@ -5,23 +5,10 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from stereotrack_core.annotation.landmark_set import read_landmark_set
-from stereotrack_core.cli.arguments import (
-    AXES,
-    JSON,
-    LAYOUT,
-    NAMES,
-    PERSON,
-    RECORDING,
-    Part,
-    check_output,
-    check_suffix,
-    flag,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_facts, say
 from stereotrack_core.cli.sources import (
     named_reference,
@@ -44,15 +31,29 @@ from stereotrack_core.project.schema import LANDMARK_SET
 from stereotrack_core.project.whereabouts import SUFFIX, project_path_for
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import layout_named
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import frame_count
 
 
-def _create(args: Namespace) -> int:
-    """Make the project; one that is there is left alone."""
+@options.command(
+    options.RECORDING,
+    options.path(
+        "-o --output PROJECT",
+        f"file to write ({SUFFIX}); by default beside the recording folder, with its name and, "
+        "where there is one already, a number",
+    ),
+    options.option("--annotator NAME", "whose clicks and edits they are"),
+    options.path(
+        "--landmarks FILE", "set of landmarks (.toml) that is clicked; by default the nine"
+    ),
+)
+def create(args: Namespace) -> int:
+    """Make a project of a recording: the file that keeps clicks, references and runs. Labels
+    come in with `stereotrack import labels`, and `stereotrack open` shows it.
+    """
     recording = open_recording(args.recording)
     path = args.output or project_path_for(recording.folder)
-    check_suffix(path, SUFFIX)
-    check_output(path, recording)
+    options.check_suffix(path, SUFFIX)
+    options.check_output(path, recording.folder)
     if path.exists():
         raise InputError(
             "there is such a file already",
@@ -70,36 +71,33 @@ def _create(args: Namespace) -> int:
     return OK
 
 
-CREATE = Part(
-    (
-        "Make a project of a recording: the file that keeps clicks, references and runs. Labels "
-        "come in with `stereotrack import labels`, and `stereotrack open` shows it."
-    ),
-    (
-        RECORDING,
-        option(
-            "-o --output PROJECT",
-            f"file to write ({SUFFIX}); by default beside the recording folder, with its name and, "
-            "where there is one already, a number",
-            type=Path,
-        ),
-        option("--annotator NAME", "whose clicks and edits they are"),
-        option(
-            "--landmarks FILE",
-            "set of landmarks (.toml) that is clicked; by default the nine",
-            type=Path,
-        ),
-        JSON,
-    ),
-    _create,
-)
-
-
 _SHOWN = 20
 
 
-def _labels_into(args: Namespace) -> int:
-    """Read, compare and take in."""
+@options.command(
+    options.path(
+        "file FILE",
+        "clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels (.slp), "
+        "another project of the recording (.stereotrack); or a trajectory (.csv with x, y and "
+        "z, .trc, .c3d, .npz), which becomes a reference of the project",
+    ),
+    options.path("--into PROJECT", "project (.stereotrack)", required=True),
+    options.option("--camera NAME", "camera or view of the labels (DeepLabCut, COCO)"),
+    options.NAMES,
+    options.AXES,
+    options.option(
+        "--conflicts",
+        "which clicks to keep where the file contradicts the project: mine (the project's) or "
+        "theirs (the file's); without this option, nothing is imported if there are conflicts",
+        choices=("mine", "theirs"),
+    ),
+    options.flag("--skip-problems", "skip lines that cannot be read and import the rest"),
+)
+def import_labels(args: Namespace) -> int:
+    """Import labels made with another tool. Landmarks are matched by name; those without a
+    match are reported and skipped. Conflicts with the project, including clicks deleted
+    there, are never resolved without a decision. One undo reverts the whole import.
+    """
     stated = stated_in(args)
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
@@ -108,37 +106,6 @@ def _labels_into(args: Namespace) -> int:
         facts = (_reference if trajectory else _clicks)(args, project, stated)
     put_facts(facts, f"{args.file} into {args.into}", as_json=args.json)
     return OK
-
-
-LABELS = Part(
-    (
-        "Import labels made with another tool. Landmarks are matched by name; those without a "
-        "match are reported and skipped. Conflicts with the project, including clicks deleted "
-        "there, are never resolved without a decision. One undo reverts the whole import."
-    ),
-    (
-        option(
-            "file FILE",
-            "clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels (.slp), "
-            "another project of the recording (.stereotrack); or a trajectory (.csv with x, y and "
-            "z, .trc, .c3d, .npz), which becomes a reference of the project",
-            type=Path,
-        ),
-        option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
-        option("--camera NAME", "camera or view of the labels (DeepLabCut, COCO)"),
-        NAMES,
-        AXES,
-        option(
-            "--conflicts",
-            "which clicks to keep where the file contradicts the project: mine (the project's) or "
-            "theirs (the file's); without this option, nothing is imported if there are conflicts",
-            choices=("mine", "theirs"),
-        ),
-        flag("--skip-problems", "skip lines that cannot be read and import the rest"),
-        JSON,
-    ),
-    _labels_into,
-)
 
 
 def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
@@ -181,11 +148,9 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
 def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labels:
     """What a file of another tool holds; InputError where it has problems that are not allowed."""
     recording = recording_of(project)
-    with FrameReader(recording, read_ahead=0) as reader:
-        frames = reader.frame_count
     landmarks = project.landmark_set().names
     source = LabelSource(args.file, recording, landmarks, args.camera, names)
-    labels = read_labels(source, frames)
+    labels = read_labels(source, frame_count(recording))
     _say_problems(labels, skip=args.skip_problems)
     return labels
 
@@ -234,8 +199,41 @@ def _say_problems(labels: Labels, *, skip: bool) -> None:
         )
 
 
-def _predictions_into(args: Namespace) -> int:
-    """Read, choose the person, and keep."""
+@options.command(
+    options.path(
+        "file FILE",
+        "a folder of OpenPose (of JSON files, or of one folder for each camera), COCO results "
+        "or annotations (.json), MMPose or RTMPose (.json), FreeMoCap and MediaPipe (.npy, "
+        ".csv, .json), DeepLabCut (.csv, .h5), SLEAP predictions (.slp, analysis .h5), or a "
+        "table (.csv) of frame, view, keypoint, x, y, confidence",
+    ),
+    options.path("--into PROJECT", "project (.stereotrack)", required=True),
+    options.option(
+        "--camera NAME", "camera or view of the keypoints, if the file does not state it"
+    ),
+    options.LAYOUT,
+    options.PERSON,
+    options.several(
+        "--name THEIRS=OURS",
+        "keypoint here for a keypoint name in the file; may be given several times",
+        dest="names",
+    ),
+    options.option(
+        "--detector NAME",
+        "name of the detector (default: name of the file); files of single cameras need the same",
+    ),
+    options.flag(
+        "--propose",
+        "also propose them as clicks: in the workspace Annotate they are shown as predictions, "
+        "which can be accepted",
+    ),
+    options.flag("--all-people", "keep all people instead of one"),
+)
+def import_predictions(args: Namespace) -> int:
+    """Import keypoints that a 2-D detector has predicted. They are kept in a table of their
+    own and never become clicks; importing a detector again replaces its keypoints of the
+    same cameras. What is left out is counted and reported.
+    """
     names = stated_names(args.names, "--name")
     layout = None if args.layout is None else layout_named(args.layout)
     if args.all_people and args.person is not None:
@@ -244,13 +242,11 @@ def _predictions_into(args: Namespace) -> int:
         )
     with open_project(args.into, read_only=False) as project:
         recording = recording_of(project)
-        with FrameReader(recording, read_ahead=0) as reader:
-            frames = reader.frame_count
         source = KeypointSource(
             args.file, recording, args.camera, layout, names, args.detector or ""
         )
         found = plan_import(
-            project, (source,), frames,
+            project, (source,), frame_count(recording),
             all_people=args.all_people, person=args.person, propose=args.propose,
         )  # fmt: skip
         project.keypoints.put(found.after)
@@ -262,46 +258,3 @@ def _predictions_into(args: Namespace) -> int:
     told = facts if args.json else {**facts, "left_out": found.left_out_words()}
     put_facts(told, f"{args.file} into {args.into}", as_json=args.json, **more)
     return OK
-
-
-PREDICTIONS = Part(
-    (
-        "Import keypoints that a 2-D detector has predicted. They are kept in a table of their own "
-        "and never become clicks; importing a detector again replaces its keypoints of the same "
-        "cameras. What is left out is counted and reported."
-    ),
-    (
-        option(
-            "file FILE",
-            "a folder of OpenPose (of JSON files, or of one folder for each camera), COCO results "
-            "or annotations (.json), MMPose or RTMPose (.json), FreeMoCap and MediaPipe (.npy, "
-            ".csv, .json), DeepLabCut (.csv, .h5), SLEAP predictions (.slp, analysis .h5), or a "
-            "table (.csv) of frame, view, keypoint, x, y, confidence",
-            type=Path,
-        ),
-        option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
-        option("--camera NAME", "camera or view of the keypoints, if the file does not state it"),
-        LAYOUT,
-        PERSON,
-        option(
-            "--name THEIRS=OURS",
-            "keypoint here for a keypoint name in the file; may be given several times",
-            action="append",
-            default=[],
-            dest="names",
-        ),
-        option(
-            "--detector NAME",
-            "name of the detector (default: name of the file); files of single cameras need the "
-            "same",
-        ),
-        flag(
-            "--propose",
-            "also propose them as clicks: in the workspace Annotate they are shown as predictions, "
-            "which can be accepted",
-        ),
-        flag("--all-people", "keep all people instead of one"),
-        JSON,
-    ),
-    _predictions_into,
-)

@@ -133,12 +133,16 @@ def put_facts(facts: Mapping[str, Any], title: str, *, as_json: bool, **more: An
     put_result({**facts, **more}, Table(title, ("what", ">value"), rows), as_json=as_json)
 
 
-def put_result(facts: Any, *tables: Table, as_json: bool) -> None:
-    """Write a result to standard output, as JSON or as tables."""
+def put_result(facts: Any, *told: Table | str | None, as_json: bool) -> None:
+    """Write a result to standard output, as JSON or as tables and sentences."""
     if as_json:
         put_json(facts)
-    for table in () if as_json else tables:
-        put_table(table)
+        return
+    for one in told:
+        if isinstance(one, str):
+            put(f"{one}\n")
+        elif one is not None:
+            put_table(one)
 
 
 class _Terminal:

@@ -4,17 +4,8 @@ from __future__ import annotations
 
 from argparse import Namespace
 from dataclasses import replace
-from pathlib import Path
 
-from stereotrack_core.cli.arguments import (
-    FRAMES,
-    JSON,
-    OF_RUN,
-    STATED,
-    check_output,
-    check_suffix,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_facts, watched
 from stereotrack_core.cli.sources import (
     open_project,
@@ -34,39 +25,28 @@ from stereotrack_core.report.pages import repeat_command, write_page
 from stereotrack_core.report.reported import Reported, Source, gathered
 from stereotrack_core.tracking.frame import Run
 
-DESCRIPTION = (
-    "Write a self-contained HTML page about a run: subject, recording, errors, "
-    "curves, failures with images, parameters, versions, and how to reproduce it."
-)
 
-OPTIONS = (
-    option(
-        "source RUN|PROJECT",
-        "complete run (.npz), or project (.stereotrack) with stored runs",
-        type=Path,
+@options.command(
+    options.path(
+        "source RUN|PROJECT", "complete run (.npz), or project (.stereotrack) with stored runs"
     ),
-    option("-o --output HTML", "output page", type=Path, required=True),
-    option(
+    options.output("HTML", "output page", ".html", ".htm"),
+    options.option(
         "--run NAME", "run of the project; may be omitted if there is only one", dest="run_name"
     ),
-    OF_RUN,
-    option(
+    options.OF_RUN,
+    options.path(
         "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by "
-        "default the reference of the project or the recording",
-        type=Path,
+        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by default "
+        "the reference of the project or the recording",
     ),
-    *STATED,
-    FRAMES,
-    JSON,
+    *options.STATED,
+    options.FRAMES,
 )
-
-
 def run(args: Namespace) -> int:
-    """Gather, and write the page."""
-    # refuse at once what could only fail after the work
-    check_suffix(args.output, ".html", ".htm")
-    check_output(args.output)
+    """Write a self-contained HTML page about a run: subject, recording, errors, curves,
+    failures with images, parameters, versions, and how to reproduce it.
+    """
     source = _source(args)
     with watched("Reporting", "Nothing was written.") as (report, stopped):
         reported = gathered(source, on_progress=report, cancelled=stopped)

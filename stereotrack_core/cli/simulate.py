@@ -3,52 +3,46 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from pathlib import Path
 
-from stereotrack_core.cli.arguments import JSON, SEED, changes, option
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, progress, put_facts, stoppable
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions, kinds_text, parsed_disturbances
 
-DESCRIPTION = (
-    "Render a recording of a simulated person in stereo views, or in depth views with "
-    "--set kind=depth. The true landmarks are its reference, the named motions its segments."
-)
 
-OPTIONS = (
-    option("folder DIR", "new folder for the recording", type=Path),
-    option("--person NAME", "P1 to P4 (default: P1)", default="P1"),
-    option(
+@options.command(
+    options.path("folder DIR", "new folder for the recording"),
+    options.option("--person NAME", "P1 to P4 (default: P1)", default="P1"),
+    options.option(
         "--motion NAME",
         "named motion, or several joined by + (default: cross-arms); an unknown name prints "
         "the list",
         default="cross-arms",
     ),
-    option("--frames N", "number of frames (default: 120)", type=int, default=120),
-    option("--views NS", "view names without separator (default: NOSW)", default="NOSW"),
-    SEED,
-    option(
+    options.option("--frames N", "number of frames (default: 120)", type=int, default=120),
+    options.option("--views NS", "view names without separator (default: NOSW)", default="NOSW"),
+    options.SEED,
+    options.option(
         "--disturb KIND,KIND=STRENGTH",
         "what disturbs the pictures, for example exposure=0.3,shadow (default: nothing); the "
         f"kinds, each with the strength that it has if none is given: {kinds_text()}",
         default="",
     ),
-    changes("change a scene parameter, for example clothes=plain"),
-    JSON,
+    options.changes("change a scene parameter, for example clothes=plain"),
 )
-
-
 def run(args: Namespace) -> int:
-    """Render the recording."""
+    """Render a recording of a simulated person in stereo views, or in depth views with --set
+    kind=depth. The true landmarks are its reference, the named motions its segments.
+    """
     facts = {name: getattr(args, name) for name in ("person", "motion", "frames", "views", "seed")}
-    options = SceneOptions().replaced(**parsed_settings(args.changes))
+    scene = SceneOptions().replaced(**parsed_settings(args.changes))
     disturbances = parsed_disturbances(args.disturb)
-    simulation = Simulation(**facts, options=options, disturbances=disturbances)
+    simulation = Simulation(**facts, options=scene, disturbances=disturbances)
     outcome = "No recording was created."
     with progress("Rendering", args.frames) as show, stoppable(outcome) as stopped:
         simulate(args.folder, simulation, on_progress=lambda done, _: show(done), cancelled=stopped)
-    facts["fps"] = options.fps
+    facts["fps"] = scene.fps
     title = f"Recording written to {args.folder}"
     put_facts(facts, title, as_json=args.json, recording=args.folder)
     return OK

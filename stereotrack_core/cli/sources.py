@@ -5,7 +5,6 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +47,7 @@ from stereotrack_core.recording.folder import describe, fingerprint, open_record
 from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import frame_count
 from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
@@ -194,8 +193,7 @@ def _say_left_out(path: Path, reference: Reference) -> None:
 def _frames_of(recording: Recording) -> int:
     """Number of frames of a recording; 0 if it cannot be read."""
     try:
-        with FrameReader(recording, read_ahead=0, colour=False) as reader:
-            return reader.frame_count
+        return frame_count(recording)
     except InputError:
         return 0
 
@@ -329,12 +327,6 @@ def angles_in(
     if rate is None:
         raise InputError(
             "the file does not state its frame rate", where=str(path), remedy="Give --fps N."
-        )
-    if not 0 < rate < inf:
-        raise InputError(
-            f"{rate:g} is not a frame rate",
-            where="--fps",
-            remedy="Give a number of frames per second above 0.",
         )
     if run is not None:
         return angles_of_run(run), rate

@@ -7,18 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import (
-    FRAMES,
-    JSON,
-    VIEWS,
-    Part,
-    changes,
-    check_least,
-    check_output,
-    check_suffix,
-    flag,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put_facts, put_result, say, stoppable, watched
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.counting import counted
@@ -40,40 +29,36 @@ from stereotrack_core.study.store import stored_results, write_result_table
 from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
 from stereotrack_core.tables import Table, number
 
-STUDY = option("study STUDY.study.toml", "study file", type=Path)
-SELECT = option(
+STUDY = options.path("study STUDY.study.toml", "study file")
+SELECT = options.several(
     "--select COLUMN=VALUE",
-    "only recordings with this value, for example condition=slow; values are separated by commas, "
-    "* stands for any letters; if given several times, all must agree",
-    action="append",
-    default=[],
+    "only recordings with this value, for example condition=slow; values are separated by "
+    "commas, * stands for any letters; if given several times, all must agree",
 )
 SETTINGS = (
-    option(
-        "--preset accurate|thesis|fast|FILE.toml",
-        "preset that the parameters come from (default: accurate), or a file with your own preset "
-        "as saved by the workbench",
-    ),
-    changes("change one parameter"),
-    option(
+    options.PRESET,
+    options.changes("change one parameter"),
+    options.several(
         "--grid NAME=a,b,c",
         "values of a parameter, or of views, preset, seed, frames, init or smooth; if given "
         "several times, all combinations are tried",
-        action="append",
-        default=[],
     ),
-    option("--seeds 0,1,2", "comma-separated seeds (default: 0)"),
-    FRAMES,
-    VIEWS,
-    option("--init auto|tpose|FILE", "initial pose, as for track (default: auto)"),
-    flag("--smooth", "smooth the runs"),
+    options.option("--seeds 0,1,2", "comma-separated seeds (default: 0)"),
+    options.FRAMES,
+    options.VIEWS,
+    options.option("--init auto|tpose|FILE", "initial pose, as for track (default: auto)"),
+    options.flag("--smooth", "smooth the runs"),
 )
 RUNNING = (
-    option("--workers N", "number of processes on this machine (default: one per core)", type=int),
-    option(
+    options.option(
+        "--workers N",
+        "number of processes on this machine (default: one per core)",
+        type=options.at_least(1),
+    ),
+    options.option(
         "--scheduler ADDRESS",
-        "compute on a Dask cluster: tcp://host:port, tls://host:port, or a scheduler file (.json); "
-        "all machines must see the recordings under the same path",
+        "compute on a Dask cluster: tcp://host:port, tls://host:port, or a scheduler file "
+        "(.json); all machines must see the recordings under the same path",
     ),
 )
 
@@ -96,7 +81,6 @@ def settings_of(args: Namespace, base: StudySettings | None = None) -> StudySett
 
 def workers_of(args: Namespace) -> ClusterWorkers | LocalWorkers:
     """A cluster, or processes of this machine. Raises InputError for both at once."""
-    check_least(1, workers=args.workers)
     if args.scheduler and args.workers is not None:
         raise InputError(
             "runs are computed on this machine or on a cluster",
@@ -106,11 +90,19 @@ def workers_of(args: Namespace) -> ClusterWorkers | LocalWorkers:
     return ClusterWorkers(args.scheduler) if args.scheduler else LocalWorkers(args.workers)
 
 
-def _create(args: Namespace) -> int:
-    """Look for recordings and write the list."""
+@options.command(
+    options.path("folders FOLDER", "folders with recordings in or below them", nargs="+"),
+    options.output("STUDY.study.toml", "study file to write, or to add to"),
+    *SETTINGS,
+)
+def create(args: Namespace) -> int:
+    """List all recordings below folders, with their projects, in a text file that can be
+    edited, with the settings of all runs and the values to try. Other keys of a recording
+    are factors such as subject or condition. The same command adds new recordings and
+    changes settings; everything else stays.
+    """
     path: Path = args.output
     check_name(path)
-    check_output(path)
     before = read_study(path) if path.exists() else Study(path)
     before = dataclasses.replace(before, settings=settings_of(args, before.settings))
     with stoppable("Nothing was written.") as stopped:
@@ -127,30 +119,14 @@ def _create(args: Namespace) -> int:
     return OK
 
 
-CREATE = Part(
-    (
-        "List all recordings below folders, with their projects, in a text file that can be "
-        "edited, with the settings of all runs and the values to try. Other keys of a recording "
-        "are factors such as subject or condition. The same command adds new recordings and "
-        "changes settings; everything else stays."
-    ),
-    (
-        option("folders FOLDER", "folders with recordings in or below them", type=Path, nargs="+"),
-        option(
-            "-o --output STUDY.study.toml",
-            "study file to write, or to add to",
-            type=Path,
-            required=True,
-        ),
-        *SETTINGS,
-        JSON,
-    ),
-    _create,
+@options.command(
+    STUDY,
+    SELECT,
 )
-
-
-def _status(args: Namespace) -> int:
-    """Read all recordings and print."""
+def status(args: Namespace) -> int:
+    """Print a table of all recordings of a study: frames and views, problems, progress of
+    the annotation, and runs with their errors and failures.
+    """
     study = read_study(args.study)
     rows, results = selected(study, args.select), stored_results(study.table)
     with watched("Reading", "Nothing was printed.") as (report, stopped):
@@ -173,18 +149,18 @@ def _status(args: Namespace) -> int:
     return OK
 
 
-STATUS = Part(
-    (
-        "Print a table of all recordings of a study: frames and views, problems, progress of the "
-        "annotation, and runs with their errors and failures."
-    ),
-    (STUDY, SELECT, JSON),
-    _status,
+@options.command(
+    STUDY,
+    SELECT,
+    *RUNNING,
 )
-
-
-def _run(args: Namespace) -> int:
-    """Plan, track what is missing, print."""
+def run(args: Namespace) -> int:
+    """Track the recordings of a study with all its settings and seeds, keep the runs beside
+    the study file, and print their errors. Runs that are there are not computed again, so
+    the same command resumes stopped work; if a reference has changed, they are only measured
+    again. A recording that cannot be tracked does not stop the others. References are only
+    used to measure errors, never by the tracker.
+    """
     study = read_study(args.study)
     rows = selected(study, args.select)
     workers = workers_of(args)
@@ -219,19 +195,6 @@ def _run(args: Namespace) -> int:
     if outcome.stopped:
         say("Stopped. Finished runs are kept; run the same command again to continue.")
     return FAILED if outcome.stopped or failed or plan.left_out else OK
-
-
-RUN = Part(
-    (
-        "Track the recordings of a study with all its settings and seeds, keep the runs beside the "
-        "study file, and print their errors. Runs that are there are not computed again, so the "
-        "same command resumes stopped work; if a reference has changed, they are only measured "
-        "again. A recording that cannot be tracked does not stop the others. References are only "
-        "used to measure errors, never by the tracker."
-    ),
-    (STUDY, SELECT, *RUNNING, JSON),
-    _run,
-)
 
 
 _SHOWN = {
@@ -272,11 +235,17 @@ def _table(title: str, runs: list[dict[str, Any]]) -> Table:
     return Table(title, ("recording", "run", ">frames", ">tracked", *headings), cells)
 
 
-def _export(args: Namespace) -> int:
-    """Find the results of the study's runs and write the table."""
+@options.command(
+    STUDY,
+    options.output("TABLE.csv", "table to write", ".csv"),
+    SELECT,
+)
+def export(args: Namespace) -> int:
+    """Write the results of all runs of a study as one table with a value per row: factors,
+    recording, run, measure, statistic, unit, value. It has errors, the tracker's own signs,
+    the number of failures, and the range of every joint angle.
+    """
     study = read_study(args.study)
-    check_suffix(args.output, ".csv")
-    check_output(args.output)
     rows = selected(study, args.select)
     with watched("Reading", "Nothing was written.") as (report, stopped):
         plan = plan_study(study, rows, on_progress=report, cancelled=stopped)
@@ -292,19 +261,3 @@ def _export(args: Namespace) -> int:
     more = {"file": args.output, "without_run": without}
     put_facts(facts, f"Results in {args.output}", as_json=args.json, **more)
     return OK
-
-
-EXPORT = Part(
-    (
-        "Write the results of all runs of a study as one table with a value per row: factors, "
-        "recording, run, measure, statistic, unit, value. It has errors, the tracker's own signs, "
-        "the number of failures, and the range of every joint angle."
-    ),
-    (
-        STUDY,
-        option("-o --output TABLE.csv", "table to write", type=Path, required=True),
-        SELECT,
-        JSON,
-    ),
-    _export,
-)

@@ -5,16 +5,9 @@ from __future__ import annotations
 import math
 from argparse import Namespace
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import (
-    JSON,
-    check_least,
-    check_output,
-    check_suffix,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_table, say, watched
 from stereotrack_core.cli.study import RUNNING, SETTINGS, settings_of, workers_of
 from stereotrack_core.errors import InputError, did_you_mean
@@ -38,55 +31,47 @@ from stereotrack_core.tables import Table
 
 _TRIALS = 30
 
-DESCRIPTION = (
-    "Track recordings with every combination of values (--grid) or in search of the best values "
-    "(--search), each with all seeds, and write one row per run to a table. Results already in "
-    "the table are not computed again, so the same command resumes a stopped sweep. References "
-    "are only used to measure errors, never by the tracker."
-)
 
-OPTIONS = (
-    option("recordings RECORDING", "recordings to track", type=Path, nargs="+"),
-    option(
+@options.command(
+    options.path("recordings RECORDING", "recordings to track", nargs="+"),
+    options.path(
         "-o --output TABLE.csv",
-        "results table to write; results are stored at once in a journal beside it, so that the "
-        "same command resumes a stopped sweep",
-        type=Path,
+        "results table to write; results are stored at once in a journal beside it, so that "
+        "the same command resumes a stopped sweep",
         required=True,
         dest="table",
     ),
     *SETTINGS,
-    option(
+    options.several(
         "--search NAME=LOW:HIGH[:log]",
         "search for the best value in a range, or among NAME=a,b,c; repeat it for more",
-        action="append",
-        default=[],
     ),
-    option(
+    options.option(
         "--trials N",
         f"number of points that a search tries (default: {_TRIALS})",
-        type=int,
+        type=options.at_least(1),
         default=_TRIALS,
     ),
-    option(
+    options.option(
         "--minimise MEASURE",
         "column that the search minimises (default: forearms where all recordings have a "
         "reference, else unexplained_fraction, or keypoint_error for mono views); measures for "
         "which higher is better are maximised",
     ),
     *RUNNING,
-    JSON,
 )
-
-
 def run(args: Namespace) -> int:
-    """Plan, compute what is missing, print."""
+    """Track recordings with every combination of values (--grid) or in search of the best
+    values (--search), each with all seeds, and write one row per run to a table. Results
+    already in the table are not computed again, so the same command resumes a stopped sweep.
+    References are only used to measure errors, never by the tracker.
+    """
     study = _study_of(args)
     refuse_second(args.table)
     ranges = [parsed_range(text) for text in args.search]
     sources = [source_of(study, row) for row in study.rows]
     for source in sources:
-        check_output(args.table, source.recording)
+        options.check_output(args.table, source.recording.folder)
     by = _judged_by(args.minimise, sources)
     points = study.settings.all_points()
     jobs = tuple(job for one in sources for job in jobs_of(study, one, points, keep=False))
@@ -102,8 +87,7 @@ def run(args: Namespace) -> int:
 
 def _study_of(args: Namespace) -> Study:
     """The study that the command describes. Raises InputError if it makes no sense."""
-    check_suffix(args.table, ".csv")
-    check_least(1, trials=args.trials)
+    options.check_suffix(args.table, ".csv")
     settings = settings_of(args)
     if args.search and settings.grid:
         raise InputError(

@@ -4,24 +4,9 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from dataclasses import replace
 from pathlib import Path
 
-from stereotrack_core.cli.arguments import (
-    FRAMES,
-    JSON,
-    LAYOUT,
-    PERSON,
-    PRESET,
-    RECORDING,
-    STATED,
-    VIEWS,
-    changes,
-    check_least,
-    check_output,
-    flag,
-    option,
-)
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.cli.track_plan import USUAL_PRESET, TrackPlan, UnfinishedOutput, plan_of
@@ -33,8 +18,6 @@ from stereotrack_core.doctor.diagnose import (
 )
 from stereotrack_core.experiments.tracked_run import TrackedRun
 from stereotrack_core.interop.run_file import run_suffix
-from stereotrack_core.locks import writing
-from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tables import Table, number
@@ -53,16 +36,11 @@ def _lengths(run: Run) -> str:
     return str(subject.get("name") or "the recording's subject file")
 
 
-def _from_recording(run: Run) -> list[tuple[str, str]]:
-    """Up, working volume and disparities, as far as they follow from the recording."""
-    found = sorted(run.meta.get("from_recording", {}).items())
-    told = ", ".join(f"{name}={value}" for name, value in found)
-    return [("taken from the recording", told)] if found else []
-
-
 def track_table(job: TrackedRun, title: str) -> Table:
     """What the result says to a person."""
     facts = job.to_dict()
+    found = sorted(job.run.meta.get("from_recording", {}).items())
+    told = ", ".join(f"{name}={value}" for name, value in found)
     rows = [
         ("preset", str(facts["preset"])),
         ("frames", f"{facts['frames']} of {job.wanted}"),
@@ -70,7 +48,7 @@ def track_table(job: TrackedRun, title: str) -> Table:
         ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
         ("residual", f"{number(facts['mean_residual_mm'])} mm"),
         ("segment lengths", _lengths(job.run)),
-        *_from_recording(job.run),
+        *([("taken from the recording", told)] if found else []),
         ("frames per second", number(facts["frames_per_second"] or math.nan)),
     ]
     if heading := heading_words(job.run.meta.get(HEADING)):
@@ -101,87 +79,67 @@ def say_signs(job: TrackedRun) -> None:
             say(cause.sentence())
 
 
-DESCRIPTION = (
-    "Track the person through a recording. Every frame is stored immediately in RUN.part; RUN "
-    "itself is replaced only when the run is complete. After any interruption, --resume "
-    "continues. The recording's reference is never read by this command. With --like a run is "
-    "reproduced, and differences in recording, calibration and versions are reported."
-)
-
-OPTIONS = (
-    RECORDING,
-    option(
-        "-o --output RUN",
-        "output file: .npz (a complete run), .csv, .trc, .c3d or .bvh (landmarks only)",
-        type=Path,
-        required=True,
+@options.command(
+    options.RECORDING,
+    options.output(
+        "RUN", "output file: .npz (a complete run), .csv, .trc, .c3d or .bvh (landmarks only)"
     ),
-    option(
+    options.path(
         "--like RUN.npz",
-        "reproduce a run with its parameters, seed, views, frames, initial pose and "
-        "smoothing; other options given here take precedence",
-        type=Path,
+        "reproduce a run with its parameters, seed, views, frames, initial pose and smoothing; "
+        "other options given here take precedence",
     ),
-    flag("--resume", "resume the stopped run of this output with its settings"),
-    replace(PRESET, keywords={**PRESET.keywords, "default": None}),  # given, or not given
-    changes("change one parameter"),
-    FRAMES,
-    VIEWS,
-    option("--seed N", "random seed (default: 0)", type=int),
-    option(
+    options.flag("--resume", "resume the stopped run of this output with its settings"),
+    options.PRESET,
+    options.changes("change one parameter"),
+    options.FRAMES,
+    options.VIEWS,
+    options.option("--seed N", "random seed (default: 0)", type=options.at_least(0)),
+    options.option(
         "--init auto|tpose|FILE",
         "initial pose: found automatically (auto, default), the T pose facing north (tpose), "
         "or a run or landmarks file that contains the first frame",
     ),
-    *STATED,
-    option(
+    *options.STATED,
+    options.option(
         "--heading DIRECTION",
-        "direction that the person faces in the first frame, if the program cannot tell it: north, "
-        "east, south, west (world axes y, x, -y, -x), or degrees from north over east",
+        "direction that the person faces in the first frame, if the program cannot tell it: "
+        "north, east, south, west (world axes y, x, -y, -x), or degrees from north over east",
     ),
-    option(
+    options.path(
         "--keypoints PROJECT|FILE",
-        "keypoints of a 2-D detector, used as measurements: those of a project (.stereotrack), or "
-        "a detector's file or folder; mono views are tracked by them alone",
-        type=Path,
+        "keypoints of a 2-D detector, used as measurements: those of a project (.stereotrack), "
+        "or a detector's file or folder; mono views are tracked by them alone",
     ),
-    LAYOUT,
-    PERSON,
-    option(
+    options.LAYOUT,
+    options.PERSON,
+    options.option(
         "--detector",
-        "use the installed pose detector where no other keypoints are given (default: auto, where "
-        "it is installed)",
+        "use the installed pose detector where no other keypoints are given (default: auto, "
+        "where it is installed)",
         choices=("auto", "off"),
     ),
-    option(
+    options.path(
         "--clicks PROJECT|CSV",
-        "clicked landmarks, used as measurements: a project, or a clicks file. Around a clicked "
-        "frame in which the tracker was wrong, it is repaired forwards and backwards",
-        type=Path,
+        "clicked landmarks, used as measurements: a project, or a clicks file. Around a "
+        "clicked frame in which the tracker was wrong, it is repaired forwards and backwards",
     ),
-    flag("--smooth", "smooth the run: steadier poses, short gaps bridged"),
-    flag("--despite-errors", "track a recording even if its checks find errors"),
-    JSON,
+    options.flag("--smooth", "smooth the run: steadier poses, short gaps bridged"),
+    options.flag("--despite-errors", "track a recording even if its checks find errors"),
 )
-
-
 def run(args: Namespace) -> int:
-    """Track and write the run."""
+    """Track the person through a recording. Every frame is stored immediately in RUN.part;
+    RUN itself is replaced only when the run is complete. After any interruption, --resume
+    continues. The recording's reference is never read by this command. With --like a run is
+    reproduced, and differences in recording, calibration and versions are reported.
+    """
     if args.detector is not None:
         args.changes.append(f"detector={args.detector}")
-    check_least(0, seed=args.seed)
-
     run_suffix(args.output)
     if args.like is None and not args.resume:
         preset(args.preset or USUAL_PRESET, args.changes)  # a wrong word is told before long work
 
     recording = open_recording(args.recording)
-    check_output(args.output, recording)
-    with writing(args.output):
-        return _track(args, recording)
-
-
-def _track(args: Namespace, recording: Recording) -> int:
     output = UnfinishedOutput(args.recording, args.output)
     plan = plan_of(args, recording, output)
     _check(args, plan)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import shlex
 from argparse import Namespace
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import frame_count
 from stereotrack_core.recording.selection import (
     frames_within,
     tracked_views,
@@ -163,7 +163,7 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     settings = preset(name, args.changes)
     keypoints = _keypoints(args, recording, settings)
     views = tracked_views(recording, views_of(recording, args.views), keypoints)
-    frames = frames_within(args.frames, _count(recording, views))
+    frames = frames_within(args.frames, frame_count(recording, views))
     spec = RunSpec(
         settings,
         preset=name,
@@ -186,7 +186,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         say(f"{args.like}: {sentence}")
     preset_name, settings = _settings(args, stored)
     asked = views_of(recording, args.views) or stored.spec.views
-    frames = _frames_like(args, stored, _count(recording, asked))
+    frames = _frames_like(args, stored, frame_count(recording, asked))
     elsewhere = args.views is not None or not set(frames) <= set(stored.spec.frames_of(0))
     if elsewhere:
         stored = stored.without_keypoints()
@@ -310,7 +310,7 @@ def _clicks(
     if place is None:
         return None
     _check_used("clicks", settings)
-    found = clicks_for_tracking(place, recording, _count(recording, None))
+    found = clicks_for_tracking(place, recording, frame_count(recording))
     if path is None and used and found.fingerprint() != used.get("fingerprint"):
         raise InputError(
             "these are not the clicks that the run used",
@@ -351,8 +351,3 @@ def _check_used(what: str, settings: Settings) -> None:
             where=f"--{what}",
             remedy=f"Choose --preset accurate or fast, or omit --{what}.",
         )
-
-
-def _count(recording: Recording, views: Sequence[str] | None) -> int:
-    with FrameReader(recording, views=views, read_ahead=0) as reader:
-        return reader.frame_count

@@ -3,44 +3,36 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from pathlib import Path
 
-from stereotrack_core.cli.arguments import option
+from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, say
 from stereotrack_core.errors import InputError
 from stereotrack_core.window import Opening, ShowWindow
 
-DESCRIPTION = (
-    "Open the workbench on a recording folder, a project file, a run, which is shown with its "
-    "recording, or a study. For a folder of videos it offers to make a recording."
-)
 
-OPTIONS = (
-    option(
-        "path PATH",
-        "recording folder, project file, run, study file or folder of videos",
-        type=Path,
+@options.command(
+    options.path(
+        "path PATH", "recording folder, project file, run, study file or folder of videos"
     ),
-    option(
+    options.option(
         "--workspace NAME",
         "annotate, track, review, tune or calibrate (default: the last one used)",
     ),
-    option(
+    options.option(
         "--frame N",
         "frame to start at, counted from 0 (default: the last one shown)",
         type=int,
         default=0,
     ),
-    option(
-        "--screenshot PNG",
-        "save a screenshot of the window and exit; works without a display",
-        type=Path,
+    options.path(
+        "--screenshot PNG", "save a screenshot of the window and exit; works without a display"
     ),
+    json=False,
 )
-
-
 def run(args: Namespace) -> int:
-    """Show the window."""
+    """Open the workbench on a recording folder, a project file, a run, which is shown with
+    its recording, or a study. For a folder of videos it offers to make a recording.
+    """
     opening = Opening(args.path, args.frame, args.workspace, picture=args.screenshot)
     return show_window(args.window, opening)
 

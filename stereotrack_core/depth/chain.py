@@ -14,7 +14,7 @@ import numpy as np
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
-from stereotrack_core.depth.colours import ColourCalibration
+from stereotrack_core.depth.colours import colours_of
 from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
@@ -24,9 +24,6 @@ from stereotrack_core.depth.view_chain import LearnedFrame, Stopwatch, ViewChain
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
-
-_CALIBRATION_FRAMES = 6
-"""Frames, evenly spread, from which the views' colours are calibrated."""
 
 SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSource | DepthSource]
 """Where a view's disparities come from; see :func:`source_of`."""
@@ -108,8 +105,6 @@ class DepthChain:
             for view in map(recording.view, () if views == () else usable_views(recording, views))
         )
         self.silhouettes = MonoSilhouettes(recording, parameters, mono)
-        self.colours = ColourCalibration.none(self.view_names)
-        self._colour = colour
         workers = max(1, min(len(self._chains), os.cpu_count() or 1))
         load_before_threads()
         self._pool = ThreadPoolExecutor(workers, thread_name_prefix="depth")
@@ -159,14 +154,12 @@ class DepthChain:
             self._align_rows(reader, frames)
         if waiting:
             self._learn_from_frames(waiting, reader, frames, on_image)
-        if self._colour and len(self._chains) > 1:
-            self._calibrate_colours(reader, frames)
 
     def take_background(self, other: DepthChain, reader: Pictures, frames: range) -> None:
         """Know the empty scene as another chain of the same views has learned it.
 
         `other` has the same parameters of matching and of learning the background, and has learned
-        from these frames; colours are calibrated with them anew.
+        from these frames.
         """
         if self.silhouettes and other.silhouettes:
             self.silhouettes = other.silhouettes
@@ -174,8 +167,6 @@ class DepthChain:
             self.silhouettes.learn(reader, frames)
         for own, learned in zip(self._chains, other._chains, strict=True):
             own.take_over(learned)
-        if self._colour and len(self._chains) > 1:
-            self._calibrate_colours(reader, frames)
 
     @property
     def learns(self) -> bool:
@@ -214,14 +205,6 @@ class DepthChain:
         if len(chains) == len(self._chains) and all(c.background.motionless for c in chains):
             for chain in chains:
                 chain.background.forget_still()
-
-    def _calibrate_colours(self, reader: Pictures, frames: range) -> None:
-        """Learn how each view sees colours from what several views see."""
-        if self.learns:
-            return
-        sampled = np.unique(np.linspace(0, len(frames) - 1, _CALIBRATION_FRAMES).astype(int))
-        depths = [self.process(reader.frame_set(frames[i])).depths for i in sampled]
-        self.colours = ColourCalibration.of(self.view_names, depths)
 
     def process(self, frame_set: FrameSet) -> Cloud:
         """The cloud of one frame set; views that give nothing are named in `problems`."""
@@ -275,7 +258,7 @@ class DepthChain:
             depths={**depths, **seen.outlines},
             problems=seen.problems,
             seconds={**seen.seconds, **watch.seconds},
-            colours=self.colours.of_pixels(depths, view[kept], pixels[kept]),
+            colours=colours_of(names, depths, view[kept], pixels[kept]),
             counts={n: replace(r.counts, kept=left[names.index(n)]) for n, r in results.items()},
         )
 

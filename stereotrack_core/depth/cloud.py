@@ -157,8 +157,7 @@ class Cloud:
     seconds: Mapping[str, float] = field(default_factory=dict)
     """By stage name."""
     colours: FloatArray | None = None
-    """(N, 3). Of the points, BGR from 0 to 255, as the first view would see them once the cameras
-    are calibrated against each other; None where colours are not wanted or not there."""
+    """(N, 3). Of the points, BGR from 0 to 255; None where colours are not wanted or not there."""
     detections: tuple[Detection, ...] = ()
     """What came since the frame before, up to this one's instant."""
     keypoints: SightedKeypoints | None = None

@@ -59,7 +59,7 @@ def refined_disparity(
     Returns
     -------
     (N,) float64, pixels
-        The matcher's own value where the pictures cannot be aligned.
+        The matcher's own value, also NaN, where the pictures cannot be aligned.
     """
     result = np.asarray(disparity, dtype=np.float64).copy()
     half = window // 2
@@ -76,6 +76,8 @@ def _align(left: Any, right: Any, person: Any, pixels: Any, near: Any, disparity
     sums = np.empty(9)
     for i in range(len(pixels)):
         start = disparity[i]
+        if not math.isfinite(start):
+            continue  # as a column it would lead out of the image, and end the process
         d, gain, offset = start, 1.0, 0.0
         found = False
         for k in range(_ITERATIONS):

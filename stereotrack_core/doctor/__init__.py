@@ -1,1 +1,1 @@
-"""What the images and depths themselves say about a recording's cameras, pairs and clocks."""
+"""Checks of a recording's cameras, pairs and clocks by its images and depths."""

@@ -24,7 +24,7 @@ from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Correction, CorrectionKind, Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.importing.signals import motion_of, reduced
-from stereotrack_core.recording.importing.synchronise import best_lag
+from stereotrack_core.recording.importing.synchronise import beside_least, best_lag
 from stereotrack_core.recording.reader import FrameReader
 
 _MOST_FRAMES = 600
@@ -216,11 +216,6 @@ class Delay:
         """Whether it fits clearly better so."""
         return self.after < _MENDED * self.before and self.before - self.after > _LEAST_WORTH
 
-    @property
-    def worth_telling(self) -> bool:
-        """Whether it is more than the measurement's own error."""
-        return abs(self.frames) >= _LEAST
-
 
 def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> Delay | None:
     """Delay of a view against the others; None where little moves.
@@ -246,17 +241,8 @@ def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> De
         return None
     distance = np.sqrt(squares / count)
     at = int(np.argmin(distance))
-    frames = step * (longest - at - _beside(distance, at))
+    frames = step * (longest - at - beside_least(distance, at))
     return Delay(frames, float(distance[longest]), float(distance[at]))
-
-
-def _beside(values: FloatArray, at: int) -> float:
-    """Where between its neighbours the parabola through the least value (N,) has its bottom."""
-    if not 0 < at < len(values) - 1:
-        return 0.0
-    before, least, after = values[at - 1 : at + 2]
-    bend = before - 2 * least + after
-    return float(0.5 * (before - after) / bend) if bend > 0 else 0.0
 
 
 def _rest(cloud: Mapping[str, FloatArray], view: str) -> scipy.spatial.cKDTree | None:
@@ -284,7 +270,7 @@ def check_delays(
     """
     known = {name: delay_of(instants, places, name, step) for name in places}
     found = {name: one for name, one in known.items() if one is not None}
-    late = {name: one for name, one in found.items() if one.clear and one.worth_telling}
+    late = {name: one for name, one in found.items() if one.clear and abs(one.frames) >= _LEAST}
     if not late:
         return
     name = max(late, key=lambda one: late[one].before / max(late[one].after, 1e-6))

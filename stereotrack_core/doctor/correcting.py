@@ -17,11 +17,11 @@ import tomli_w
 
 from stereotrack_core.atomic import forget_unfinished, replacing, write_file
 from stereotrack_core.doctor.diagnose import diagnose
-from stereotrack_core.doctor.pairs import transposed
 from stereotrack_core.errors import Correction, CorrectionKind, Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import edited_calibration
+from stereotrack_core.recording.camera_checks import transposed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import ORDER, by_severity, examine, examine_described
 from stereotrack_core.recording.folder import DESCRIPTION, describe, named_file, open_recording

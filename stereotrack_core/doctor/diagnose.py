@@ -118,7 +118,7 @@ def diagnose_elsewhere(recording: Recording, asker: Asker) -> tuple[Finding, ...
 
 
 def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Finding, ...]:
-    """What a few frames say about the pictures and pairs of some views, or all.
+    """Findings about the pictures and pairs of some views, or all, by a few frames.
 
     The short form of :func:`diagnose`: about a second. Raises as it does.
     """

@@ -227,7 +227,7 @@ _MOST_NAMED = 2
 """Views that are told where it is not clear which is wrong."""
 
 Surfaces: TypeAlias = Sequence[Mapping[str, Surface]]
-"""What the views measured as surfaces in the world, instant by instant, by view name."""
+"""Measured surfaces in the world, instant by instant, by view name."""
 
 Places: TypeAlias = Mapping[str, RigidTransform]
 """Where the rectified cameras are, by view name."""
@@ -300,7 +300,7 @@ def fit_view(surfaces: Surfaces, places: Places, view: str, way: Way = "any") ->
 def _explanation(
     recording: Recording, surfaces: Surfaces, places: Places, view: str, fit: CloudFit
 ) -> Explanation:
-    """What may be wrong about a view whose points lie beside those of the others."""
+    """Possible fault of a view whose points lie beside those of the others."""
     factor = fit_view(surfaces, places, view, "range")
     if factor is None or factor.after < fit.after - _WORTH * fit.gain:
         return (

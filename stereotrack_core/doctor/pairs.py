@@ -21,7 +21,7 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.depth.rectify import common_rotation
 from stereotrack_core.errors import Correction, Finding, Severity
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.camera_checks import inverted, transposed
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 
@@ -30,8 +30,8 @@ _RATIO = 0.75
 """Distance of the best match over that of the second best up to which it is unambiguous."""
 
 _EPIPOLAR_PX = 1.5
-FEWEST = 40
-"""Details without which nothing is said."""
+FEWEST, _PLENTY = 40, 200
+"""Details without which nothing is said, and of one pair that make the others needless."""
 
 _BEHIND_PX = 1.0
 """Parallax of the wrong sign from which a detail lies behind the cameras."""
@@ -90,6 +90,8 @@ def details_of(pairs: Sequence[tuple[ImageArray, ImageArray]]) -> Details:
             if best.distance < _RATIO * second.distance and back[best.trainIdx] == best.queryIdx
         ]
         found.append(np.array(rows, dtype=np.float64).reshape(-1, 4))
+        if len(rows) >= _PLENTY:
+            break
     every = np.concatenate(found)
     kept = np.zeros(len(every), dtype=bool)
     if len(every) >= FEWEST:
@@ -136,17 +138,6 @@ def exchanged_views(a: str, b: str) -> Finding:
     )
 
 
-def transposed(camera: Camera) -> Camera:
-    """The camera with its rotation transposed."""
-    old = camera.camera_from_world
-    return replace(camera, camera_from_world=RigidTransform(old.rotation.T, old.translation))
-
-
-def inverted(camera: Camera) -> Camera:
-    """The camera with rotation and translation inverted."""
-    return replace(camera, camera_from_world=camera.camera_from_world.inverse())
-
-
 MENDED_PX = 0.7
 _MENDED_SHARE = 0.4
 """Row offset, and share of the one before, below which a correction explains a fault."""
@@ -161,7 +152,7 @@ _CLEARLY = 0.7
 
 _NUMBERS = 5
 _TURN, _LEFT_FOCAL, _RIGHT_FOCAL = (0, 1, 2), (3,), (4,)
-"""Which of the numbers that change a calibration turn the right camera (radians), and make the
+"""Numbers that turn the right camera (radians), and that make the
 focal length of the left or the right one smaller (as a share)."""
 
 _NOISE_PX = 0.3
@@ -170,7 +161,7 @@ _NOISE_PX = 0.3
 
 @dataclass(frozen=True)
 class Remedy:
-    """What to do, as sentences, and the correction where it is a mechanical one."""
+    """Sentences on what to do, and the correction if it is a mechanical one."""
 
     words: str
     correction: Correction | None = None
@@ -208,7 +199,7 @@ def _exchange(view: str, left: float) -> Remedy:
 
 
 def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
-    """What explains the row offsets best, of slips, focal lengths and a turn.
+    """The best explanation of the row offsets, of slips, focal lengths and a turn.
 
     A turn has three degrees of freedom, and slips are many: where a small turn or another focal
     length leaves clearly less than a slip, the slip helps by chance.
@@ -231,7 +222,7 @@ def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
 
 
 def _focal(cameras: Pair, rows: RowChanges) -> tuple[str, float]:
-    """What to say of the focal length that helps most, and the row offset then."""
+    """Sentence on the focal length that helps most, and the row offset then."""
     tried = []
     for camera, free in zip(cameras, (_LEFT_FOCAL, _RIGHT_FOCAL), strict=True):
         change = rows.fitted(free)
@@ -318,7 +309,7 @@ class RowChanges:
 
 
 _FRAMES = 2
-"""What stands still, and gives most details, is the same in all of them."""
+"""Few: things that stand still give most details, and are the same in all frames."""
 
 _MANY, _SHARED = 400, 0.04
 """Details of an image from which it shows enough to be matched, and the share that has to be."""

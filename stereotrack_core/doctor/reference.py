@@ -7,7 +7,7 @@ what lays the limbs into the measured body is the tested correction.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -71,7 +71,7 @@ _AXES: Mapping[str, tuple[str, str, str]] = {
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """What the views measured of the person at one instant."""
+    """The person as measured by the views at one instant."""
 
     frame: int
     tree: scipy.spatial.cKDTree
@@ -102,7 +102,7 @@ def bodies(instants: Instants, places: Places, frames: IntArray) -> Sequence[Bod
 
 
 def _unknown_to(depth: ViewDepth, points: FloatArray) -> BoolArray:
-    """Which of points (N, 3) a view knows nothing of: hidden by the person, or not measured."""
+    """Mask of points (N, 3) that a view does not measure: hidden by the person, or no depth."""
     with np.errstate(divide="ignore", invalid="ignore"):
         u, v, z = depth.geometry.project(points)
     height, width = depth.range_z.shape
@@ -166,7 +166,7 @@ def limb_fit(
 
 
 def _moves(limbs: FloatArray, i: int) -> BoolArray:
-    """Which points (N,) are elsewhere some frames before or after."""
+    """Mask of points (N,) that are elsewhere some frames before or after."""
     near = limbs[max(0, i - 8) : i + 9 : 2]
     away = np.linalg.norm(near - limbs[i], axis=2)
     with np.errstate(invalid="ignore"):
@@ -178,56 +178,41 @@ def check_reference(recording: Recording, measured: Sequence[Body]) -> Iterator[
     reference = recording.reference
     if reference is None or not np.isfinite(reference.points).any():
         return
-    elsewhere = yield from _check_place(recording, reference, measured)
-    if not elsewhere:
-        yield from check_sides(reference)
+    found = _misplaced(reference, measured, recording.fps)
+    yield from check_sides(reference) if found is None else (found,)
 
 
-def _check_place(
-    recording: Recording,
-    reference: LandmarkTrajectory,
-    measured: Sequence[Body],
-) -> Generator[Finding, None, bool]:
-    """Findings about place and time; the generator's value says whether there are any."""
-    frame, limbs, fps = reference.frame, limbs_of(reference.points), recording.fps
+def _misplaced(
+    reference: LandmarkTrajectory, measured: Sequence[Body], fps: float
+) -> Finding | None:
+    """The finding about place and time, by how far the limbs lie from the measured person."""
+    frame, limbs = reference.frame, limbs_of(reference.points)
     given = limb_fit(measured, limbs, frame)
     if (late := _late(measured, limbs, frame)) is not None:
-        yield _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
-        return True
-    if not np.isfinite(given.mean):
-        return False
-    return (yield from _check_distance(reference, measured, given))
-
-
-def _check_distance(
-    reference: LandmarkTrajectory, measured: Sequence[Body], given: LimbFit
-) -> Generator[Finding, None, bool]:
-    """The same by how far its limbs lie from the measured person."""
-    frame = reference.frame
+        return _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
     moving = np.nan_to_num(given.moving_rms)
-    if not (given.mean > _FITS or moving > _FITS_MOVING):
-        return False
+    far = given.mean > _FITS or moving > _FITS_MOVING
+    if not (np.isfinite(given.mean) and far):
+        return None
     beside = f"its limbs lie {_cm(given.mean)} from the measured person"
     for axis, axes in _AXES.items():
         changed = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
         if changed.mean < min(_FITS, _MENDED * given.mean):
-            yield Finding(
+            return Finding(
                 "error",
                 "reference.csv",
                 f"{axis}; {beside}",
                 f"Write {', '.join(axes)} for x, y, z (tested: then they lie {_cm(changed.mean)} "
                 "from it).",
             )
-            return True
-    yield Finding(
+    if np.isfinite(given.moving_rms):
+        beside = f"{beside}, and those that move {_cm(given.moving_rms)}"
+    return Finding(
         "error" if max(given.mean, moving) > _WRONG else "warning",
         "reference.csv",
-        f"{beside}, and those that move {_cm(given.moving_rms)} (less than 5 cm usually)"
-        if np.isfinite(given.moving_rms)
-        else f"{beside} (less than 5 cm usually)",
+        f"{beside} (less than 5 cm usually)",
         "It may belong to another recording or another world frame: no usual slip explains it.",
     )
-    return True
 
 
 def _turned(points: FloatArray, axes: tuple[str, str, str]) -> FloatArray:

@@ -49,7 +49,7 @@ of the empty scene and clothes are plain, sound ones reach 0.1."""
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What one view measured of the person at one instant."""
+    """The person as measured by one view at one instant."""
 
     depth: ViewDepth
     points: FloatArray
@@ -61,7 +61,7 @@ class Seen:
 
 
 Instants = Sequence[Mapping[str, Seen]]
-"""What the views measured, instant by instant, by view name."""
+"""Measurements of the views, instant by instant, by view name."""
 
 
 def measured_frames(reader: FrameReader) -> IntArray:
@@ -248,7 +248,7 @@ def _contradiction(given: Misfits) -> Finding:
 
 
 def surfaces_of(instants: Instants, places: Places) -> Surfaces:
-    """What the views with a place measured, as surfaces in the world."""
+    """Measurements of the views with a place, as surfaces in the world."""
     return [
         {
             name: surface_of(one.placed(places[name]), places[name].translation)

@@ -66,19 +66,14 @@ def accuracy_of(
     )
 
 
+_ARMS = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
 _OF_LIMBS: dict[str, tuple[str, ...]] = {
     "torso_long": ("torso",),
-    "upper_arms": ("left_upper_arm", "right_upper_arm"),
-    "forearms": ("left_forearm", "right_forearm"),
-    "left_upper_arm": ("left_upper_arm",),
-    "right_upper_arm": ("right_upper_arm",),
-    "left_forearm": ("left_forearm",),
-    "right_forearm": ("right_forearm",),
+    "upper_arms": _ARMS[:2],
+    "forearms": _ARMS[2:],
+    **{arm: (arm,) for arm in _ARMS},
 }
 """Limbs whose stated angle belongs to a measure."""
-
-
-_ARMS = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
 
 
 def arms_good_to(quality: Mapping[str, float]) -> float:
@@ -88,19 +83,11 @@ def arms_good_to(quality: Mapping[str, float]) -> float:
 
 
 def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float]:
-    """Root mean square error that the reference states for itself, by measure.
+    """Root mean square error that the reference states for itself in some frames, by measure.
 
-    Parameters
-    ----------
-    frames : (F,) int64
-        Frames that count; those that the reference does not have are passed over.
-
-    Returns
-    -------
-    dict from measure to float
-        Millimetres for ``torso_position``, degrees for all others; measures that it says nothing
-        about are left out. The middle of the hips is taken to be as uncertain as they are, and the
-        errors of the shoulders to be independent: both state rather too much than too little.
+    Millimetres for ``torso_position``, degrees for all others; measures that it says nothing about
+    are left out. The middle of the hips is taken to be as uncertain as they are, and the errors of
+    the shoulders to be independent: both state rather too much than too little.
     """
     chosen = np.isin(reference.frame, frames)
     points = reference.trajectory().points[chosen]
@@ -155,7 +142,7 @@ def _places(joint: str) -> list[int]:
 
 
 def accuracy_facts(accuracy: Accuracy) -> dict[str, Any]:
-    """What is known of the accuracy, for JSON."""
+    """The accuracy for JSON."""
     facts = error_facts(accuracy.summary)
     for name, good in accuracy.quality.items():
         facts["measures"][name]["reference_good_to"] = good

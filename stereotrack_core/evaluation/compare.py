@@ -57,7 +57,7 @@ doi:10.1007/978-1-4899-0319-8_6)."""
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured: its key, its name for people, and its unit ``mm``, ``deg`` or ``%``."""
+    """A measure: its key, its name for people, and its unit ``mm``, ``deg`` or ``%``."""
 
     name: str = ""
     label: str = ""
@@ -107,8 +107,6 @@ class Paired:
     """In which both are known."""
     block_frames: int = 0
     """Length of a block."""
-    independent_frames: float = 0.0
-    """So many independent frames would be as good as these."""
 
     @property
     def enough(self) -> bool:
@@ -135,18 +133,8 @@ def paired(first: Series, second: Series) -> Paired:
     low = high = math.nan
     if independent >= LEAST_INDEPENDENT and frames >= _LEAST_FRAMES:
         low, high = interval(each, weight, block)
-    return Paired(
-        first.measure,
-        first_mean=means[0],
-        second_mean=means[1],
-        difference=means[1] - means[0],
-        low=low,
-        high=high,
-        equal=not each.any(),
-        frames=frames,
-        block_frames=block,
-        independent_frames=independent,
-    )
+    difference, equal = means[1] - means[0], not each.any()
+    return Paired(first.measure, *means, difference, low, high, equal, frames, block)
 
 
 def correlation_time(values: FloatArray) -> float:
@@ -186,13 +174,12 @@ def interval(values: FloatArray, weight: FloatArray, block: int) -> tuple[float,
 def _block_sums(values: FloatArray, block: int) -> FloatArray:
     """Sum (n,) of the block that begins at each frame; after the last frame comes the first."""
     summed = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values[: block - 1]]))])
-    result: FloatArray = summed[block:] - summed[:-block]
-    return result
+    return np.asarray(summed[block:] - summed[:-block])
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What is compared: a run, or landmarks alone."""
+    """A run, or landmarks alone, to be compared."""
 
     name: str
     trajectory: LandmarkTrajectory
@@ -257,15 +244,15 @@ def compare(
     chosen = [_at(candidate, shared) for candidate in candidates]
     truth = _truth_at(reference, shared)
     measured = [_measures(candidate, truth) for candidate in chosen]
-    first = chosen[0]
+    first, *others = zip(chosen, measured, strict=True)
     pairs = (
         Pair(
-            first.name,
+            first[0].name,
             other.name,
-            _differences(measured[0], measures),
-            _apart(first.trajectory, other.trajectory),
+            _differences(first[1], measures),
+            _apart(first[0].trajectory, other.trajectory),
         )
-        for other, measures in zip(chosen[1:], measured[1:], strict=True)
+        for other, measures in others
     )
     names = tuple(candidate.name for candidate in candidates)
     return Comparison(names, shared, truth is not None, tuple(pairs))
@@ -390,7 +377,7 @@ def magnitude(value: float) -> str:
 
 
 def how_it_is_made(comparison: Comparison) -> str:
-    """What intervals and verdicts rest on."""
+    """Sentences on how intervals and verdicts are made."""
     count, (shortest, longest) = len(comparison.frames), comparison.blocks
     frames = counted(count, "frame")
     if not longest:

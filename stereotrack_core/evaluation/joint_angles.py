@@ -107,8 +107,7 @@ def angles_of_landmarks(points: FloatArray) -> FloatArray:
 def wrapped(difference: FloatArray) -> FloatArray:
     """Differences (..., A) of angles, the short way round where an angle can go round."""
     around = np.arctan2(np.sin(difference), np.cos(difference))
-    result: FloatArray = np.where(_TURNS, around, difference)
-    return result
+    return np.where(_TURNS, around, difference)
 
 
 def _torso_frames(hips: FloatArray, shoulders: FloatArray, across: FloatArray) -> FloatArray:
@@ -170,24 +169,20 @@ def unit(vectors: FloatArray) -> FloatArray:
     """Vectors (..., 3) of length one; NaN where they have none, or it is infinite."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     known = (length > 0) & np.isfinite(length)
-    result: FloatArray = vectors / np.where(known, length, np.nan)
-    return result
+    return vectors / np.where(known, length, np.nan)
 
 
 def _in_frame(frames: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors (..., 3), world, in frames (..., 3, 3), world_from_frame."""
-    result: FloatArray = np.einsum("...ji,...j->...i", frames, vectors)
-    return result
+    return np.asarray(np.einsum("...ji,...j->...i", frames, vectors))
 
 
 def _between(a: FloatArray, b: FloatArray) -> FloatArray:
-    result: FloatArray = np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), _dot(a, b))
-    return result
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), _dot(a, b)))
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    result: FloatArray = np.einsum("...i,...i->...", a, b)
-    return result
+    return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,11 +330,11 @@ def angle_errors(found: JointAngles, truth: JointAngles) -> dict[str, dict[str, 
     result = {}
     for name, column in zip(NAMES, errors.T, strict=True):
         known = column[np.isfinite(column)]
-        values = [math.nan] * 4
+        told = dict.fromkeys(ERRORS, math.nan)
         if len(known):
             size = np.abs(known)
-            values = [known.mean(), np.median(size), np.sqrt(np.mean(size**2))]
-            values.append(np.percentile(size, 95))
-        told = {key: float(value) for key, value in zip(ERRORS, values, strict=True)}
+            rms = np.sqrt(np.mean(size**2))
+            values = known.mean(), np.median(size), rms, np.percentile(size, 95)
+            told = dict(zip(ERRORS, map(float, values), strict=True))
         result[name] = {"frames": len(known), **told}
     return result

@@ -23,10 +23,10 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 
 NOT_TRACKED_ANGLE = np.pi / 2
-"""What an axis counts that the run does not know, radians."""
+"""Error of an axis that the run does not know, radians."""
 
 NOT_TRACKED_POSITION = 0.5
-"""What a torso position counts that the run does not know, metres."""
+"""Error of a torso position that the run does not know, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +50,6 @@ class LimbErrors:
         """Return the frames of a half-open stretch."""
         inside = (self.frame >= first) & (self.frame < end)
         return LimbErrors(*(getattr(self, field.name)[inside] for field in fields(self)))
-
-    def followed_by(self, later: LimbErrors) -> LimbErrors:
-        """Return these frames and later ones together."""
-        pairs = ((getattr(self, f.name), getattr(later, f.name)) for f in fields(self))
-        return LimbErrors(*(np.concatenate(pair) for pair in pairs))
 
     @property
     def arm_segments(self) -> FloatArray:
@@ -89,17 +84,8 @@ def truth_of(recording: Recording) -> LandmarkTrajectory:
     return recording.reference
 
 
-def reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
-    """What the recording's reference has of some frames. Raises InputError where it knows none."""
-    reference = truth_of(recording)
-    inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
-    if not np.any(inside & knows_something(reference)):
-        raise none_of_the_frames(str(recording.folder))
-    return LandmarkTrajectory(reference.frame[inside], reference.points[inside])
-
-
 def none_of_the_frames(where: str) -> InputError:
-    """What is wrong with a reference that says nothing about what is measured."""
+    """The error for a reference without any of the frames."""
     return InputError(
         "the reference contains none of the frames",
         where=where,
@@ -108,7 +94,7 @@ def none_of_the_frames(where: str) -> InputError:
 
 
 def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:
-    """What a trajectory has of some frames."""
+    """The part of a trajectory that lies in some frames."""
     inside = np.isin(trajectory.frame, frames)
     return LandmarkTrajectory(trajectory.frame[inside], trajectory.points[inside])
 
@@ -173,15 +159,13 @@ def _angles(axis: FloatArray, true_axis: FloatArray) -> FloatArray:
     angle = angle_between(axis, true_axis)
     scored = (true_axis != 0).any(axis=-1) & np.isfinite(true_axis).all(axis=-1)
     missed = np.where(np.isnan(angle), NOT_TRACKED_ANGLE, angle)
-    result: FloatArray = np.where(scored, missed, np.nan)
-    return result
+    return np.where(scored, missed, np.nan)
 
 
 def _distances(found: FloatArray, truth: FloatArray) -> FloatArray:
     distance = np.linalg.norm(found - truth, axis=-1)
     missed = np.where(np.isnan(distance), NOT_TRACKED_POSITION, distance)
-    result: FloatArray = np.where(np.isnan(truth).any(axis=-1), np.nan, missed)
-    return result
+    return np.where(np.isnan(truth).any(axis=-1), np.nan, missed)
 
 
 LOST_ANGLE = np.deg2rad(45.0)
@@ -219,11 +203,9 @@ class Measure:
     name: str
     """Key, for example ``"left_forearm"``."""
     label: str
-    """Name for people."""
     unit: str
-    """``"mm"`` or ``"deg"``: tables are what a person reads."""
+    """``"mm"`` or ``"deg"``."""
     statistics: Statistics
-    """In `unit`."""
 
 
 @dataclass(frozen=True)
@@ -252,14 +234,7 @@ def evaluate(
     """Errors of a run against a reference, as the thesis measures them.
 
     Frames of the reference that the run lacks, or in which it has no pose, count 90 degrees and
-    500 mm.
-
-    Parameters
-    ----------
-    reference : LandmarkTrajectory
-        Taken as truth; what it does not know is not scored.
-    frames : range, optional
-        Frames that count; all when not given.
+    500 mm. What the reference does not know is not scored. `frames`: those that count, else all.
 
     Examples
     --------
@@ -290,17 +265,14 @@ def summarise(errors: LimbErrors, name: str = "all") -> Summary:
 
 def values_of(errors: LimbErrors) -> dict[str, FloatArray]:
     """Values (F,), or (F, 2) of both sides, of all :data:`ERROR_MEASURES` in their units."""
-    upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
+    arms = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
     return {
         "torso_position": 1000.0 * errors.torso_position,
         "torso_long": np.rad2deg(errors.torso_long),
         "torso_cross": np.rad2deg(errors.torso_cross),
-        "upper_arms": upper,
-        "forearms": fore,
-        "left_upper_arm": upper[:, 0],
-        "right_upper_arm": upper[:, 1],
-        "left_forearm": fore[:, 0],
-        "right_forearm": fore[:, 1],
+        "upper_arms": np.rad2deg(errors.upper_arm),
+        "forearms": np.rad2deg(errors.forearm),
+        **{limb: np.rad2deg(errors.of_limb(limb)) for limb in arms},
     }
 
 
@@ -373,16 +345,9 @@ class Doubts:
 
 
 def doubts_against(frame: IntArray, limb_lost: FloatArray, errors: LimbErrors) -> Doubts:
-    """Compare a run's own judgement with its errors.
+    """Compare the probabilities (F, 6) of a run that its limbs are lost with its errors.
 
-    Parameters
-    ----------
-    frame : (F,) int64
-        Of the run.
-    limb_lost : (F, 6) float64
-        Probabilities in the order of ``LIMBS``; NaN where not known.
-    errors : LimbErrors
-        Of the same run.
+    `frame` (F,) are the run's; the limbs are in the order of ``LIMBS``, NaN where not known.
     """
     _, own, other = np.intersect1d(frame, errors.frame, return_indices=True)
     chance = limb_lost[own][:, [*UPPER_ARMS, *FOREARMS]]

@@ -12,17 +12,16 @@ seen, and one that is outside the image has no values, like one that nobody has 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
+from typing import NamedTuple, TypeAlias
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
+from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.deeplabcut_hdf5 import cells_of
+from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable, stored_table
 from stereotrack_core.interop.label_source import (
     PLACES_ALONE,
     Labels,
@@ -38,19 +37,57 @@ from stereotrack_core.tables import csv_text, read_cells
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""
 
-SCORER = "stereotrack"
+_SCORER = "stereotrack"
+_WORDS = ("nan", "NaN", "inf", "-inf")
 _LEAST_LIKELIHOOD = 0.6  # predictions below it are left out
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 _NUMBERS = ("x", "y", "likelihood")
 
 
+Row: TypeAlias = tuple[str, Sequence[str], Sequence[str | float]]
+"""Place of a row in the file, the cells that name its picture, and those of the columns."""
+
+
 class DeepLabCutTable(NamedTuple):
     """Cells of a table."""
 
-    columns: list[tuple[str, str, str]]
+    columns: Sequence[tuple[str, ...]]
     """Individual (empty if there is one alone), body part and coordinate of each column."""
-    rows: list[tuple[str, Sequence[str], Sequence[str]]]
-    """Place of the row in the file, the cells that name its picture, and those of the columns."""
+    rows: Sequence[Row]
+
+    def points(self, row: Row) -> Iterator[tuple[str, str, float, float, float]]:
+        """Individual, body part, x, y and likelihood of the points of a row; NaN where empty.
+
+        InputError where a cell is not a number.
+        """
+        found: dict[tuple[str, str], dict[str, float]] = {}
+        for cell, (individual, part, coordinate) in zip(row[2], self.columns, strict=True):
+            if coordinate in _NUMBERS:
+                if (number := _number("nan" if cell == "" else cell)) is None:
+                    remedy = "Write pixels as a number, or leave the value empty."
+                    what = f"{coordinate} of {part} is {cell!r}"
+                    raise InputError(what, where=row[0], remedy=remedy)
+                found.setdefault((individual, part), {})[coordinate] = number
+        for (individual, part), own in found.items():
+            x, y = own.get("x", math.nan), own.get("y", math.nan)
+            yield individual, part, x, y, own.get("likelihood", 1.0)
+
+
+def read_table(path: Path, remedy: str) -> DeepLabCutTable:
+    """The table of a CSV or HDF5 file; InputError where it cannot be read."""
+    if path.suffix.lower() == ".h5":
+        return table_of_stored(path, stored_table(path))
+    return table_of(path, read_cells(path, headers=3), remedy)
+
+
+def table_of_stored(path: Path, table: StoredTable) -> DeepLabCutTable:
+    """The table of an HDF5 file."""
+    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
+    rows: list[Row] = [
+        (f"{path}, row {'/'.join(named)}", named, values)
+        for named, values in zip(table.rows, table.values.tolist(), strict=True)
+    ]
+    return DeepLabCutTable(columns, rows)
 
 
 def table_of(path: Path, lines: Sequence[Sequence[str]], remedy: str) -> DeepLabCutTable:
@@ -66,7 +103,7 @@ def table_of(path: Path, lines: Sequence[Sequence[str]], remedy: str) -> DeepLab
         raise InputError(what, where=str(path), remedy=remedy)
     first = next((k for k, name in enumerate(coords) if name in _NUMBERS), len(coords))
     columns = list(zip(people, parts, coords, strict=True))[first:]
-    rows: list[tuple[str, Sequence[str], Sequence[str]]] = []
+    rows: list[Row] = []
     for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
         if any(line):
             cells = [*line[first:], *[""] * len(columns)][: len(columns)]
@@ -87,8 +124,7 @@ def read_deeplabcut(source: LabelSource) -> Labels:
     InputError where the file cannot be read at all, or none of its landmarks is known.
     """
     path = source.path
-    lines = cells_of(path) if path.suffix.lower() == ".h5" else read_cells(path, headers=3)
-    table = table_of(path, lines, "Use a .csv file written by DeepLabCut.")
+    table = read_table(path, "Use a .csv file written by DeepLabCut.")
     if len({individual for individual, _, _ in table.columns} - {""}) > 1:
         raise InputError(
             "the file contains several individuals",
@@ -97,19 +133,20 @@ def read_deeplabcut(source: LabelSource) -> Labels:
         )
     place_of_row = places_of_rows((named for _, named, _ in table.rows), source)
 
-    def read(
-        row: tuple[str, Sequence[str], Sequence[str]], known: Mapping[str, str]
-    ) -> list[Click]:
-        where, named, cells = row
-        place = place_of_row(named, where)
-        return [] if place is None else _clicks(cells, table.columns, known, place, where)
+    def read(row: Row, known: Mapping[str, str]) -> Iterator[Click]:
+        if (place := place_of_row(row[1], row[0])) is None:
+            return
+        for _, part, x, y, likelihood in table.points(row):
+            likely = part in known and likelihood >= _LEAST_LIKELIHOOD
+            if likely and math.isfinite(x) and math.isfinite(y):
+                yield Click(*place, known[part], (x, y), origin="imported")
 
     parts = (part for _, part, coordinate in table.columns if coordinate in _NUMBERS)
     return replace(source.labels(parts, table.rows, read), unstated=PLACES_ALONE)
 
 
 def write_deeplabcut(
-    path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str = SCORER
+    path: Path, clicks: Iterable[Click], landmarks: Sequence[str]
 ) -> dict[Path, int]:
     """Write clicks as labels: one file, or with several cameras one for each, named after it.
 
@@ -128,34 +165,23 @@ def write_deeplabcut(
     files = {file_of_camera(path, camera): own for camera, own in by_camera.items()}
     if len(files) < 2:
         files = {path: next(iter(files.values()), [])}
-    write_files({file: _content(own, landmarks, scorer) for file, own in files.items()})
+    write_files({file: _content(own, landmarks) for file, own in files.items()})
     return {file: sum(click.position is not None for click in own) for file, own in files.items()}
 
 
-def _picture_of(camera: str, frame: int) -> str:
-    """Name of a picture in the tables, below the folder of a project of DeepLabCut."""
-    return f"labeled-data/{camera}/img{frame:06d}.png"
-
-
-def _content(clicks: Iterable[Click], landmarks: Sequence[str], scorer: str) -> str:
+def _content(clicks: Iterable[Click], landmarks: Sequence[str]) -> str:
     """The labels of one camera."""
-    by_picture: dict[tuple[int, str], dict[str, Click]] = {}
+    by_picture: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
     for click in clicks:
         if click.position is not None:
-            by_picture.setdefault((click.frame, click.camera), {})[click.landmark] = click
-    values = np.full((len(by_picture), 2 * len(landmarks)), np.nan)
-    pictures = []
-    for row, key in zip(values, sorted(by_picture), strict=True):
-        pictures.append(_picture_of(key[1], key[0]))
-        for k, name in enumerate(landmarks):
-            own = by_picture[key].get(name)
-            if own is not None and own.position is not None:
-                row[2 * k : 2 * k + 2] = own.position
+            by_picture.setdefault((click.frame, click.camera), {})[click.landmark] = click.position
     twice = [name for name in landmarks for _ in "xy"]
     rows = [["bodyparts", *twice], ["coords", *["x", "y"] * len(landmarks)]]
-    for picture, numbers in zip(pictures, values.tolist(), strict=True):
-        rows.append([picture, *("" if math.isnan(one) else repr(one) for one in numbers)])
-    return csv_text(["scorer", *[scorer] * len(twice)], rows)
+    for (frame, camera), places in sorted(by_picture.items()):
+        pixels = [places.get(name, ("", "")) for name in landmarks]
+        cells = [repr(float(one)) if one != "" else "" for pixel in pixels for one in pixel]
+        rows.append([f"labeled-data/{camera}/img{frame:06d}.png", *cells])
+    return csv_text(["scorer", *[_SCORER] * len(twice)], rows)
 
 
 def file_of_camera(path: Path, camera: str) -> Path:
@@ -193,31 +219,8 @@ def places_of_rows(
     return place
 
 
-def _number(text: str) -> float | None:
+def _number(text: str | float) -> float | None:
     try:
-        return float(text)
+        return float(text) if text in _WORDS or isinstance(text, float) else typed_number(text)
     except ValueError:
         return None
-
-
-def _clicks(
-    cells: Sequence[str],
-    columns: Sequence[tuple[str, str, str]],
-    known: Mapping[str, str],
-    place: tuple[int, str],
-    where: str,
-) -> list[Click]:
-    values: dict[str, dict[str, float]] = {}
-    for text, (_, part, coordinate) in zip(cells, columns, strict=True):
-        if part in known and coordinate in _NUMBERS:
-            if (number := _number(text or "nan")) is None:
-                remedy = "Write pixels as a number, or leave the value empty."
-                raise InputError(f"{coordinate} of {part} is {text!r}", where=where, remedy=remedy)
-            values.setdefault(part, {})[coordinate] = number
-    clicks = []
-    for part, own in values.items():
-        x, y = own.get("x", math.nan), own.get("y", math.nan)
-        likely = own.get("likelihood", 1.0) >= _LEAST_LIKELIHOOD
-        if likely and math.isfinite(x) and math.isfinite(y):
-            clicks.append(Click(*place, known[part], (x, y), origin="imported"))
-    return clicks

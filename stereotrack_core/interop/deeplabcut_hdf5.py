@@ -9,7 +9,6 @@ could run a program.
 from __future__ import annotations
 
 import io
-import math
 import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -39,25 +38,6 @@ class StoredTable:
     """(R,). Number of the frame, or the parts of a picture's path."""
     values: FloatArray
     """(R, C). NaN where there is none."""
-
-
-def cells_of(path: Path) -> list[list[str]]:
-    """The same table as the cells of DeepLabCut's CSV, with a column for each part of a path.
-
-    InputError where the file cannot be read, or h5py is not installed.
-    """
-    table = stored_table(path)
-    names = table.columns
-    width = max((len(picture) for picture in table.rows), default=1)
-    headers = ("scorer", "individuals", "bodyparts", "coords")
-    kept = headers if len(names[0]) > 3 else (headers[0], *headers[2:])
-    lines = [
-        [header, *[""] * (width - 1), *(name[k] for name in names)] for k, header in enumerate(kept)
-    ]
-    for picture, row in zip(table.rows, table.values.tolist(), strict=True):
-        cells = [repr(value) if math.isfinite(value) else "" for value in row]
-        lines.append([*picture, *[""] * (width - len(picture)), *cells])
-    return lines
 
 
 def stored_table(path: Path) -> StoredTable:

@@ -25,7 +25,6 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
 from stereotrack_core.atomic import write_file
@@ -38,7 +37,14 @@ from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tables import csv_text, finite_number, read_cells, read_rows, whole_number
+from stereotrack_core.tables import (
+    csv_text,
+    finite_number,
+    number_or_nan,
+    read_cells,
+    read_rows,
+    whole_number,
+)
 
 
 @dataclass(frozen=True)
@@ -58,22 +64,22 @@ class PointTable:
         return x - self.first_pixel, camera.height - y if self.upwards else y - self.first_pixel
 
 
-POINT_TABLES: Mapping[str, PointTable] = MappingProxyType(
-    {
-        "dltdv": PointTable(re.compile(r"(pt\d+)_cam(\d+)_([XY])"), 1, upwards=False),
-        "argus": PointTable(re.compile(r"(.+)_cam_(\d+)_([xy])"), 0, upwards=True),
-        "xmalab": PointTable(re.compile(r"(.+)_cam(\d+)_([XY])"), 0, upwards=False),
-    }
+POINT_TABLES = (
+    PointTable(re.compile(r"(pt\d+)_cam(\d+)_([XY])"), 1, upwards=False),  # DLTdv
+    PointTable(re.compile(r"(.+)_cam_(\d+)_([xy])"), 0, upwards=True),  # Argus
+    PointTable(re.compile(r"(.+)_cam(\d+)_([XY])"), 0, upwards=False),  # XMALab
 )
-"""By the name of the format; a header is of the first whose pattern it has."""
+"""A header is of the first whose pattern it has."""
 
 
-def point_table_of(header: Sequence[str]) -> str:
-    """Which of the formats a file has whose first line this is; empty where none."""
-    for form, table in POINT_TABLES.items():
-        if header and all(table.pattern.fullmatch(name) for name in header):
-            return form
-    return ""
+def point_table_of(header: Sequence[str]) -> PointTable | None:
+    """The format of a file whose first line this is; None if it is none of these."""
+    fitting = (
+        table
+        for table in POINT_TABLES
+        if header and all(table.pattern.fullmatch(name) for name in header)
+    )
+    return next(fitting, None)
 
 
 def read_points(source: LabelSource) -> Labels:
@@ -86,11 +92,14 @@ def read_points(source: LabelSource) -> Labels:
     """
     path = source.path
     lines = read_cells(path, headers=1)
-    table = POINT_TABLES[point_table_of(lines[0])]
+    table = point_table_of(lines[0])
+    assert table is not None  # noqa: S101 - the header was looked at
     cameras = {str(k): name for k, name in enumerate(source.recording.cameras, start=1)}
     places: dict[tuple[str, str], dict[str, int]] = {}
     for column, name in enumerate(lines[0]):
-        point, number, axis = _parts(table, name)
+        match = table.pattern.fullmatch(name)
+        assert match is not None  # noqa: S101 - the whole header was looked at
+        point, number, axis = match.groups()
         if number not in cameras:
             raise InputError(
                 f"the file has a camera {number}, the recording has {len(cameras)}",
@@ -107,7 +116,8 @@ def read_points(source: LabelSource) -> Labels:
         clicks = []
         for (point, name), columns in places.items():
             if point in known and len(columns) == 2:
-                x, y = (_value(cells, columns[axis], path, line) for axis in "xy")
+                written = [cells[k] if k < len(cells) else "" for k in (columns["x"], columns["y"])]
+                x, y = (number_or_nan(cell, path, line, point) for cell in written)
                 if math.isfinite(x) and math.isfinite(y):
                     pixel = table.pixel((x, y), source.recording.cameras[name])
                     clicks.append(Click(line - 2, name, known[point], pixel, origin="imported"))
@@ -116,24 +126,6 @@ def read_points(source: LabelSource) -> Labels:
     rows = enumerate(lines[1:], start=2)
     found = source.labels((point for point, _ in places), rows, read)
     return replace(found, unstated=PLACES_ALONE)
-
-
-def _parts(table: PointTable, name: str) -> tuple[str, str, str]:
-    match = table.pattern.fullmatch(name)
-    assert match is not None  # noqa: S101 - the whole header was looked at
-    return match[1], match[2], match[3]
-
-
-def _value(cells: Sequence[str], column: int, path: Path, line: int) -> float:
-    text = cells[column] if column < len(cells) else ""
-    try:
-        return float(text) if text else math.nan
-    except ValueError:
-        raise InputError(
-            f"line {line}: {text!r} is not a number",
-            where=str(path),
-            remedy="Write pixels as a number, or NaN.",
-        ) from None
 
 
 _UNDERSTOOD = (
@@ -170,7 +162,11 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     read: Callable[[LabelSource], Labels] | None
     read = {".json": read_coco, ".slp": read_sleap, ".h5": read_deeplabcut}.get(suffix)
     if suffix == ".csv":
-        read = _reader_of_table(read_cells(source.path))
+        lines = read_cells(source.path)
+        if is_deeplabcut(lines):
+            read = read_deeplabcut
+        elif lines and point_table_of(lines[0]) is not None:
+            read = read_points
     if read is not None:
         return _checked(read(source), source, frames)
     if suffix != ".csv":
@@ -187,13 +183,6 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
                 remedy="Omit this option.",
             )
     return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
-
-
-def _reader_of_table(lines: list[list[str]]) -> Callable[[LabelSource], Labels] | None:
-    """What reads a table of another program; None for one of ours."""
-    if is_deeplabcut(lines):
-        return read_deeplabcut
-    return read_points if lines and point_table_of(lines[0]) else None
 
 
 def _checked(found: Labels, source: LabelSource, frames: int | None) -> Labels:

@@ -53,16 +53,6 @@ class Markers:
         return f"{self.path}, {self.place}"
 
 
-@dataclass(frozen=True, eq=False)
-class Body:
-    """What markers tell of a person, in metres and the file's axes."""
-
-    landmarks: FloatArray  # (F, 9, 3); NaN where not known
-    trunk: FloatArray  # (F, 3), from the pelvis towards the neck; NaN where not known
-    legs: FloatArray  # (F, 3), from the feet towards the pelvis; NaN where not known
-    notes: tuple[Finding, ...] = ()
-
-
 @dataclass(frozen=True)
 class _Rule:
     """How a landmark follows from markers at `places`."""
@@ -163,19 +153,24 @@ def landmarks_in_world(markers: Markers, stated: Stated) -> tuple[FloatArray, tu
 
     InputError as of :func:`body_of` and :func:`.check_axes`.
     """
-    body, axes = body_of(markers, stated.names), markers.axes
+    landmarks, trunk, legs, notes = body_of(markers, stated.names)
+    axes = markers.axes
     if stated.world_from_file is not None:
         axes = FileAxes(stated.world_from_file, "as stated", is_certain=True)
     elif stated.tilted:
         axes = replace(axes, is_certain=True)
-    directions = {"trunk": body.trunk, "legs": body.legs}
+    directions = {"trunk": trunk, "legs": legs}
     note = check_axes(axes, directions, markers.points, str(markers.path))
     world_from_file = stated.up.rotation.T @ axes.world_from_file
-    return body.landmarks @ world_from_file.T, (note, *body.notes)
+    return landmarks @ world_from_file.T, (note, *notes)
 
 
-def body_of(markers: Markers, stated: Mapping[str, str]) -> Body:
-    """Landmarks of a file's markers, and where trunk and legs point.
+def body_of(
+    markers: Markers, stated: Mapping[str, str]
+) -> tuple[FloatArray, FloatArray, FloatArray, list[Finding]]:
+    """Landmarks (F, 9, 3), vectors (F, 3) from pelvis to neck and from feet to pelvis, and notes.
+
+    All are in metres and the file's axes, NaN where not known.
 
     `stated`: our names of their labels, which go before names that are alike
     (:func:`.map_names`), and these before the usual marker sets.
@@ -211,7 +206,7 @@ def body_of(markers: Markers, stated: Mapping[str, str]) -> Body:
     feet = [name for place, own in places.items() if place.endswith("foot") for name in own]
     named = (name for name in names if _FOOT.search(name.lower()))
     feet = feet or [name for name in named if there[labels.index(name)]]
-    return Body(points, *_directions(at, _mean_of(markers, labels, feet)), tuple(notes))
+    return points, *_directions(at, _mean_of(markers, labels, feet)), notes
 
 
 def _note(markers: Markers, what: str) -> Finding:

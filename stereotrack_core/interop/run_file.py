@@ -23,6 +23,7 @@ from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
 from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.reading import check_file
+from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.landmarks import (
     LANDMARKS,
     LandmarkTrajectory,
@@ -30,14 +31,16 @@ from stereotrack_core.recording.landmarks import (
     write_landmarks,
 )
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.stored import fps_of_run, upright_run
+from stereotrack_core.tracking.stored import upright_run
 
 
-def _read_archive(path: Path) -> LandmarkTrajectory:
+def _read_archive(path: Path, stated: Stated | None) -> LandmarkTrajectory:
+    if stated is not None and stated.about_file:
+        raise unstatable(path)
     return (read_reference(path) if is_reference(path) else read_run(path)).trajectory()
 
 
-def _read_table(path: Path, stated: Stated | None) -> tuple[LandmarkTrajectory, float | None]:
+def _read_table(path: Path, stated: Stated | None) -> LandmarkTrajectory:
     """Landmarks of a table, whose axes are those of the world unless others are stated."""
     trajectory, stated = read_landmarks(path), stated or Stated()
     if stated.names:
@@ -46,22 +49,19 @@ def _read_table(path: Path, stated: Stated | None) -> tuple[LandmarkTrajectory, 
     markers = Markers(LANDMARKS, trajectory.points, axes, path, "landmark")
     points, (axes_taken, *_) = landmarks_in_world(markers, stated)
     notes = () if stated.world_from_file is None else (axes_taken,)
-    found = replace(trajectory, points=points, notes=(*trajectory.notes, *notes))
-    return found, found.fps
+    return replace(trajectory, points=points, notes=(*trajectory.notes, *notes))
 
 
-_READERS: Mapping[str, Callable[[Path], LandmarkTrajectory]] = {
+_OWN_AXES = (".csv", ".trc", ".c3d")
+"""Suffixes of files whose axes, and but for ``.csv`` whose names, may be others than here."""
+
+_READERS: Mapping[str, Callable[[Path, Stated | None], LandmarkTrajectory]] = {
     ".npz": _read_archive,
     PART_SUFFIX: _read_archive,
-}
-"""What landmarks are read from that has this program's names and the recording's axes."""
-
-_FOREIGN: Mapping[str, Callable[[Path, Stated | None], tuple[LandmarkTrajectory, float | None]]] = {
     ".csv": _read_table,
-    ".trc": read_trc,
-    ".c3d": read_c3d,
+    ".trc": lambda path, stated: read_trc(path, stated)[0],
+    ".c3d": lambda path, stated: read_c3d(path, stated)[0],
 }
-"""What they are read from with other axes, and, but for ``.csv``, with other names."""
 
 _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
     ".trc": write_trc,
@@ -70,7 +70,7 @@ _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
 }
 """What landmarks can be written as that states a frame rate."""
 
-TRAJECTORY_SUFFIXES: tuple[str, ...] = (*_READERS, *_FOREIGN)
+TRAJECTORY_SUFFIXES: tuple[str, ...] = tuple(_READERS)
 """What :func:`read_trajectory` reads."""
 
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
@@ -85,13 +85,14 @@ def run_suffix(path: Path) -> str:
     return _suffix(path, RUN_SUFFIXES)
 
 
-def write_run(path: Path, run: Run) -> None:
+def write_run(path: Path, run: Run, fps: float | None = None) -> None:
     """Write a run completely (.npz) or its landmarks (.csv, .trc, .c3d, .bvh).
 
-    The last three state which axis points up, and get one that does.
+    The last three state which axis points up, and get one that does. They need frames per second,
+    which are those of the run if they are not given.
 
-    Raises InputError for an unknown suffix, a place that cannot be written to, or where the format
-    needs a frame rate that the run's ``meta["fps"]`` does not state.
+    Raises InputError for an unknown suffix, a place that cannot be written to, or if nothing states
+    the frame rate.
 
     Examples
     --------
@@ -103,7 +104,7 @@ def write_run(path: Path, run: Run) -> None:
         write_npz(path, run)
     else:
         own_world = path.suffix.lower() == ".csv"
-        fps = None if own_world else fps_of_run(run)
+        fps = stated_fps(run.meta) if fps is None else fps
         trajectory = (run if own_world else upright_run(run)).trajectory()
         write_trajectory(path, trajectory, fps, run.residual)
 
@@ -178,17 +179,12 @@ def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTraject
     InputError for an unknown suffix, a damaged file, or something stated about another format.
     """
     path = Path(path)
-    suffix = _suffix(path, (*_READERS, *_FOREIGN))
-    if suffix in _FOREIGN:
-        return _FOREIGN[suffix](path, stated)[0]
-    if stated is not None and stated.about_file:
-        raise unstatable(path)
-    return _READERS[suffix](path)
+    return _READERS[_suffix(path, TRAJECTORY_SUFFIXES)](path, stated)
 
 
 def has_own_axes(path: Path) -> bool:
     """Whether names and axes can be stated of a file of this suffix."""
-    return path.suffix.lower() in _FOREIGN
+    return path.suffix.lower() in _OWN_AXES
 
 
 def unstatable(path: Path) -> InputError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,8 @@ from stereotrack_core.interop.run_npz import read_meta
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION, describe, fingerprint
 
-_MOST_FILES = 60
-"""More files or folders than this are not looked into, the newest first."""
+_MOST_FOLDERS = 60
+"""More recordings beside a run than this are not looked at."""
 
 
 def meta_of_run(path: Path) -> Mapping[str, Any]:
@@ -36,11 +36,13 @@ def recording_of_run_file(path: Path) -> Path | None:
     """
     meta = meta_of_run(path)
     named, content = str(meta.get("recording_folder") or ""), meta.get("fingerprint")
-    if named and _is_recording(Path(named)):
+    if named and (Path(named) / DESCRIPTION).is_file():
         return Path(named)
     parent = Path(path).absolute().parent
-    for folder in (parent, *_newest(parent, os.path.isdir)):
-        if _is_recording(folder) and content is not None and _content_of(folder) == content:
+    beside = (parent / DESCRIPTION, *sorted(parent.glob(f"*/{DESCRIPTION}"))[:_MOST_FOLDERS])
+    for folder in (one.parent for one in beside if content is not None and one.is_file()):
+        recording = describe(folder, [])
+        if recording is not None and fingerprint(recording) == content:
             return folder
     return None
 
@@ -51,36 +53,7 @@ def is_run_of(path: Path, recording: Recording) -> bool:
         meta = meta_of_run(path)
     except InputError:
         return False
-    return _belongs(meta, fingerprint(recording), recording.folder.resolve())
-
-
-def _belongs(meta: Mapping[str, Any], content: str, folder: Path) -> bool:
     if meta.get("fingerprint") is not None:
-        return bool(meta["fingerprint"] == content)
+        return bool(meta["fingerprint"] == fingerprint(recording))
     named = str(meta.get("recording_folder") or "")
-    return bool(named) and Path(os.path.realpath(named)) == folder
-
-
-def _is_recording(folder: Path) -> bool:
-    return (folder / DESCRIPTION).is_file()
-
-
-def _content_of(folder: Path) -> str | None:
-    recording = describe(folder, [])
-    return None if recording is None else fingerprint(recording)
-
-
-def _newest(folder: Path, wanted: Any) -> Iterator[Path]:
-    """Entries of a folder that are wanted, the newest first; none where it cannot be read."""
-    try:
-        entries = [path for path in folder.iterdir() if wanted(path)]
-    except OSError:
-        return
-    yield from sorted(entries, key=_changed, reverse=True)[:_MOST_FILES]
-
-
-def _changed(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except OSError:
-        return 0.0
+    return bool(named) and os.path.realpath(named) == os.path.realpath(recording.folder)

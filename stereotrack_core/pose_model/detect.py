@@ -14,7 +14,7 @@ from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose, Pose
 from stereotrack_core.pose_model.following import Whereabouts, detect_person, whereabouts
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
+from stereotrack_core.recording.keypoint_names import unnamed, with_layouts
 from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of
 from stereotrack_core.recording.person_boxes import Box, person_boxes
 from stereotrack_core.recording.reader import FrameReader

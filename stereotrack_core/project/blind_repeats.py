@@ -38,7 +38,7 @@ class BlindRepeats:
         return () if self.active is None else self._project.clicks.again_at(ROUND, self.active)
 
     def missing(self) -> tuple[ClickKey, ...]:
-        """What the first reading has of the frame and the second one has not yet."""
+        """Clicks of the first reading of the frame that the second one lacks."""
         if self.active is None:
             return ()
         there = {click.key for click in self.clicks()}
@@ -46,7 +46,7 @@ class BlindRepeats:
         return tuple(sorted(click.key for click in first if click.key not in there))
 
     def words(self) -> str:
-        """What is going on, for the person who clicks; empty where nothing is."""
+        """Progress of the repeat for the person who clicks; empty if none is under way."""
         if self.active is None:
             return ""
         return (

@@ -47,7 +47,7 @@ def _values(click: Click, stamp: Stamp) -> Row:
 
 
 class Clicks:
-    """What people have clicked. Deleted clicks are left out where not said otherwise."""
+    """Clicks of people. Deleted ones are left out where not said otherwise."""
 
     def __init__(self, access: Access) -> None:
         self._access = access
@@ -60,9 +60,9 @@ class Clicks:
 
     def at(self, frame: int, camera: str | None = None) -> tuple[Click, ...]:
         """Clicks of a frame, of all cameras or of one."""
-        if camera is None:
-            return self._clicks("WHERE frame = ? AND deleted = 0", frame)
-        return self._clicks("WHERE frame = ? AND camera = ? AND deleted = 0", frame, camera)
+        own = () if camera is None else (camera,)
+        where = "WHERE frame = ? AND deleted = 0" + " AND camera = ?" * len(own)
+        return self._clicks(where, frame, *own)
 
     def deleted_at(self, frame: int) -> tuple[Click, ...]:
         """Clicks of a frame that were taken away."""
@@ -115,11 +115,9 @@ class Clicks:
         )
         return frozenset(row[0] for row in rows)
 
-    def again(self, round_number: int | None = None) -> tuple[Click, ...]:
-        """Clicks of second, blind readings: of one round, or of all of them."""
-        if round_number is None:
-            return self._clicks("WHERE deleted = 0 ORDER BY round, frame", table="repeat_click")
-        condition = "WHERE round = ? AND deleted = 0"
+    def again(self, round_number: int) -> tuple[Click, ...]:
+        """Clicks of a second, blind reading."""
+        condition = "WHERE round = ? AND deleted = 0 ORDER BY frame"
         return self._clicks(condition, round_number, table="repeat_click")
 
     def again_at(self, round_number: int, frame: int) -> tuple[Click, ...]:
@@ -287,15 +285,13 @@ class MarkClicks(Edit):
                     remedy="Click its position instead.",
                 )
             sigma = click.sigma if self.sigma is None else self.sigma
-            yield _restated(
-                state,
-                click,
-                stamp,
-                position=None if outside else click.position,
-                visibility=visibility,
-                flag=click.flag if self.flag is None else self.flag,
-                sigma=None if self.usual_sigma else sigma,
-            )
+            changes = {
+                "position": None if outside else click.position,
+                "visibility": visibility,
+                "flag": click.flag if self.flag is None else self.flag,
+                "sigma": None if self.usual_sigma else sigma,
+            }
+            yield _restated(state, click, stamp, **changes)
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ _SENTENCES: dict[int, tuple[str, str]] = {
 }
 
 _NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
-"""What comes of making something of values that nothing can be made of."""
+"""Exceptions raised by senseless values."""
 
 _DAMAGE = (
     *(sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CONSTRAINT),
@@ -64,7 +64,7 @@ _DAMAGE = (
 
 
 def how_to_restore(path: Path) -> str:
-    """Which backup of a project that cannot be used lies beside it, and how to open it."""
+    """Remedy for a damaged project: the backup beside it, and how to open it."""
     kept = sorted(path.parent.glob(f"{glob.escape(path.stem)}.format*{path.suffix}"))
     if not kept:
         return (
@@ -192,7 +192,7 @@ def check_free(path: Path) -> None:
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """What lies beside a project of an edit that was not finished: a journal, or another's log.
+    """Files beside a project of an edit that was not finished: a journal, or another's log.
 
     A journal that begins with a zero is that of an edit that was finished.
     """

@@ -1,4 +1,4 @@
-"""What importing a detector's files does to a project: told first, then done."""
+"""Import of a detector's files into a project: planned and told first, then done."""
 
 from __future__ import annotations
 
@@ -44,14 +44,8 @@ def keypoints_in(
 ) -> FoundKeypoints:
     """Keypoints of one person, of a project (.stereotrack) or of a detector's file or folder.
 
-    Raises InputError where there are none.
-
-    Parameters
-    ----------
-    layout : str, optional
-        Name in ``LAYOUTS`` of the order of points without names.
-    person : str, optional
-        Name or number of the person; the surest of all frames where it is not given.
+    `layout` names the order of points without names, `person` is a name or number; without it the
+    surest person of all frames is taken. Raises InputError where there are no keypoints.
     """
     if path.suffix.lower() != SUFFIX:
         named = None if layout is None else layout_named(layout)
@@ -76,14 +70,14 @@ def keypoints_in(
 
 @dataclass(frozen=True, eq=False)
 class DetectorImport:
-    """What files of a detector bring into a project; nothing is written yet."""
+    """Planned import of a detector's files into a project; nothing is written yet."""
 
     keypoints: Keypoints
-    """That are kept."""
+    """Keypoints to keep."""
     left_out: Mapping[str, int]
     """Keypoints that are not, by the reason in words."""
     notes: tuple[str, ...]
-    """What was decided about them: the order of points, which person."""
+    """Decisions about them: the order of points, which person."""
     people: tuple[str, ...]
     """Names or numbers of all people in the files."""
     replaced: int
@@ -92,7 +86,7 @@ class DetectorImport:
     """Landmarks that are proposed as clicks."""
     before: DetectorState
     after: DetectorState
-    """What the project keeps of the detectors, without and with the files."""
+    """Content of the project by the detectors, without and with the files."""
 
     def facts(self) -> dict[str, Any]:
         """Numbers and names, for a person or a program."""
@@ -109,7 +103,7 @@ class DetectorImport:
         }
 
     def left_out_words(self) -> str:
-        """What is left out and why, in a line; ``nothing`` where all is taken."""
+        """Keypoints left out and why, in a line; ``nothing`` if there are none."""
         told = [f"{counted(count, 'keypoint')} {why}" for why, count in self.left_out.items()]
         return "; ".join(told) or "nothing"
 
@@ -125,23 +119,11 @@ def plan_import(
 ) -> DetectorImport:
     """Read files of a detector and work out what they change; the project stays as it is.
 
-    They take the place of what the project has of the same detector in the same cameras.
-
-    Parameters
-    ----------
-    frames : int, optional
-        Number of frames of the recording, where it is known.
-    all_people : bool
-        Keep all people; otherwise one over all frames.
-    person : str, optional
-        Name or number of the one; the surest of all frames where it is not given.
-    propose : bool
-        Propose landmarks as clicks. Otherwise what the detector has proposed before stays.
-
-    Raises
-    ------
-    InputError
-        Where a file cannot be read, or the detector's name is taken.
+    They take the place of what the project has of the same detector in the same cameras. One
+    `person` is kept, the surest of all frames if no name or number is given, or `all_people`.
+    Unless landmarks are proposed as clicks, earlier proposals of the detector stay. `frames` is the
+    number of frames of the recording. Raises InputError where a file cannot be read, or the
+    detector's name is taken.
     """
     every = joined([read_keypoints(source, frames) for source in sources])
     people = [
@@ -173,7 +155,7 @@ def plan_import(
 
 
 def removal(project: Project, source: str) -> tuple[DetectorState, DetectorState]:
-    """What the project keeps of a detector, and that it keeps nothing."""
+    """Content of the project by a detector, and the same without it."""
     before = project.keypoints.state((source,))
     return before, DetectorState((source,), keypoints_of(()), ())
 

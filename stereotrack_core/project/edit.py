@@ -18,7 +18,7 @@ _VALUES = (str, int, float, type(None))
 
 @dataclass(frozen=True)
 class Change:
-    """What an edit does to one row.
+    """Change of one row by an edit.
 
     `before` and `after`: values of the row; None where there is no such row.
     """
@@ -86,7 +86,7 @@ def without_idle(changes: Iterable[Change]) -> tuple[Change, ...]:
 
 @dataclass(frozen=True)
 class Stamp:
-    """Who makes an edit, and when (ISO 8601, UTC)."""
+    """Author and time (ISO 8601, UTC) of an edit."""
 
     who: str
     at: str
@@ -125,7 +125,7 @@ class Edit(ABC):
 
     @abstractmethod
     def words(self) -> str:
-        """What it does, as a menu shows it after "Undo:"."""
+        """Description, as a menu shows it after "Undo:"."""
 
     @abstractmethod
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:

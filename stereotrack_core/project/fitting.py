@@ -17,7 +17,7 @@ from stereotrack_core.annotation.doubts import (
     what_disagrees,
     what_to_do,
 )
-from stereotrack_core.annotation.fit.fit import fit_reference
+from stereotrack_core.annotation.fit.fit import FitRequest, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.reference import (
@@ -50,10 +50,7 @@ FITTED = "fitted to clicks"
 
 
 def fit_elsewhere(fit: Callable[..., TrajectoryFit], asker: Asker) -> TrajectoryFit:
-    """What a :class:`TaskProcess` does: fit, and say how many frames are taken in.
-
-    `fit` is :func:`fit_reference` with all that it needs but ``on_frame``.
-    """
+    """Call :func:`fit_reference`, given with all but ``on_frame``, in a :class:`TaskProcess`."""
     return fit(on_frame=lambda _frame: asker.on_frames(1))
 
 
@@ -76,19 +73,10 @@ def fit_project(
     begun, landmarks = time.monotonic(), project.landmark_set()
     clicks = project.clicks.between(frames.start, frames.stop)
     sigma, subject = project.click_sigmas(), project.subject() or recording.subject
-    fit = do(
-        partial(
-            fit_reference,
-            replace(recording, subject=subject),
-            clicks,
-            frames=frames,
-            settings=settings,
-            landmarks=landmarks,
-            sigma=sigma,
-            source=project.path.name,
-            gaps=gaps_of(project),
-        )
+    request = FitRequest(
+        frames, None, settings, landmarks, sigma, source=project.path.name, gaps=gaps_of(project)
     )
+    fit = do(partial(fit_reference, replace(recording, subject=subject), clicks, request))
     clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
     meta = {
         **origin_of(recording, len(clicks), sigma, settings),
@@ -132,7 +120,7 @@ class ShownReference:
     words: str  # how good it is
     outliers: tuple[ClickKey, ...] = ()  # clicks that look like outliers
     clicks: FittedClicks | None = None
-    """What it was fitted to, and where that has changed; None where nobody knows."""
+    """Clicks that it was fitted to, and where they have changed; None if not known."""
 
 
 def read_reference(project: Project, recording: Recording, name: str) -> ShownReference:

@@ -46,7 +46,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Changed:
-    """What has just happened to a project: an edit in words, and its rows in their order."""
+    """An edit just made, undone or redone: its words, and its rows in their order."""
 
     words: str
     how: Literal["done", "undone", "redone"]
@@ -84,11 +84,11 @@ class History:
         self._access = access
 
     def to_undo(self) -> Entry | None:
-        """What undo would take back."""
+        """The edit that undo would take back."""
         return self._next("done")
 
     def to_redo(self) -> Entry | None:
-        """What redo would make again."""
+        """The edit that redo would make again."""
         return self._next("undone")
 
     def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
@@ -100,7 +100,7 @@ class History:
         return tuple(Entry(*row) for row in rows)
 
     def changes_of(self, number: int) -> tuple[Change, ...]:
-        """What an edit has changed."""
+        """Changes of an edit."""
         rows = self._access.rows(
             "SELECT changed_table, changed_key, before, after FROM edit_change WHERE edit = ?"
             " ORDER BY place",

@@ -1,4 +1,4 @@
-"""What people say about frames: flags, and which frames shall be annotated."""
+"""Flags on frames, and frames that shall be annotated."""
 
 from __future__ import annotations
 
@@ -45,13 +45,11 @@ class Marks:
     def __init__(self, access: Access) -> None:
         self._access = access
 
-    def flags(self, frame: int | None = None) -> tuple[FrameFlag, ...]:
-        """Flags of all frames or of one, by frame."""
-        lowest, highest = (0, 2**62) if frame is None else (frame, frame)
+    def flags(self) -> tuple[FrameFlag, ...]:
+        """Flags of all frames, by frame."""
         rows = self._access.rows(
             "SELECT frame, landmark, kind, note, who, at FROM frame_flag"
-            " WHERE frame BETWEEN ? AND ? AND deleted = 0 ORDER BY frame, landmark",
-            (lowest, highest),
+            " WHERE deleted = 0 ORDER BY frame, landmark"
         )
         return tuple(FrameFlag(*row) for row in rows)
 

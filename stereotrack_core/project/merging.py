@@ -128,15 +128,9 @@ def _completed(theirs: Click, mine: Click, unstated: Collection[str]) -> Click:
 def clicks_of_project(
     path: Path, project: Project
 ) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
-    """All clicks of another project of the same recording, deleted ones too.
+    """All clicks of another project of the same recording, deleted ones too, and notes about it.
 
     Raises InputError where it is this project, is of another recording, or cannot be read.
-
-    Returns
-    -------
-    clicks : tuple of Click
-    notes : tuple of Finding
-        What the person should know about that project.
     """
     if resolved(path) == project.path:
         raise InputError(

@@ -35,7 +35,7 @@ from stereotrack_core.project.validity import check_whole
 
 
 def owner_of(database: sqlite3.Connection) -> Owner | None:
-    """Who has the project open for writing, or had it when it crashed."""
+    """Program that has the project open for writing, or had it when it crashed."""
     row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
     return None if row is None else Owner(*row)
 
@@ -97,7 +97,7 @@ def network_type(path: Path, mounts: Sequence[Mount] | None = None) -> str | Non
 
 
 def _machine_mounts() -> tuple[Mount, ...]:
-    """What is mounted where; nothing where the machine does not tell."""
+    """Mounts of this machine; none if it does not tell."""
     try:
         if sys.platform == "darwin":
             listed = subprocess.run(
@@ -297,7 +297,7 @@ def _try_what_was_left(path: Path) -> None:
 
 
 def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding, ...]:
-    """What to tell about a file that was not closed, or copied while it was open."""
+    """Note on a file that was not closed, or copied while it was open."""
     if left is None:
         return ()
     who = f"process {left.process} on {left.host}"
@@ -310,7 +310,7 @@ def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding
 
 
 def _notes_of_format(path: Path, earlier: Path | None) -> tuple[Finding, ...]:
-    """What to tell about a file of an older format, of which a copy was made."""
+    """Note on a file of an older format, of which a copy was made."""
     if earlier is None:
         return ()
     what = "it was made by an earlier version of the program and now has the present format"

@@ -126,7 +126,7 @@ class StoredKeypoints:
         return self._rows("frame = ?", frame)
 
     def state(self, sources: Sequence[str]) -> DetectorState:
-        """What is kept of these detectors, to be put back by :meth:`put`."""
+        """Content by these detectors, to be put back by :meth:`put`."""
         rows = self._rows(f"source IN ({', '.join('?' * len(sources))})", *sources)
         proposed = Predictions(self._access).of_sources(sources)
         return DetectorState(tuple(sources), rows, proposed)

@@ -25,10 +25,9 @@ from stereotrack_core.annotation.detected_body import body_predictions
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
 from stereotrack_core.annotation.follow import follow_clicks
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
-from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import projected_landmarks
 from stereotrack_core.annotation.propose import PROPOSED, Proposer
-from stereotrack_core.arrays import BoolArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.counting import counted
@@ -48,29 +47,19 @@ _LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by o
 
 
 def from_fit(
-    fit: TrajectoryFit, cameras: Mapping[str, Camera], frames: range | None = None
+    fit: TrajectoryFit, cameras: Mapping[str, Camera], frames: range
 ) -> Iterator[Prediction]:
     """Landmarks of a fit in every image; between clicked frames they are filled in joint space."""
-    known = (fit.kind != GAP) & _within(fit.frame, frames)
-    yield from projected_landmarks(
-        fit.frame[known].tolist(),
-        fit.names,
-        fit.landmarks[known],
-        fit.covariance[known],
-        cameras,
-        FIT,
-    )
+    known = (fit.kind != GAP) & np.isin(fit.frame, frames)
+    numbers, points = fit.frame[known].tolist(), fit.landmarks[known]
+    yield from projected_landmarks(numbers, fit.names, points, fit.covariance[known], cameras, FIT)
 
 
 def from_run(
-    run: Run,
-    name: str,
-    cameras: Mapping[str, Camera],
-    landmark_set: LandmarkSet = NINE,
-    frames: range | None = None,
+    run: Run, name: str, cameras: Mapping[str, Camera], landmark_set: LandmarkSet, frames: range
 ) -> Iterator[Prediction]:
     """The landmarks of a set that a tracker found in every image; the source is ``run NAME``."""
-    known = run.tracked & _within(run.frame, frames)
+    known = run.tracked & np.isin(run.frame, frames)
     names = [name for name in landmark_set.names if name in run.landmark_names]
     places = [run.landmark_names.index(one) for one in names]
     limbs = [LIMBS.index(landmark_set[one].limb) for one in names]
@@ -83,12 +72,6 @@ def from_run(
 def source_of_run(name: str) -> str:
     """The source of predictions from a run of the project."""
     return f"run {name}"
-
-
-def _within(frame: IntArray, frames: range | None) -> BoolArray:
-    if frames is None:
-        return np.ones(len(frame), dtype=np.bool_)
-    return (frame >= frames.start) & (frame < frames.stop)
 
 
 OnProgress = Callable[[float, str], None]
@@ -146,15 +129,10 @@ def fill_in(
     on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> str:
-    """Keep predictions for what is selected and nobody has clicked; gaps are left empty.
+    """Keep predictions for what is selected and nobody has clicked; says so in words.
 
-    Raises InputError where the project cannot be written to; Cancelled when stopped; nothing is
-    kept then.
-
-    Returns
-    -------
-    str
-        What was done, in words.
+    Gaps are left empty. Raises InputError where the project cannot be written to; Cancelled when
+    stopped; nothing is kept then.
     """
     frames = selection.frames
     found: list[Prediction] = []
@@ -256,13 +234,8 @@ def propose_selection(
 ) -> str:
     """Propose what is not clicked in the selection from the clicks in it and around it.
 
-    Raises InputError where there is no click to begin with, or the project cannot be written to;
-    Cancelled when stopped; nothing is kept then.
-
-    Returns
-    -------
-    str
-        What was done, in words.
+    Returns a sentence on it. Raises InputError where there is no click to begin with, or the
+    project cannot be written to; Cancelled when stopped; nothing is kept then.
     """
     frames = selection.frames
     near = project.clicks.between(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)

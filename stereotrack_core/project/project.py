@@ -56,16 +56,9 @@ Listener = Callable[[Changed], None]
 class Project:
     """An open project. All changes go through :meth:`apply`, and are saved when it returns.
 
-    Methods may be called from every thread; listeners are called on the thread of the edit.
-
-    Attributes
-    ----------
-    notes : what the person should know about opening it
-    who : annotator whose name edits get
-    clicks, predictions, keypoints, marks, view_settings : readers of what their names say; a
-        person's clicks, a program's predictions and a detector's keypoints are kept apart
-    references, runs, subjects, landmark_sets, parameter_sets, descriptions : named things; see
-        ``references.py``, ``runs.py`` and ``setups.py`` for typed ones
+    Methods may be called from every thread; listeners are called on the thread of the edit. `notes`
+    are remarks on opening it, `who` is the annotator. References, runs, subjects, landmark sets and
+    parameter sets are named entries; ``entries.py`` and ``runs.py`` make typed values of them.
 
     Examples
     --------
@@ -106,7 +99,7 @@ class Project:
         return Entries(table, self._access)
 
     def _unusable(self) -> Iterable[Finding]:
-        """What was chosen and cannot be used."""
+        """Warnings about chosen entries that cannot be used."""
         if (name := self.chosen(self.descriptions)) is not None:
             what = f"it corrects the recording's description ({name}), which is not done any more"
             remedy = "Correct the recording's own files, or the clicks may not fit its cameras."

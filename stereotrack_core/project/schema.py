@@ -43,7 +43,7 @@ class Table:
 
     @property
     def statement(self) -> str:
-        """What makes the table."""
+        """SQL statement that makes the table."""
         types = {name: _TYPES.get(name, "TEXT NOT NULL") for name in (*self.key, *self.values)}
         primary, numbered = f", PRIMARY KEY ({', '.join(self.key)})", self.key == ("frame",)
         if len(self.key) == 1:
@@ -93,7 +93,7 @@ ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
     PRIMARY KEY (frame, camera, keypoint, source, person)) WITHOUT ROWID""",
     )
 }
-"""What makes a project of the format before one of this format."""
+"""Statements that bring a project of the format before up to date."""
 
 APPLICATION = 0x53745470
 """Kept in the file's ``application_id``, which tells what a database is for: ``StTp``."""
@@ -177,4 +177,4 @@ STATEMENTS: tuple[str, ...] = (
     at TEXT NOT NULL)""",
     *(statement for added in ADDED_STATEMENTS.values() for statement in added),
 )
-"""What makes an empty project."""
+"""Statements that make an empty project."""

@@ -16,7 +16,7 @@ from stereotrack_core.project.project import Project
 
 @dataclass(frozen=True)
 class Selection:
-    """What commands work on."""
+    """Frames and landmarks that commands work on."""
 
     frames: range  # not empty, without steps
     landmarks: tuple[str, ...] = ()  # empty: all of them

@@ -146,7 +146,7 @@ def _invalid_row(database: sqlite3.Connection) -> str:
 
 
 def contradiction(database: sqlite3.Connection) -> str:
-    """What a table and the history say differently, in words; empty where they agree.
+    """Contradiction between a table and the history, in words; empty if they agree.
 
     The history knows nothing of runs.
     """

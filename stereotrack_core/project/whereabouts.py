@@ -33,7 +33,7 @@ class RecordingPlace:
 
 @dataclass(frozen=True)
 class Whereabouts:
-    """What looking for a recording gave, and what the person should know about it.
+    """Result of looking for a recording, with a remark for the person.
 
     Without a folder, the person has to be asked for it.
     """
@@ -128,7 +128,7 @@ def _fingerprint_of(folder: Path) -> str | None:
 
 
 def no_recording(project: Path) -> Whereabouts:
-    """What there is to say of a project without the row of its recording."""
+    """Result for a project without the row of its recording."""
     what = "the recording of the project is not known"
     return Whereabouts(None, Finding("error", str(project), what, "Choose the recording's folder."))
 
@@ -146,13 +146,8 @@ def projects_of(folder: Path, documents: Path | None = None) -> tuple[Path, ...]
     folder = folder.resolve()
     places = (folder.parent, documents or documents_folder())
     files = [path for place in places for path in place.glob(f"*{SUFFIX}")]
-    found = [path for path in dict.fromkeys(files) if _belongs(path, folder)]
+    found = [path for path in dict.fromkeys(files) if folder in stated_folders(path)]
     return tuple(sorted(found, key=lambda path: path.stat().st_mtime, reverse=True))
-
-
-def _belongs(project: Path, folder: Path) -> bool:
-    """Whether a project's recording is, or was, this folder."""
-    return folder in stated_folders(project)
 
 
 def stated_folders(project: Path) -> tuple[Path, ...]:

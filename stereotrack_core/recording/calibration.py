@@ -211,7 +211,7 @@ def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: boo
 
 
 def _section(camera: Camera, metres: float) -> dict[str, Any]:
-    """What a file says of a camera; `metres` are those of the file's unit."""
+    """A camera as a section of the file; `metres` are those of the file's unit."""
     placed = camera.camera_from_world
     section: dict[str, Any] = {
         "name": camera.name,

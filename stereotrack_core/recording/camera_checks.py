@@ -1,4 +1,4 @@
-"""What looks wrong about the cameras: intrinsics, places, stereo pairs, gaze, units."""
+"""Checks of the cameras: intrinsics, places, stereo pairs, gaze, units."""
 
 from __future__ import annotations
 
@@ -41,9 +41,15 @@ def check_cameras(recording: Recording) -> Iterator[Finding]:
     own = world_camera(cameras_of_views(recording).values())
     likely = up_of_cameras(recording)
     if own is not None:
-        yield _world_is_a_camera(recording, own, likely)
+        yield Finding(
+            "note" if likely.axis != UP_AXES[0] else "warning",
+            f"{CALIBRATION}, camera {own.name}",
+            f"the world is the frame of camera {own.name}: z is its viewing direction, not up",
+            _assumed(recording, likely),
+        )
     elif likely.axis != UP_AXES[0]:
-        yield _another_axis_is_up(recording, likely)
+        what = f"the world's {likely.axis} axis points up in the images, not z"
+        yield Finding("note", CALIBRATION, what, _assumed(recording, likely))
     whole_rig = yield from _check_gaze(recording, upright=own is None)
     if not whole_rig:
         yield from _check_distances(recording)
@@ -114,7 +120,7 @@ def _centre_exchanged(camera: Camera) -> bool:
 
 
 def _of_another_size(camera: Camera) -> str:
-    """What to do where the principal point is the middle of a larger or smaller image."""
+    """Remedy if the principal point is the middle of a larger or smaller image; else empty."""
     middle = np.array([camera.width, camera.height]) / 2
     for factor in IMAGE_SIZES:
         if np.all(np.abs(factor * camera.matrix[:2, 2] - middle) < _NEAR_MIDDLE * camera.width):
@@ -270,26 +276,8 @@ def world_camera(cameras: Iterable[Camera]) -> Camera | None:
     return None
 
 
-def _world_is_a_camera(recording: Recording, camera: Camera, likely: LikelyUp) -> Finding:
-    return Finding(
-        "note" if likely.axis != UP_AXES[0] else "warning",
-        f"{CALIBRATION}, camera {camera.name}",
-        f"the world is the frame of camera {camera.name}: z is its viewing direction, not up",
-        _assumed(recording, likely),
-    )
-
-
-def _another_axis_is_up(recording: Recording, likely: LikelyUp) -> Finding:
-    return Finding(
-        "note",
-        CALIBRATION,
-        f"the world's {likely.axis} axis points up in the images, not z",
-        _assumed(recording, likely),
-    )
-
-
 def _assumed(recording: Recording, likely: LikelyUp) -> str:
-    """What is done where z does not point up, and what else can be."""
+    """Consequences of a z axis that does not point up, and the remedy."""
     folder = recording.folder
     align = f"`stereotrack calibrate align {folder / CALIBRATION} --floor {folder} -o FILE.toml`"
     if likely.axis == UP_AXES[0]:
@@ -365,16 +353,19 @@ def _check_upright(
             )
 
 
-def _transposed(camera: Camera) -> Camera:
+def transposed(camera: Camera) -> Camera:
+    """The camera with its rotation transposed."""
     old = camera.camera_from_world
     return replace(camera, camera_from_world=RigidTransform(old.rotation.T, old.translation))
 
 
+def inverted(camera: Camera) -> Camera:
+    """The camera with rotation and translation inverted."""
+    return replace(camera, camera_from_world=camera.camera_from_world.inverse())
+
+
 _TRANSPOSED = "transposed (rotations only)"
-_WAYS: dict[str, Callable[[Camera], Camera]] = {
-    _TRANSPOSED: _transposed,
-    "inverted": lambda one: replace(one, camera_from_world=one.camera_from_world.inverse()),
-}
+_WAYS: dict[str, Callable[[Camera], Camera]] = {_TRANSPOSED: transposed, "inverted": inverted}
 """Mistakes of conversion that are seen often."""
 
 
@@ -392,7 +383,7 @@ def at_one_place(cameras: Mapping[str, Camera]) -> bool:
 def _misfits(
     cameras: Mapping[str, Camera], turns: Mapping[str, int], world: Upright = Z_UP
 ) -> dict[str, str]:
-    """What is wrong with views that do not fit the others, by view name.
+    """Faults of views that do not fit the others, by view name.
 
     `turns` are the display rotations of those in which what is up in the `world` should be up.
     """

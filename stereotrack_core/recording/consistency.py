@@ -18,6 +18,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.recording.camera_checks import view_cameras
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.tables import read_rows, whole_number
 
 FILES: tuple[tuple[str, str], ...] = (
@@ -51,8 +52,9 @@ class Observations:
 
 def check_consistency(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Views that contradict the others, in place or in time."""
+    # a row of clicks names a view or a camera
+    cameras = {**recording.cameras, **view_cameras(recording)}
     for file, column in FILES:
-        cameras = _cameras(recording)
         seen = observations(recording.folder / file, column, cameras, frame_count)
         if seen is None or len(seen.views) < 2:
             continue
@@ -62,11 +64,6 @@ def check_consistency(recording: Recording, frame_count: int) -> Iterator[Findin
             yield from _check_time(file, cameras, seen, recording.fps)
 
 
-def _cameras(recording: Recording) -> dict[str, Camera]:
-    """Cameras by what a row of clicks may say: a view's name or a camera's."""
-    return {**recording.cameras, **view_cameras(recording)}
-
-
 def observations(
     path: Path, column: str, views: Container[str], frame_count: int
 ) -> Observations | None:
@@ -74,27 +71,25 @@ def observations(
 
     None where there is no such file, or it is laid out in another way: the format does not name it.
     """
-    if not path.is_file():
-        return None
-    try:
-        return _read(path, column, views, frame_count)
-    except InputError:
-        return None
-
-
-def _read(path: Path, column: str, views: Container[str], frame_count: int) -> Observations | None:
     names: dict[str, int] = {}
     points: dict[str, int] = {}
     rows: list[tuple[int, int, int, float, float]] = []
     header = ("frame", "view", column, "x", "y")
-    for line, cells in read_rows(path, header):
+    try:
+        lines = list(read_rows(path, header)) if path.is_file() else []
+    except InputError:
+        return None
+    for line, cells in lines:
         if cells["view"] not in views:
             continue
         try:
             x, y = float(cells["x"]), float(cells["y"])
         except ValueError:
             continue  # not seen there
-        frame = whole_number(cells["frame"], path, line, "frame")
+        try:
+            frame = whole_number(cells["frame"], path, line, "frame")
+        except InputError:
+            return None
         if not (0 <= frame < frame_count and np.isfinite([x, y]).all()):
             continue
         view = names.setdefault(cells["view"], len(names))
@@ -109,14 +104,8 @@ def _read(path: Path, column: str, views: Container[str], frame_count: int) -> O
         return None
     pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
     pixels[view_at, frame_at - frames[0], point_at] = table[:, 3:]
-    mirror = tuple(points.get(_of_other_side(name), place) for name, place in points.items())
+    mirror = tuple(points.get(exchanged(name), place) for name, place in points.items())
     return Observations(tuple(names), tuple(points), frames, pixels, mirror)
-
-
-def _of_other_side(point: str) -> str:
-    """``right_elbow`` for ``left_elbow``, and the other way round."""
-    side, _, rest = point.partition("_")
-    return f"{'right' if side == 'left' else 'left'}_{rest}" if side in {"left", "right"} else point
 
 
 def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:
@@ -203,8 +192,7 @@ def epipolar_error(a: Camera, pixels_a: FloatArray, b: Camera, pixels_b: FloatAr
         normal = np.cross(baseline, one)
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
         sines.append(np.abs(np.einsum("ij,ij->i", normal, other)))
-    result: FloatArray = (sines[0] * b.matrix[0, 0] + sines[1] * a.matrix[0, 0]) / 2
-    return result
+    return np.asarray((sines[0] * b.matrix[0, 0] + sines[1] * a.matrix[0, 0]) / 2)
 
 
 def _shifted(path: FloatArray, shift: float) -> FloatArray:

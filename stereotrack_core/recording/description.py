@@ -1,4 +1,4 @@
-"""What a recording folder says about itself, as frozen facts, with subject and segments."""
+"""Description of a recording folder: views, cameras, subject and segments."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Subject:
-    """What is known of one person's body: lengths, and where the bones lie in it.
+    """One person's body: lengths, and where the bones lie in it.
 
     Lengths are in metres between joint centres; None where not measured.
     """
@@ -180,7 +180,7 @@ def write_subject(path: Path, subject: Subject) -> None:
 
 
 def subject_values(subject: Subject) -> dict[str, Any]:
-    """What is known of a subject as plain data; :func:`subject_in` makes it again."""
+    """A subject as plain data; :func:`subject_in` makes it again."""
     known = {key: value for key, value in asdict(subject).items() if value is not None}
     if not known.pop("offsets"):
         return known

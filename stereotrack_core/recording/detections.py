@@ -1,4 +1,4 @@
-"""What a detector has said about head and hands, at any time."""
+"""Detections of head and hands, at any time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stereotrack_core.tables import finite_number, read_rows
 HEAD, LEFT_HAND, RIGHT_HAND, HAND = "head", "left_hand", "right_hand", "hand"
 
 _DETECTION_KINDS: tuple[str, ...] = (HEAD, LEFT_HAND, RIGHT_HAND, HAND)
-"""What can be detected; ``hand`` where the side is not known."""
+"""Kinds of detections; ``hand`` if the side is not known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def read_detections(path: Path, recording: Recording) -> Detections:
 
 
 def own_detections(recording: Recording) -> Detections | None:
-    """What lies beside a recording as :data:`OWN_FILE`; None where there is nothing.
+    """Detections beside a recording, in :data:`OWN_FILE`; None without that file.
 
     Raises InputError: see :func:`read_detections`.
     """

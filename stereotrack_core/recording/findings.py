@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -106,8 +107,9 @@ def _check_stream(
     try:
         shift = stream.first_frame + round(stream.time_offset * recording.fps)
         lasting[f"{view.name} {key}"] = source.count() - shift
-        missing = source.missing()
-        if missing:
+        if isinstance(source, VideoStream):
+            yield from _check_video(where, stream, source, recording.fps if paced else None)
+        elif missing := source.missing():
             yield Finding(
                 "warning",
                 f"{where}.frames",
@@ -115,8 +117,6 @@ def _check_stream(
                 f"{stream.frames!r} (the first missing one is number {missing[0]})",
                 "Add them. Without them the view has no image in these frames.",
             )
-        if isinstance(source, VideoStream):
-            yield from _check_video(where, stream, source, recording.fps if paced else None)
     finally:
         source.close()
 
@@ -261,7 +261,8 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
         return
     where = "reference.csv"
     yield from reference.notes
-    yield from _check_names(recording)
+    with suppress(InputError):  # told when the recording was read
+        yield from _check_names(recording.folder / where)
     if not np.isfinite(reference.points).all(axis=2).any():
         yield Finding(
             "warning", where, "it contains no landmarks", "Add rows frame,landmark,x,y,z in metres."
@@ -277,27 +278,20 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
             "Check whether a stream is too short, or whether the reference counts frames "
             "differently.",
         )
-    points = _by_name(reference)
-    size_is_wrong = yield from check_size(reference)
-    if not size_is_wrong:
+    if not (yield from check_size(reference)):
         has_north = up_of_cameras(recording).axis == UP_AXES[0]
-        yield from _check_sides(points, has_north=has_north)
-        yield from _check_visible(recording)
+        yield from _check_sides(_by_name(reference), has_north=has_north)
+        yield from _check_visible(recording, reference)
 
 
-def _check_names(recording: Recording) -> Iterator[Finding]:
-    for path in sorted(recording.folder.glob("reference.csv")):
-        try:
-            others = unknown_landmarks(path)
-        except InputError:
-            return  # told when the recording was read
-        if others:
-            yield Finding(
-                "note",
-                path.name,
-                f"unknown landmarks are ignored: {', '.join(others)}",
-                f"The nine landmarks are {', '.join(LANDMARKS)}.",
-            )
+def _check_names(path: Path) -> Iterator[Finding]:
+    if path.is_file() and (others := unknown_landmarks(path)):
+        yield Finding(
+            "note",
+            path.name,
+            f"unknown landmarks are ignored: {', '.join(others)}",
+            f"The nine landmarks are {', '.join(LANDMARKS)}.",
+        )
 
 
 def _median(values: FloatArray) -> float:
@@ -373,9 +367,8 @@ def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterat
         )
 
 
-def _check_visible(recording: Recording) -> Iterator[Finding]:
-    assert recording.reference is not None  # noqa: S101 - the caller asked
-    points = recording.reference.points.reshape(-1, 3)
+def _check_visible(recording: Recording, reference: LandmarkTrajectory) -> Iterator[Finding]:
+    points = reference.points.reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -141,25 +141,6 @@ def open_recording(folder: Path) -> Recording:
     return recording
 
 
-def open_recordings(folders: Sequence[Path]) -> list[Recording]:
-    """Recordings of several folders, with names that tell them apart.
-
-    Raises InputError for a folder that is no recording, or is given twice.
-    """
-    recordings = [open_recording(folder) for folder in folders]
-    if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
-        raise InputError(
-            "a recording is given twice", where="RECORDING", remedy="Give each recording once."
-        )
-    names = [recording.name for recording in recordings]
-    return [
-        recording
-        if names.count(recording.name) == 1
-        else dataclasses.replace(recording, name=str(recording.folder))
-        for recording in recordings
-    ]
-
-
 def describe(
     folder: Path, complaints: list[InputError], content: Mapping[str, Any] | None = None
 ) -> Recording | None:
@@ -169,7 +150,10 @@ def describe(
     """
     folder = Path(folder)
     if not folder.is_dir():
-        complaints.append(_no_folder(folder))
+        what, remedy = "there is no such folder", "Correct the path."
+        if folder.is_file():
+            what, remedy = "this is a file", "Give the folder that contains recording.toml."
+        complaints.append(InputError(what, where=str(folder), remedy=remedy))
         return None
     path = folder / DESCRIPTION
     try:
@@ -216,16 +200,6 @@ def named_file(folder: Path, key: str) -> Path:
             f"it names no {key}", where=str(folder / DESCRIPTION), remedy="Add the file's name."
         )
     return inside(folder, name, f"{folder / DESCRIPTION}, {key}")
-
-
-def _no_folder(folder: Path) -> InputError:
-    if folder.is_file():
-        return InputError(
-            "this is a file",
-            where=str(folder),
-            remedy="Give the folder that contains recording.toml.",
-        )
-    return InputError("there is no such folder", where=str(folder), remedy="Correct the path.")
 
 
 def _check_format(table: Table) -> None:
@@ -373,11 +347,9 @@ def calibration_fingerprint(recording: Recording) -> str:
     """
     digest = hashlib.blake2b(digest_size=16)
     for name, camera in sorted(recording.cameras.items()):
-        transform = camera.camera_from_world
+        placed = camera.camera_from_world
         digest.update(f"{name} {camera.width} {camera.height} {camera.fisheye} ".encode())
-        for numbers in (
-            *(camera.matrix, camera.distortions, transform.rotation, transform.translation),
-        ):
+        for numbers in (camera.matrix, camera.distortions, placed.rotation, placed.translation):
             digest.update(np.ascontiguousarray(numbers, dtype="<f8").tobytes())
     for view in recording.views:
         for key, stream in view.streams().items():

@@ -1,4 +1,4 @@
-"""What looks wrong about the images themselves; decodes all of them."""
+"""Checks of the images themselves; decodes all of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ STEP = 4
 
 @dataclass
 class _Watched:
-    """What is remembered of one stream over the frames."""
+    """Measurements of one stream over the frames."""
 
     frames: list[int] = field(default_factory=list)
     brightness: list[float] = field(default_factory=list)
@@ -81,7 +81,14 @@ def check_images(recording: Recording) -> Iterator[Finding]:
     for (view, key), one in watched.items():
         yield from _check_darkness(f"view {view}, {key}", one)
         yield from _check_background(f"view {view}, {key}", one)
-    yield from _check_sameness(watched)
+    for (view, _), one in watched.items():
+        if one.like_left and all(one.like_left) and one.shows_something:
+            yield Finding(
+                "error",
+                f"view {view}",
+                "the left and right images are identical, so there is no depth",
+                "Give each camera of the stereo pair its own file.",
+            )
     yield from _check_frozen(watched)
     yield from _check_gain(watched)
     yield from _check_depth(watched)
@@ -97,8 +104,7 @@ def _watch(watched: dict[tuple[str, str], _Watched], view: str, images: ViewImag
         same = np.array_equal(images.left[::STEP, ::STEP], images.image[::STEP, ::STEP])
         one.like_left.append(bool(same))
     if images.depth is not None:
-        share = float(np.isfinite(images.depth[::STEP, ::STEP]).mean())
-        one.depth_share.append(share)
+        one.depth_share.append(float(np.isfinite(images.depth[::STEP, ::STEP]).mean()))
 
 
 def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
@@ -143,17 +149,6 @@ def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
         )
 
 
-def _check_sameness(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
-    for (view, _), one in watched.items():
-        if one.like_left and all(one.like_left) and one.shows_something:
-            yield Finding(
-                "error",
-                f"view {view}",
-                "the left and right images are identical, so there is no depth",
-                "Give each camera of the stereo pair its own file.",
-            )
-
-
 def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
     """Streams that repeat an image while another stream goes on (a still scene freezes all)."""
     for (view, key), one in watched.items():
@@ -171,13 +166,9 @@ def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]
         for part in stretches_of(flags):
             first, last = one.frames[part[0]], one.frames[part[-1]]
             if last - first + 1 >= _FROZEN_FRAMES:
-                yield Finding(
-                    "warning",
-                    f"view {view}, {key}",
-                    f"the image is frozen from frame {first - 1} to {last} while other views "
-                    "continue",
-                    "The camera dropped frames. Check whether it is late afterwards.",
-                )
+                what = f"the image is frozen from frame {first - 1} to {last} while other views"
+                remedy = "The camera dropped frames. Check whether it is late afterwards."
+                yield Finding("warning", f"view {view}, {key}", f"{what} continue", remedy)
 
 
 def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:

@@ -63,8 +63,7 @@ def _grey(frame: Any) -> ImageArray:
     name = frame.format.name
     eight_bit = all(component.bits == 8 for component in frame.format.components)
     if not name.startswith(_PLANAR_LUMA) or not eight_bit:
-        converted: ImageArray = frame.to_ndarray(format="gray")
-        return converted
+        return np.asarray(frame.to_ndarray(format="gray"))
     plane = frame.planes[0]
     rows = np.frombuffer(plane, dtype=np.uint8).reshape(-1, plane.line_size)
     luma = rows[: frame.height, : frame.width]
@@ -76,12 +75,11 @@ def _grey(frame: Any) -> ImageArray:
 
 @cache
 def _stretch_table() -> ImageArray:
-    """What ffmpeg makes of each limited-range luma: (y - 16) 255 / 219, in its own rounding."""
+    """Grey value by ffmpeg of each limited-range luma: (y - 16) 255 / 219, in its own rounding."""
     planes = np.full((3, 256), 128, dtype=np.uint8)
     planes[:2] = np.arange(256, dtype=np.uint8)
     frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
-    table: ImageArray = frame.to_ndarray(format="gray")[0].copy()
-    return table
+    return np.asarray(frame.to_ndarray(format="gray")[0].copy())
 
 
 _NUMBER = re.compile(r"%(0(\d+))?d")

@@ -1,4 +1,4 @@
-"""What a detector of 2-D keypoints says about a recording, as one table.
+"""Keypoints predicted by 2-D detectors in a recording, as one table.
 
 They are a program's predictions, never clicks. Places are pixels of the raw picture of a camera.
 """
@@ -84,7 +84,8 @@ def keypoints_of(rows: Iterable[Row]) -> Keypoints:
     They are sorted by frame, camera, source, person and keypoint. A confidence outside of 0 to 1
     becomes the nearer of them, one that is not known 1.
     """
-    kept = sorted((row for row in rows if np.isfinite(row[3:5]).all()), key=_place_in_table)
+    kept = [row for row in rows if np.isfinite(row[3:5]).all()]
+    kept.sort(key=lambda row: (row[0], row[1], row[6], row[7], row[2]))
     frame, camera, keypoint, x, y, confidence, source, person = (
         zip(*kept, strict=True) if kept else ((),) * 8
     )
@@ -98,10 +99,6 @@ def keypoints_of(rows: Iterable[Row]) -> Keypoints:
         np.array(source, dtype=np.str_),
         np.array(person, dtype=np.int64),
     )
-
-
-def _place_in_table(row: Row) -> tuple[int, str, str, int, str]:
-    return row[0], row[1], row[6], row[7], row[2]
 
 
 def rows_of(keypoints: Keypoints) -> Iterator[Row]:
@@ -167,7 +164,8 @@ def of_one_person(keypoints: Keypoints) -> Keypoints:
     Which of several people is followed is not decided here: in most recordings the surest is the
     one in the middle, whom all cameras see.
     """
-    if not _several_in_a_picture(keypoints):
+    pictures, people = _pictures(keypoints, with_person=False), _pictures(keypoints)
+    if people.max(initial=-1) == pictures.max(initial=-1):  # one person in every picture
         return keypoints
     kept: BoolArray = np.zeros(len(keypoints), dtype=np.bool_)
     for source in np.unique(keypoints.source).tolist():
@@ -180,12 +178,6 @@ def surest_person(keypoints: Keypoints) -> int:
     """Number of the person with the highest sum of confidences over all frames and cameras."""
     people, row = np.unique(keypoints.person, return_inverse=True)
     return int(people[np.argmax(np.bincount(row, keypoints.confidence))])
-
-
-def _several_in_a_picture(keypoints: Keypoints) -> bool:
-    """Whether a source shows more than one person in any picture."""
-    pictures, people = _pictures(keypoints, with_person=False), _pictures(keypoints)
-    return bool(people.max(initial=-1) > pictures.max(initial=-1))
 
 
 def _pictures(keypoints: Keypoints, *, with_person: bool = True) -> IntArray:
@@ -202,8 +194,9 @@ def changes_of_surest(keypoints: Keypoints) -> int:
     group = _pictures(keypoints)
     first = np.unique(group, return_index=True)[1]
     total = np.bincount(group, keypoints.confidence, len(first))
-    order = np.lexsort((-total, _pictures(keypoints, with_person=False)[first]))
-    picture = _pictures(keypoints, with_person=False)[first][order]
+    picture = _pictures(keypoints, with_person=False)[first]
+    order = np.lexsort((-total, picture))
+    picture = picture[order]
     surest = first[order][np.unique(picture, return_index=True)[1]]
     own = keypoints[surest]
     same = (own.camera[1:] == own.camera[:-1]) & (own.source[1:] == own.source[:-1])

@@ -35,13 +35,7 @@ def person_boxes(
     A few frames spread over the recording are compared with the empty scene where the recording
     has it, and else with what they show most of the time. Who stands still before an unknown scene
     is looked for in more frames: nobody stands quite still. A view in which nothing differs, or
-    nearly everything, has no box. `cancelled` is asked between frames.
-
-    Raises
-    ------
-    InputError
-        Where a stream cannot be read.
-    Cancelled
+    nearly everything, has no box. Raises InputError where a stream cannot be read, and Cancelled.
     """
     views = tuple(_image_alone(view) for view in recording.views)
     alone = replace(recording, views=views)

@@ -23,7 +23,7 @@ from stereotrack_core.recording.stream_files import StreamSource, background_pic
 
 @dataclass(frozen=True, eq=False)
 class ViewImages:
-    """What one view shows at one instant, raw (distorted, not rotated)."""
+    """Images of one view at one instant, raw (distorted, not rotated)."""
 
     image: ImageArray  # (H, W) or (H, W, 3) uint8; reference image, grey or BGR
     left: ImageArray | None = None  # (H, W) or (H, W, 3) uint8; left image of a stereo view
@@ -65,15 +65,10 @@ class _OpenStream:
 class FrameReader:
     """Frame sets by number, the same pictures in whatever order they are asked for.
 
-    May be used from several threads. Pictures are shared with the cache and read-only. Raises
-    InputError when a view is not known or a stream cannot be opened.
-
-    Parameters
-    ----------
-    views : names of the views to read; all where not given
-    colour : whether colour streams give (H, W, 3) BGR; else everything is (H, W)
-    cache_bytes : bytes of pictures kept at most
-    read_ahead : number of frame sets decoded in the background after the one that was asked for
+    May be used from several threads. Pictures are shared with the cache and read-only; without
+    `colour` all are grey (H, W). All views are read if none are named. So many frame sets are
+    decoded in the background as `read_ahead` says. Raises InputError when a view is not known or a
+    stream cannot be opened.
     """
 
     def __init__(
@@ -334,3 +329,9 @@ def shows_colours(frame_set: FrameSet) -> bool:
         if np.mean(spread >= _DIFFERENCE) > _SHARE:
             return True
     return False
+
+
+def frame_count(recording: Recording, views: Sequence[str] | None = None) -> int:
+    """Number of frames that all these views have; raises InputError if they cannot be read."""
+    with FrameReader(recording, views=views, read_ahead=0, colour=False) as reader:
+        return reader.frame_count

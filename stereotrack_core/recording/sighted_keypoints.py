@@ -36,8 +36,7 @@ class MeetingPoints:
     @property
     def settled(self) -> BoolArray:
         """Keypoints (K,) that enough cameras agree on."""
-        result: BoolArray = self.agreed.sum(axis=1) >= _AGREED
-        return result
+        return np.asarray(self.agreed.sum(axis=1) >= _AGREED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +62,8 @@ class SightedKeypoints:
     """(V, 3), metres."""
     focal: FloatArray
     """(V,), pixels."""
+    crossed: bool = False
+    """Whether arms may be crossed, so that an elbow may be the other hand."""
 
     @property
     def count(self) -> int:
@@ -120,20 +121,11 @@ def _distances(points: FloatArray, centres: FloatArray, directions: FloatArray) 
     away = points - centres
     along = np.einsum("...i,...i->...", away, directions)
     across = away - along[..., None] * directions
-    result: FloatArray = np.where(along > 0.0, np.linalg.norm(across, axis=-1), np.nan)
-    return result
+    return np.where(along > 0.0, np.linalg.norm(across, axis=-1), np.nan)
 
 
 class KeypointsInViews:
-    """Keypoints of a recording, frame by frame in its calibrated cameras.
-
-    Parameters
-    ----------
-    keypoints : Keypoints, optional
-        Of one person; those of other cameras are passed over.
-    cameras : mapping from str to Camera
-        That are looked with.
-    """
+    """Keypoints of one person, frame by frame in these calibrated cameras."""
 
     def __init__(self, keypoints: Keypoints | None, cameras: Mapping[str, Camera]) -> None:
         self._cameras = {name: cameras[name] for name in sorted(cameras)}

@@ -202,5 +202,4 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
         ) from None
     if not pictures:
         raise InputError("it contains no image", where=where, remedy="Remove the key.")
-    median: ImageArray = np.median(pictures, axis=0).round().astype(np.uint8)
-    return median
+    return np.asarray(np.median(pictures, axis=0).round().astype(np.uint8))

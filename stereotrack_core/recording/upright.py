@@ -1,4 +1,4 @@
-"""Which axis of a recording's world points up, told from how its cameras are held."""
+"""The axis of a recording's world that points up, by how its cameras are held."""
 
 from __future__ import annotations
 
@@ -66,5 +66,4 @@ def _up_in_world(recording: Recording, view: View) -> FloatArray:
     turn = np.radians(view.display_rotation)
     up = np.array([-np.sin(turn), -np.cos(turn), 0.0])
     camera = recording.reference_camera(view)
-    result: FloatArray = camera.camera_from_world.rotation.T @ up
-    return result
+    return np.asarray(camera.camera_from_world.rotation.T @ up)

@@ -268,10 +268,6 @@ class VideoStream:
             return self._times.count(), True
         return max(self._estimate, self._times.count_so_far()), False
 
-    def missing(self) -> tuple[int, ...]:
-        """No file numbers: a video has none."""
-        return ()
-
     @property
     def seconds_per_tick(self) -> float:
         """Unit of the time stamps."""

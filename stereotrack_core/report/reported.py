@@ -12,7 +12,7 @@ import numpy as np
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import Cancelled, Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
-from stereotrack_core.evaluation.failure_segments.export import strip_of
+from stereotrack_core.evaluation.failure_segments.drawing import strip_of
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.recording.description import Recording, Segment

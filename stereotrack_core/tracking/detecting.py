@@ -62,7 +62,7 @@ _TRUST = np.array(
     [0.5 if n.split("_")[-1] in ("elbow", "wrist", "hand") else 1.0 for n in POINT_NAMES]
 )
 """(33,). Factors on the confidences: points of arms are off by twice as much as those of the trunk,
-and more where arms cross, however sure the detector is."""
+however sure the detector is."""
 
 
 _LEAST_DEPTH = 0.1
@@ -75,6 +75,11 @@ the person. In undisturbed recordings, 99 % of the trunk's are within 0.06, of t
 _FEWEST_NEAR = 0.7
 """Share of a picture's keypoints that lie on the person; where fewer do, none is used. Undisturbed:
 0.78 and more, 0.93 in 95 % of all pictures; with half of them anywhere in the picture, 0.6."""
+
+_TOGETHER, _AT_SIDES = 0.5, 0.9
+"""Distances of wrists and of elbows in a picture, over that of the shoulders, below and above which
+arms may be crossed. The detector then puts both wrists where forearms cross, and each elbow where
+the other hand is: simulated elbows are 0.15 m off, with confidences of 0.8 to 1, else 0.05 m."""
 
 _FEET = ("ankle", "heel", "toe")
 """Ends of names of points that clouds lack, because the floor is left out."""
@@ -94,11 +99,8 @@ class SeenKeypoints:
     ----------
     detector : PoseDetector or None
         None if it is not installed: then only what an earlier run saw is known.
-    recording : Recording
     views : sequence of str
         Whose reference pictures are looked at.
-    reader : FrameReader
-    upright : Upright
     seen : mapping of int to Keypoints
         By frame, what an earlier run saw.
     """
@@ -179,7 +181,8 @@ def seen_in_views(
 
 def _sighted_used(seen: Keypoints, cameras: Mapping[str, Camera]) -> SightedKeypoints | None:
     used = seen[seen.confidence > 0.0]
-    return sighted(used, cameras) if len(used) else None
+    crossed = any(_may_cross(used[used.camera == name]) for name in cameras)
+    return replace(sighted(used, cameras), crossed=crossed) if len(used) else None
 
 
 def without_outliers(seen: Keypoints, cloud: Cloud, cameras: Mapping[str, Camera]) -> Keypoints:
@@ -197,6 +200,16 @@ def without_outliers(seen: Keypoints, cloud: Cloud, cameras: Mapping[str, Camera
         few = np.mean(beside[~feet] < _NEAR) < _FEWEST_NEAR if not feet.all() else False
         sure[own[(beside > _BESIDE) & ~feet | few]] = 0.0
     return replace(seen, confidence=sure)
+
+
+def _may_cross(seen: Keypoints) -> bool:
+    """Whether one picture has the wrists together between elbows at the sides."""
+    places, nowhere = dict(zip(seen.keypoint.tolist(), seen.place, strict=True)), np.full(2, np.nan)
+    wrists, elbows, shoulders = (
+        np.linalg.norm(places.get(f"left_{one}", nowhere) - places.get(f"right_{one}", nowhere))
+        for one in ("wrist", "elbow", "shoulder")
+    )
+    return bool(wrists < _TOGETHER * shoulders and elbows > _AT_SIDES * shoulders)
 
 
 def _beside(places: FloatArray, points: FloatArray, camera: Camera) -> FloatArray:

@@ -56,6 +56,8 @@ class Follower:
     """Whether colours of the parts are learned and compared, if the parameters give them weight."""
     uses_async_detections: bool = False
     """Whether detections that come between two frames correct the prediction."""
+    judges: bool = True
+    """Whether estimates state how likely limbs are lost; who only looks for a pose needs it not."""
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
@@ -145,7 +147,6 @@ class Follower:
         learned, surface = corrected.predicted.learned, found.surface
         P0 = found.P0 if learned is None else found.P0 + learned
         prior = None if corrected.before.is_first else Prior(P0, found.carried)
-        dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
         squared = squared if len(weight) else float("nan")
@@ -161,6 +162,9 @@ class Follower:
             seconds={"track": seconds},
             prior=prior,
         )
+        if not self.judges:
+            return estimate
+        dX = sigma_deviations(state.P, setup.weights)
         spread = displaced(state.pose, dX, setup.joints)
         movement = difference(state.pose, corrected.before.pose, setup.joints)
         return judged(estimate, cloud, setup, Evidence(spread, movement, state.disagreement))

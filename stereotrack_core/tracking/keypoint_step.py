@@ -11,7 +11,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.keypoint_pose import pose_of_keypoints
-from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import FollowedModel, PersonState
 from stereotrack_core.tracking.step_recorder import StepRecorder
@@ -62,12 +62,9 @@ class KeypointModel(FollowedModel):
         return PersonState(leader), estimate
 
     def _cost(self, cloud: Cloud, pose: Pose) -> float:
-        fit = self._fit(cloud, pose)
+        seen = KeypointObservation(cloud.keypoints, self.setup.parameters.keypoint_sigma)
+        fit = seen.fitted(self.setup.body, pose)
         return 1.0 if fit is None else fit.cost()
-
-    def _fit(self, cloud: Cloud, pose: Pose) -> KeypointFit | None:
-        sigma = self.setup.parameters.keypoint_sigma
-        return KeypointObservation(cloud.keypoints, sigma).fitted(self.setup.body, pose)
 
     def _lost(self, before: State, cloud: Cloud, reason: str) -> tuple[PersonState, Estimate]:
         after, estimate = self.follower.lost(before, cloud, reason)

@@ -109,7 +109,7 @@ def initialiser_for(
 
 def initialiser(setup: Setup) -> PersonModel:
     """A model of the iterated estimator alone."""
-    return PersonModel(Follower(setup, IteratedEstimator(setup)))
+    return PersonModel(Follower(setup, IteratedEstimator(setup), judges=False))
 
 
 def _setup(

@@ -80,7 +80,7 @@ def _followed_back(
 ) -> Iterator[_Step]:
     """Frames on the way back, the cost of each, and the cost of the pose that was found there."""
     setup, origin, agreed = model.setup, found[i].estimate, 0
-    follower, cost = model.finder.follower, model.finder.cost
+    follower, cost = replace(model.finder.follower, judges=True), model.finder.cost
     state = State(origin.pose, origin.P, found[i].frame)
     for j in way:
         whole, _ = clouds.take(found[j].frame)

@@ -12,7 +12,7 @@ import numpy as np
 
 from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Prediction
 from stereotrack_core.annotation.follow import follow_clicks
-from stereotrack_core.annotation.follow_body import BodyStep, follow_body, told_by
+from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.propose import Proposer
@@ -76,7 +76,8 @@ def annotate(
         followed: tuple[Prediction, ...] = ()
         if reader is not None and last:
             if proportions is not None:
-                step = follow_body(reader, around, frames[place - 1], frame, cameras, proportions)
+                body = FollowedBody(cameras, proportions)
+                step = follow_body(reader, around, frames[place - 1], frame, body)
                 steps = [*steps[-10:], *((step,) if step is not None else ())]
             told = told_by(steps, frame)
             open_ones = [one for one in last if one.landmark not in told]

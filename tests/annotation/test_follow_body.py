@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.follow_body import follow_body, told_by
+from stereotrack_core.annotation.follow_body import FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.recording.reader import FrameReader
@@ -35,7 +35,7 @@ def reader(clip):
 
 def follow(reader, clicks, start, frame, rig, **how):
     known = proportions_of(reader.recording.subject)
-    return follow_body(reader, clicks, start, frame, rig, known, **how)
+    return follow_body(reader, clicks, start, frame, FollowedBody(rig, known), **how)
 
 
 def test_the_body_is_seen_to_move(clip, rig, clicks, reader):

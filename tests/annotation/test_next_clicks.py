@@ -90,7 +90,7 @@ def test_flagged_gaps_and_wishes_are_kept_to():
     points = bodies(80)
     clicks = clicked_every(points, 20)
     fit = fit_of(points, range(0, 80, 20))
-    found = NextClicks(RIG, NINE, fit, clicks, gaps=[range(21, 60)]).best()
+    found = NextClicks(RIG, NINE, fit, clicks).best(Wish(gaps=[range(21, 60)]))
     assert found
     assert not any(21 <= one.frame < 60 for one in found)
     wish = Wish(5, frames=range(40, 60))

@@ -41,7 +41,7 @@ def run_of(points):
 
 def test_fit_is_projected_into_every_image_that_shows_it():
     points = bodies(6)
-    found = {one.key: one for one in from_fit(fit_of(points, [0, 5], unknown=[3]), RIG)}
+    found = {one.key: one for one in from_fit(fit_of(points, [0, 5], unknown=[3]), RIG, range(9))}
     assert {key.frame for key in found} == {0, 1, 2, 4, 5}
     for name, camera in RIG.items():
         for place, landmark in enumerate(NINE.names):
@@ -57,9 +57,9 @@ def test_run_is_projected_where_it_is_tracked():
     points = bodies(4)
     points[2] = np.nan
     points[3, LANDMARKS.index("left_hand")] = np.nan
-    found = list(from_run(run_of(points), "accurate", RIG))
+    found = list(from_run(run_of(points), "accurate", RIG, NINE, range(9)))
     assert {one.source for one in found} == {"run accurate"}
     assert {one.frame for one in found} == {0, 1, 3}
     assert not any(one.frame == 3 and one.landmark == "left_hand" for one in found)
     assert all(one.sigma > 2 for one in found)
-    assert not list(from_run(run_of(points + [0, 0, 50.0]), "accurate", RIG))
+    assert not list(from_run(run_of(points + [0, 0, 50.0]), "accurate", RIG, NINE, range(9)))

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.calibrate import verdict
+from stereotrack_core.calibrate import report
 from stereotrack_core.calibrate.lens import RADIAL, Lens
-from stereotrack_core.calibrate.work import FitLenses
+from stereotrack_core.calibrate.work import fit_lenses
 from stereotrack_core.errors import InputError
 from tests.calibrate.scenes import BOARD, SIZE, boards_before, looking_at, sightings_of
 
@@ -44,10 +44,10 @@ def test_lenses_that_fail_do_not_keep_the_others_from_their_results(scene):
     sightings = scene[1]
     few = replace(sightings[1].only(np.arange(2)), searched=14)
     asker = Asker()
-    found = FitLenses((sightings[0], few), BOARD, "radial")(asker)
+    found = fit_lenses((sightings[0], few), BOARD, "radial", asker)
     assert found["N_left"].rms_px < 0.3
     assert isinstance(found["N_right"], InputError)
     assert [word.words for word in asker.told] == ["lens of N_left", "lens of N_right"]
-    said = verdict.of_lenses(found)
+    said = report.of_lenses(found)
     assert said.words == "Film again with N_right."
     assert "found in 2 pictures of 14" in said.remarks[0]

@@ -85,7 +85,7 @@ def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path)
     empty = tmp_path / "empty.csv"
     empty.write_text("frame,view,landmark,x,y,visibility\n")
     for options, said in (
-        (("--sigma", "-1"), "standard deviation"),
+        (("--sigma", "-1"), "above 0"),
         (("--frames", "1:2"), "no click in frames 1 to 1"),
         (("--views", "X"), "no view"),
         (("--set", "speed=3"), "unknown parameter"),

@@ -11,6 +11,7 @@ import pytest
 
 from stereotrack_core import __version__
 from stereotrack_core.cli import commands
+from stereotrack_core.cli.options import CommandLine
 from stereotrack_core.cli.output import stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
@@ -63,7 +64,7 @@ def failing(monkeypatch, error):
     def fail(args):
         raise error
 
-    module = SimpleNamespace(DESCRIPTION="", OPTIONS=(), run=fail)
+    module = SimpleNamespace(run=CommandLine("", (), fail))
     monkeypatch.setitem(sys.modules, "stereotrack_core.cli.fail", module)
     command = commands.Command("fail", "fails")
     monkeypatch.setattr(commands, "COMMANDS", (*commands.COMMANDS, command))

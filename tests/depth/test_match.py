@@ -91,3 +91,15 @@ def test_fractions_of_a_pixel_are_found(shift):
     error = refined_disparity(left, right, ALL, PIXELS, start(shift), 11) - shift
     assert abs(np.mean(error)) < 0.05
     assert np.quantile(np.abs(error), 0.95) < 0.08
+
+
+@pytest.mark.parametrize("nothing", [np.nan, np.inf])
+def test_a_pixel_without_a_disparity_keeps_none_and_spoils_no_other(nothing):
+    left, right = exact_pair(5.3)
+    known = start(5.3)
+    given_less = known.copy()
+    given_less[::7] = nothing
+    found = refined_disparity(left, right, ALL, PIXELS, given_less, 11)
+    expected = refined_disparity(left, right, ALL, PIXELS, known, 11)
+    expected[::7] = nothing
+    np.testing.assert_array_equal(found, expected)

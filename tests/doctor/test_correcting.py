@@ -8,10 +8,10 @@ import pytest
 
 from stereotrack_core.doctor import correcting
 from stereotrack_core.doctor.correcting import correct, correct_all, corrected_text, intended
-from stereotrack_core.doctor.pairs import transposed
 from stereotrack_core.errors import Correction, Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
+from stereotrack_core.recording.camera_checks import transposed
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_recording_description

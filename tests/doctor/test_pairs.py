@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stereotrack_core.doctor.pairs import Details, check_pair, details_of, row_fit, transposed
+from stereotrack_core.doctor.pairs import Details, check_pair, details_of, row_fit
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.camera_checks import transposed
 from stereotrack_core.recording.description import Stream, View
 from tests.depth.scenes import camera, pair_with_disparity
 

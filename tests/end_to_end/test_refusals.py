@@ -99,7 +99,7 @@ def test_places_that_cannot_be_written(sound, tmp_path, run):
         tmp_path / "no" / "run.npz": "no such folder",
         sound / "run.npz": "never written to",
         link / "run.npz": "never written to",
-        tmp_path: "suffix",
+        tmp_path: "this is a folder",
         tmp_path / "run.txt": ".npz",
     }
     for place, word in places.items():

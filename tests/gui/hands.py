@@ -27,6 +27,18 @@ def window_with(settings: QSettings, processes: Processes | None = None) -> Main
     return window
 
 
+def heard(window: MainWindow) -> list:
+    """Messages that the window shows from now on."""
+    said, show = [], window.messages.show_message
+
+    def show_message(message) -> None:
+        said.append(message)
+        show(message)
+
+    window.messages.show_message = show_message
+    return said
+
+
 def double_click(widget, place: QPoint) -> None:
     """Click twice; the test library's own event leaves the button down, and the mouse captured."""
     QTest.mouseDClick(widget, LEFT, pos=place)

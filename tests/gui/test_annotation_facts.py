@@ -97,6 +97,5 @@ def test_an_offer_is_made_once_and_not_again_when_declined(recording):
     assert done == list(hints.swaps)
     assert offers.update(hints_of(question(recording, clicks)), {})[0] == (message,)
     (again,) = offers.update(hints, {S: "S"})[1]
-    swap = offers.swap_of(again)
-    offers.decline(swap)
+    offers.decline(again)
     assert offers.update(hints, {S: "S"}) == ((), ()), "it was declined"

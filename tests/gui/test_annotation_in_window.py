@@ -61,12 +61,12 @@ def test_lanes_follow_a_click_and_suggestions_lead_to_their_view(annotating, qtb
     lanes = {lane.id: lane.values for lane in annotating.context.docks.timeline.lanes}
     assert lanes["head"][0] == Mark.PARTLY
     annotating.context.session.document.go_to(4)
-    annotating.features.annotate.panels.click_requested.emit(0, "S_right", "left_elbow")
+    annotating.features.annotate.clicking.go_to(0, "S_right", "left_elbow")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert annotating.context.session.document.frame == 0
     assert annotating.context.view_state.active_view == "S"
     assert annotating.features.annotate.clicking.annotating.choice.landmark == "left_elbow"
-    annotating.features.annotate.panels.click_requested.emit(2, "N_left", "head")
+    annotating.features.annotate.clicking.go_to(2, "N_left", "head")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert annotating.context.view_state.kinds["N"] == "left"
 

@@ -111,7 +111,7 @@ def lenses(window, qtbot, monkeypatch, board_pictures):
     window.features.calibrate.calibration.set_model("radial")  # the quickest
     press(page.next_button)
     found = done(qtbot, window).found
-    count = sum(len(one) for one in found.search.sightings)
+    count = sum(len(one) for one in found.sightings)
     assert count > 14
     assert page.verdict.words.text() == f"Good: the board was found in {count} of 18 pictures."
     assert page.picture.shot.corners is not None

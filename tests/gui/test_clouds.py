@@ -68,10 +68,10 @@ def chains(monkeypatch):
 
 @pytest.fixture
 def presenter(qtbot):
-    made = CloudPresenter()
-    made.told, made.wrong = [], []
+    wrong = []
+    made = CloudPresenter(wrong.append)
+    made.told, made.wrong = [], wrong
     made.measured.connect(made.told.append)
-    made.message.connect(made.wrong.append)
     yield made
     made.set_recording(None)
 

@@ -24,7 +24,7 @@ def test_the_palette_finds_and_does(opened, qtbot):
     qtbot.waitUntil(lambda: dialog_of(CommandPalette) is not None, timeout=5_000)
     palette = dialog_of(CommandPalette)
     qtbot.keyClicks(palette.search, "last frame")
-    assert palette.list.currentItem().text(0) == "Last frame"
+    assert palette._current().title == "Last frame"
     qtbot.keyClick(palette.search, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: opened.context.session.document.frame == 7, timeout=5_000)
 
@@ -40,7 +40,7 @@ def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
 
 def listed(palette, text):
     palette.search.setText(text)
-    return [(item.text(0), item.data(0, Qt.ItemDataRole.UserRole)) for item in palette._items()]
+    return [(command.title, command.id) for command in palette.list.cells.rows]
 
 
 def test_the_palette_lists_first_what_is_meant_and_can_be_done(window, qtbot):

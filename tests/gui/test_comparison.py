@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,8 @@ from app.session.comparison import compared
 from app.session.judgement import judged, recorded_truth
 from app.session.runs import RunEntry, frames_of_run
 from app.widgets.style.theme import apply_theme
-from app.widgets.tables.runs_panel import ComparedCell, ComparedRow, ComparisonPanel
+from app.widgets.tables.runs_panel import ComparisonPanel
+from app.widgets.tables.table import Cell
 from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
@@ -77,12 +76,14 @@ def test_the_panel_says_what_the_command_line_says(truth):
     assert "the recording's reference" in found.words
     assert len(found.rows) == len(core.pairs[0].measures)
     for row, measure in zip(found.rows, core.pairs[0].measures, strict=True):
-        first, second = row.cells
-        assert (first.value, second.value) == (measure.first_mean, measure.second_mean)
-        assert second.difference == measure.difference
-        assert second.differs == measure.differs
-    rows = {row.label: row.cells[1] for row in found.rows}
-    assert rows["forearms [°]"].verdict.startswith("b is better by ")
+        _, first, second, difference, _ = row
+        assert first.text == f"{measure.first_mean:.1f}"
+        assert second.text == f"{measure.second_mean:.1f}"
+        change = "" if measure.equal else f"{measure.difference:+z.1f} ("
+        assert difference.text.startswith(change)
+        assert bool(second.colour) == measure.differs
+    verdicts = {row[0].text: row[-1].text for row in found.rows}
+    assert verdicts["forearms [°]"].startswith("b is better by ")
     assert "consecutive frames" in found.how
 
 
@@ -92,45 +93,43 @@ def test_a_selection_limits_what_is_compared(truth):
     assert "in the selection" in compared(entries, judgement, range(20, 40)).words
     alone = compared(entries[:1], judgement, range(20, 40))
     assert alone.runs == ("a",)
-    assert len(alone.rows[0].cells) == 1
+    assert len(alone.rows[0]) == 2
     assert alone.how == ""
 
 
 def test_without_a_reference_it_is_told_how_far_runs_are_apart():
     entries = [entry("a", stored(0.0)), entry("b", stored(0.02))]
     found = compared(entries, judged(entries[0].now(), None), None)
-    labels = [row.label for row in found.rows]
+    labels = [row[0].text for row in found.rows]
     assert "difference: forearms [°]" in labels
     assert not any(label.startswith("forearms") for label in labels)
     apart = found.rows[labels.index("difference: forearms [°]")]
-    assert np.isnan(apart.cells[0].value)
-    assert apart.cells[1].value > 1.0
+    assert apart[1].text == ""
+    assert float(apart[2].text) > 1.0
+
+
+def test_of_more_runs_the_difference_stands_in_brackets(truth):
+    entries = [
+        entry(name, stored(sigma)) for name, sigma in zip("abc", (0.04, 0.02, 0.04), strict=True)
+    ]
+    found = compared(entries, judged(entries[0].now(), truth), None)
+    (_, first, better, same), *_ = (r for r in found.rows if r[0].text == "forearms [°]")
+    assert better.text.startswith(f"{float(better.text.split()[0]):.1f} (-")
+    assert (better.colour, same.colour, first.colour) == ("good", "", "")
+    assert (same.text, better.tip[:15]) == (first.text, "B is better by ")
 
 
 @pytest.mark.window
-def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
+def test_the_panel_says_nothing_where_nothing_is(qtbot, qapp):
     apply_theme(qapp, "dark")
     panel = ComparisonPanel()
     qtbot.addWidget(panel)
-    better = ComparedCell(6.0, -1.5, -2.0, -1.0, True, "b is better by 1.5 deg (1.0 to 2.0)")
-    row = ComparedRow("torso", "torso [°]", (ComparedCell(7.5), better))
+    row = [Cell(text) for text in ("torso [°]", "7.5", "6.0", "-1.5 (-2.0 to -1.0)", "b is better")]
     panel.show_numbers("words", ("a", "b"), (row,), "how it is made")
-    assert panel.table.cells.cell(0, 1).text == "7.5"
-    assert panel.table.cells.cell(0, 2).text == "6.0"
-    assert panel.table.cells.cell(0, 3).text == "-1.5 (-2.0 to -1.0)"
-    assert panel.table.cells.cell(0, 4).text == better.verdict
+    assert panel.table.cells.columnCount() == 5
     assert panel.words.toolTip() == "how it is made"
-    assert panel.table.cells.cell(0, 1).colour == ""
-    assert panel.table.cells.cell(0, 2).colour == "good"
     assert not panel._colours.isHidden()
     assert "Green is lower than the first run" in panel._colours.text()
-    unsure = replace(better, low=np.nan, high=np.nan, differs=False, verdict="too few")
-    panel.show_numbers(
-        "words", ("a", "b", "c"), (replace(row, cells=(*row.cells[:1], unsure, unsure)),)
-    )
-    assert panel.table.cells.cell(0, 2).text == "6.0 (-1.5)"
-    assert panel.table.cells.cell(0, 2).colour == ""
-    assert panel.table.cells.columnCount() == 4
     panel.show_numbers("", (), ())
     assert panel.table.isHidden()
     assert panel._colours.isHidden(), "nothing is coloured"

@@ -37,7 +37,7 @@ def frame(lost=None, sigma=None) -> TrackedFrame:
 
 def test_a_limb_that_is_probably_lost_is_named_first():
     tracked = frame({LEFT_FOREARM: 0.8, RIGHT_FOREARM: 0.3}, {LIMBS.index("head"): 30.0})
-    assert [doubt.limb for doubt in doubts(tracked)] == ["left_forearm", "right_forearm", "head"]
+    assert list(doubts(tracked)) == ["left_forearm", "right_forearm", "head"]
     words = frame_words(tracked)
     assert words == "left forearm likely wrong, right forearm uncertain and 1 more"
     hints = {limb: hint for limb, _, _, hint in number_rows(tracked, None)}

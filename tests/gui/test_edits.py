@@ -21,9 +21,8 @@ class Stage:
     """A project, its stack, and a value that a window has."""
 
     def __init__(self, project):
-        self.value, self.project, self.edits = 0, project, EditStack()
-        self.messages = []
-        self.edits.message.connect(self.messages.append)
+        self.value, self.project, self.messages = 0, project, []
+        self.edits = EditStack(self.messages.append)
         self.edits.set_project(project)
         project.on_change(self.edits.follow)
 

@@ -80,7 +80,7 @@ def content(project):
     """All that edits have changed, and what undo and redo do next."""
     history = project.history
     return (
-        project.clicks.all(with_deleted=True), project.clicks.again(), project.marks.flags(),
+        project.clicks.all(with_deleted=True), project.clicks.again(1), project.marks.flags(),
         project.marks.keyframes(), history.to_undo(), history.to_redo(),
     )  # fmt: skip
 

@@ -83,7 +83,7 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     assert reviewing.context.session.document.frame in (1, 2, 3)
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))
     assert rows(reviewing) == []
-    assert reviewing.features.review.failures.presenter.chosen is None
+    assert reviewing.features.review.failures.chosen is None
     assert reviewing.features.review.failures.none_listed() == "No failure is listed."
     panel.limb.setCurrentIndex(0)
     assert len(rows(reviewing)) == 1

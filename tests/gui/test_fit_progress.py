@@ -16,7 +16,7 @@ pytestmark = pytest.mark.window
 
 def endless_fit(fit, asker):
     """A fit that has taken all frames in and then goes on for longer than anybody waits."""
-    asker.on_frames(len(fit.keywords["frames"]))
+    asker.on_frames(len(fit.args[2].frames))
     asker.tell(0)
     time.sleep(600.0)
 

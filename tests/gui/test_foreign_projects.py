@@ -19,6 +19,7 @@ from stereotrack_core.project.entries import (
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 from stereotrack_core.recording.description import Subject
+from tests.gui.hands import heard
 from tests.project.test_runs import run
 
 pytestmark = pytest.mark.window
@@ -56,8 +57,7 @@ def opened_without_harm(window, qtbot, path) -> str:
     """What the window says of it; it is used, closed, and nothing unforeseen happens."""
     window.context.session.document.close()
     window.messages.clear()
-    told = []
-    window.context.session.project.message.connect(told.append)
+    told = heard(window)
     window.context.session.opening.open(path)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     said = window.messages.text()
@@ -71,7 +71,6 @@ def opened_without_harm(window, qtbot, path) -> str:
         qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
         said += window.messages.text()
     window.context.session.project.give_up()
-    window.context.session.project.message.disconnect(told.append)
     said += "".join(message.sentence() for message in told)
     assert "Unexpected error" not in said
     return said

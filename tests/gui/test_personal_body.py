@@ -127,7 +127,7 @@ def personalised(window, qtbot, recording):
     assert "personalised from 3 clicked frames" in said
     assert "The trunk leans " in said
     assert len(session.subject().offsets) == 9
-    assert session.track.subject_for_run() == session.project.project.subject()
+    assert session.subject() == session.project.project.subject()
     assert session.kept.recording.subject == session.subject()
     assert undo_words(window) == "use subject P, personalised"
     window.activateWindow()

@@ -114,7 +114,7 @@ def test_the_fit_fills_in_what_is_selected_once_there_is_one(clicked, qtbot):
     )
     done(clicked, qtbot, "annotate-fit")
     said = []
-    clicked.features.annotate.panels.said.connect(said.append)
+    clicked.statusBar().messageChanged.connect(lambda words: words and said.append(words))
     done(clicked, qtbot, "annotate-fill-fit")
     kept = clicked.context.session.project.project.predictions.of_source(FIT)
     assert said[-1] == f"{len(kept)} points predicted from the fit."

@@ -127,7 +127,7 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monke
     assert max(faint) < min(mark.opacity for mark in marks if mark.certain)
 
     said = []
-    four.context.notifier.said.connect(lambda words, _ms: said.append(words))
+    four.statusBar().messageChanged.connect(said.append)
     key(four, Qt.Key.Key_Q, SHIFT, name="N")
     there = clicks(four, 1)
     assert {one.key for one in there.values()} == set(sigma) - uncertain

@@ -38,7 +38,7 @@ def test_numbers_of_the_runs_are_of_the_selection(reviewing, qtbot):
     show(reviewing, qtbot, "comparison")
 
     def lost():
-        place = next(k for k, row in enumerate(panel.table.cells.rows) if "lost" in row.label)
+        place = next(k for k, row in enumerate(panel.table.cells.rows) if "lost" in row[0].text)
         return [panel.table.cells.cell(place, column).text for column in (1, 2)]
 
     assert lost()[0] == "0.0"

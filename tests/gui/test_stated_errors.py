@@ -63,9 +63,9 @@ def test_every_number_says_how_good_the_reference_is_there(tracked, entry):
     shown = compared((entry,), found, None)
     assert shown.words.endswith("of the run, against the project's reference “mine”.")
     good = f"left upper arm [°], reference uncertainty {whole['left_upper_arm']:.1f}"
-    assert good in [row.label for row in shown.rows]
+    assert good in [row[0].text for row in shown.rows]
     part = compared((entry,), found, range(3, 4))
-    labelled = [row.label for row in part.rows]
+    labelled = [row[0].text for row in part.rows]
     assert "left upper arm [°], reference uncertainty 7.0" in labelled
     lane = lanes_of(found, FRAMES, (), None)[0]
     assert lane.value_text(1).endswith(f"°, reference uncertainty {whole['torso_long']:.1f}")
@@ -99,7 +99,7 @@ def trigger(window, qtbot, name):
 
 
 def labels(window):
-    return [row.label for row in window.features.track.comparison.table.cells.rows]
+    return [row[0].text for row in window.features.track.comparison.table.cells.rows]
 
 
 @pytest.mark.window

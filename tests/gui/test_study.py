@@ -126,7 +126,7 @@ def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
 
 
 def test_fields_say_the_settings(shown, qtbot):
-    form = shown(SettingsForm(), 900, 500)
+    form = shown(SettingsForm(lambda: None), 900, 500)
     before = StudySettings(preset="fast", grid=("views=N,NS",), seeds="0,1", changes=("grid_x=1",))
     form.show_settings(dataclasses.replace(before, changes=("iterations=3",)))
     assert "fast with iterations 3" in form.base.text()

@@ -17,6 +17,7 @@ from stereotrack_core.project.exporting.formats import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.gui.hands import heard
 
 pytestmark = pytest.mark.window
 LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
@@ -126,8 +127,7 @@ def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
 
 @unix
 def test_a_process_that_is_killed_leaves_what_was_tracked_and_a_sentence(opened, qtbot):
-    session, said = opened.context.session, []
-    session.message.connect(said.append)
+    session, said = opened.context.session, heard(opened)
     trigger(opened, "step")
     qtbot.waitUntil(lambda: session.track.paused)
     run = session.track.entry
@@ -212,7 +212,7 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
         assert path.exists() is not bool(form.missing), form.name
         if form.missing:
             assert "pip install" in opened.messages.text()
-            opened.messages.close_message()
+            opened.messages.dismiss()
 
 
 def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):

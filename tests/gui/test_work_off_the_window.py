@@ -49,7 +49,7 @@ def test_who_connects_after_the_end_is_told_as_well(qtbot, error, how):
             raise error
         return 3
 
-    tasks, told, done = TaskList(), [], []
+    tasks, told, done = TaskList(lambda _error: None), [], []
     _ends(tasks.begin("something quick", work, done.append), told)
     assert told == []
     qtbot.waitUntil(lambda: "ended" in told, timeout=10_000)
@@ -59,7 +59,7 @@ def test_who_connects_after_the_end_is_told_as_well(qtbot, error, how):
 
 
 def test_a_task_that_outlives_its_list_ends_in_the_window_s_thread(qtbot):
-    tasks, held, told = TaskList(), Held(), []
+    tasks, held, told = TaskList(lambda _error: None), Held(), []
     task = tasks.begin("something long", lambda _task: held(), told.append)
     thread, where = task._thread, destroyed_in(task)
     assert held.begun.wait(PATIENCE_S)
@@ -75,7 +75,7 @@ def test_a_task_that_outlives_its_list_ends_in_the_window_s_thread(qtbot):
 def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot, kept):
     kept.close()  # whose threads live as long as it
     held = Held()
-    newest = LatestOnly(held, "something asked")
+    newest = LatestOnly(held, "something asked", lambda *_: None, lambda *_: None)
     newest.ask("first")
     thread = newest._task._thread
     assert held.begun.wait(PATIENCE_S)

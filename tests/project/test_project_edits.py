@@ -91,7 +91,7 @@ def test_undo_and_redo_work_through_everything_after_reopening(project, project_
 def content(project: Project) -> tuple[object, ...]:
     return (
         project.clicks.all(with_deleted=True),
-        project.clicks.again(),
+        project.clicks.again(1),
         project.marks.flags(),
         project.marks.keyframes(),
     )

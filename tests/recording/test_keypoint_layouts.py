@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
-from stereotrack_core.recording.keypoint_names import LAYOUTS, layouts_of
+from stereotrack_core.recording.keypoint_names import LAYOUTS, layouts_of, unnamed, with_layouts
 
 BY_SIDE = {
     "eye": (0.03, 0.09, 1.64), "ear": (0.07, 0.0, 1.62), "shoulder": (0.18, 0.0, 1.42),

@@ -56,12 +56,12 @@ def _cloud(recording, *, colour):
     return cloud
 
 
-def test_points_get_the_colours_of_the_first_view(coloured):
+def test_points_get_the_colours_that_their_view_shows(coloured):
     cloud = _cloud(coloured, colour=True)
     trunk = np.linalg.norm(cloud.points - [0.05, -0.1, 1.2], axis=1) < 0.3
-    for view in range(len(VIEWS)):
-        own = cloud.colours[trunk & (cloud.view == view)]
-        np.testing.assert_allclose(np.median(own, axis=0), (150, 90, 60), rtol=0.03)
+    for view, gains in enumerate(TINTS.values()):
+        own = np.median(cloud.colours[trunk & (cloud.view == view)], axis=0)
+        np.testing.assert_allclose(own * gains, (150, 90, 60), rtol=0.03)
 
 
 def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):

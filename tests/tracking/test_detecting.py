@@ -13,10 +13,11 @@ from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose
+from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.clouds import Clouds, chain_of
-from stereotrack_core.tracking.detecting import SeenKeypoints
+from stereotrack_core.tracking.detecting import SeenKeypoints, seen_in_views
 from stereotrack_core.tracking.frame import DETECTED_SCENES
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import other_files, stored_spec
@@ -97,6 +98,18 @@ def test_keypoints_beside_the_person_are_not_used_and_stay_in_the_run(
     assert len(out) >= 3
     assert set(out) == {"left_shoulder"}
     assert used.count == right.count - len(out)
+
+
+@pytest.mark.parametrize(("wrist", "elbow"), [(4, 20), (12, 20), (4, 8)])
+def test_wrists_together_between_elbows_at_the_sides_may_be_crossed_arms(recording, wrist, elbow):
+    off = {"shoulder": 20, "elbow": elbow, "wrist": wrist}
+    rows = [
+        (0, recording.views[0].image.camera, f"{side}_{name}", 80 + way * x, 60, 0.9, "x", 0)
+        for name, x in off.items()
+        for side, way in (("left", 0.5), ("right", -0.5))
+    ]
+    seen = seen_in_views(recording, [recording.views[0].name], keypoints_of(rows))
+    assert seen.crossed == (wrist == 4 and elbow == 20)
 
 
 def test_a_run_says_that_keypoints_were_not_used(recording, detector):

@@ -47,15 +47,11 @@ def add_commands(
     predicting: PredictionWork,
     exchange: Sequence[Command] = (),
 ) -> None:
-    """Add all commands, in the order of their menus, and those of the selection to the timeline.
-
-    `exchange` are commands that follow those for clicks in the menu File.
-    """
+    """Add all commands, in the order of their menus, and those of the selection to the timeline."""
     actions.add(_going(panels))
     actions.add(_selection(panels, predicting))
     actions.add(_trust(panels, dialogs))
     actions.add([*_setup_and_files(panels, dialogs), *exchange])
-    panels.changed.connect(actions.refresh)
     panels.bar.set_selection_actions(
         [actions.action(name) if name else None for name in _IN_THE_MENU]
     )
@@ -163,8 +159,8 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
              dialogs.ask_to_import, icon="open", why_not=p.no_edit, section=True),
         file("annotate-export", "Export clicks …", "Write the project's clicks as a table, or as "
              "labels of COCO, SLEAP, DeepLabCut, DLTdv, Argus or XMALab.",
-             dialogs.ask_to_export, icon="export"),
+             partial(dialogs.ask_to_export, "clicks"), icon="export"),
         file("annotate-export-reference", "Export the reference …", "Write the trajectory fitted "
              "to the clicks: with its uncertainty, or in the format of another program.",
-             dialogs.ask_to_export_reference, icon="export", why_not=no_reference),
+             partial(dialogs.ask_to_export, "reference"), icon="export", why_not=no_reference),
     ]  # fmt: skip

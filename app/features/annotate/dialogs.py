@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from PySide6.QtCore import QObject, Qt, Slot
-from PySide6.QtWidgets import QDialog
+from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
@@ -33,7 +32,6 @@ from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import up_of_cameras
 
-from ...services.failures import message_of
 from ...session.project import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
@@ -43,6 +41,9 @@ from .panels import AnnotationPanels
 from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
+_EXPORTED: dict[Kind, str] = {
+    "clicks": "clicks", "reference": "the reference", "keypoints": "predictions",
+}  # fmt: skip
 _Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
 """Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
 _Compared: TypeAlias = tuple[Callable[[], Incoming], Incoming, tuple[InputError, ...]]
@@ -54,16 +55,8 @@ class AnnotationDialogs(QObject):
 
     def __init__(self, panels: AnnotationPanels) -> None:
         super().__init__(panels)
-        self._panels = panels
-        panels.leaving.connect(self._close_all)
+        self._panels, self._notifier = panels, panels.context.notifier
         self._agreement: AgreementDialog | None = None
-
-    def _show(self, dialog: QDialog) -> None:
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        # not modal: the person looks at clicks in the views meanwhile
-        dialog.show()
-        dialog.raise_()
-        dialog.activateWindow()
 
     def _begin(
         self,
@@ -74,49 +67,32 @@ class AnnotationDialogs(QObject):
         *,
         promised: bool = False,
     ) -> None:
-        """Work in the background; go on with the result if that project is open still.
-
-        `failed` tells of an error instead of the list of tasks.
-        """
+        """Work in the background; go on with the result if that project is open still."""
         project, recording = self._panels.project, self._panels.recording
         if project is None or recording is None:
             return
 
         def done(found: Any) -> None:
             if project is self._panels.project:
-                self._attempt(lambda: then(project, recording, found))
+                self._notifier.attempt(lambda: then(project, recording, found))
 
-        self._panels.tasks.begin(
+        self._panels.context.tasks.begin(
             title, lambda _task: work(project, recording), done, failed, promised=promised
         )
 
-    def _attempt(self, do: Callable[[], object]) -> bool:
-        """Do something; where it cannot be done, say so."""
-        try:
-            do()
-        except InputError as error:
-            self._panels.message.emit(message_of(error))
-            return False
-        return True
-
     # ---- clicks in and out
 
-    def ask_to_import(self) -> None:
-        """Let the person choose a file of labels, or of a reference."""
-        self._ask_for_labels()
-
-    def _ask_for_labels(self, source: LabelSource | None = None, complaint: str = "") -> None:
-        """The same, where something is wrong with what was chosen before."""
+    def ask_to_import(self, source: LabelSource | None = None, complaint: str = "") -> None:
+        """Let the person choose a file; again if there is a `complaint` about the `source`."""
         project, recording = self._panels.project, self._panels.recording
         if project is not None and recording is not None:
             names = project.landmark_set().names
-            dialog = ImportDialog(recording, names, self._folder(), self._panels.window)
-            dialog.chosen.connect(self.import_labels)
-            self._show(dialog)
+            parent, folder = self._panels.window, self._folder()
+            dialog = ImportDialog(recording, names, folder, self.import_labels, parent)
+            self._panels.show_dialog(dialog)
             if source is not None:
                 dialog.ask_again(source, complaint)
 
-    @Slot(object)
     def import_labels(self, source: LabelSource) -> None:
         """Compare a file with the project, and show that before anything is written."""
         count, path = self._panels.frame_count, source.path
@@ -127,30 +103,30 @@ class AnnotationDialogs(QObject):
 
         def keep(project: Project, _recording: Recording, reference: Reference) -> None:
             for note in reference.notes:
-                self._panels.message.emit(message_of_finding(note))
+                self._notifier.show(message_of_finding(note))
             project.apply(save_reference(path.stem, reference))
             project.apply(Choose(REFERENCE.name, path.stem))
 
         def again(error: Exception) -> None:
             if isinstance(error, AxesContradicted):
-                self._ask_for_labels(source, _axes_asked_for(error))
+                choices = f"{error.upright} for an upright person, or {error.as_stated}"
+                words = f"Choose the axes: {choices} for a person who lies or bends."
+                self.ask_to_import(source, f"{error.where}: {error.what}. {words}")
             else:
-                self._panels.message.emit(message_of(error))
+                self._notifier.error(error)
 
         def begin() -> None:
             if is_trajectory(path):
                 self._begin("reading the reference", read, keep, again)
-                return
-            self._take_in(lambda *_: _labels_of(source, count or None), path.name)
+            else:
+                self._take_in(lambda *_: _labels_of(source, count or None), path.name)
 
-        self._attempt(begin)
+        self._notifier.attempt(begin)
 
     def ask_to_merge(self) -> None:
-        """Let the person choose another project of this recording."""
         self._ask_for_project("Merge with another project", self.merge)
 
     def merge(self, path: Path) -> None:
-        """Compare another project's clicks with these, and let the person decide."""
         self._take_in(lambda project, _recording: _clicks_of(path, project), path.name)
 
     def _take_in(self, read: Callable[[Project, Recording], _Elsewhere], source: str) -> None:
@@ -164,76 +140,46 @@ class AnnotationDialogs(QObject):
             return compare, compare(), problems
 
         def show(project: Project, _recording: Recording, found: _Compared) -> None:
-            dialog = TakeInDialog(project, *found, self._panels.tasks, self._panels.window)
-            dialog.taken_in.connect(self._panels.said)
-            self._show(dialog)
+            context, parent = self._panels.context, self._panels.window
+            self._panels.show_dialog(TakeInDialog(project, *found, context, parent))
 
         self._begin(f"comparing clicks with {source}", work, show)
 
-    def ask_to_export(self) -> None:
-        """Let the person choose where clicks are written to."""
-        self._ask_where("Export clicks", "clicks", self.export)
+    def ask_to_export(self, kind: Kind) -> None:
+        """Let the person choose where something is written to, and in which format."""
+        proposed, title = Path(self._folder()) / f"{kind}.csv", f"Export {_EXPORTED[kind]}"
+        use = partial(self._export, kind)
+        ask_to_export(self._panels.window, title, proposed, formats_of(kind), use)
 
-    def export(self, path: Path, form: ExportFormat) -> None:
-        """Write clicks to a file; says so when it is done, and what the format cannot store."""
+    def _export(self, kind: Kind, path: Path, form: ExportFormat) -> None:
+        """Write in the background; says when it is done, and what the format cannot store."""
+        now = self._panels.reference.now
 
         def write(project: Project, recording: Recording) -> Exported:
+            if kind == "keypoints":
+                return export_keypoints(path, project.keypoints.all(), recording, form)
+            if kind == "reference" and now is not None:
+                return export_reference(path, now.reference, form, recording.fps)
             clicks = project.clicks.all()
             return export_clicks(path, clicks, recording, project.landmark_set(), form)
 
-        self._write("exporting clicks", write)
-
-    def ask_to_export_reference(self) -> None:
-        """Let the person choose where the reference is written to."""
-        self._ask_where("Export the reference", "reference", self.export_reference)
-
-    def export_reference(self, path: Path, form: ExportFormat) -> None:
-        """Write the reference as far as it is certain; says so when it is done."""
-        now = self._panels.reference.now
-        if now is not None:
-            known = now.reference
-            self._write(
-                "exporting the reference",
-                lambda _project, recording: export_reference(path, known, form, recording.fps),
-            )
-
-    def ask_to_export_predictions(self) -> None:
-        """Let the person choose where the keypoints of all detectors are written to."""
-        self._ask_where("Export predictions", "keypoints", self.export_predictions)
-
-    def export_predictions(self, path: Path, form: ExportFormat) -> None:
-        """Write the keypoints of all detectors; says so when it is done."""
-
-        def write(project: Project, recording: Recording) -> Exported:
-            return export_keypoints(path, project.keypoints.all(), recording, form)
-
-        self._write("exporting predictions", write)
-
-    def _ask_where(self, title: str, kind: Kind, use: Callable[[Path, ExportFormat], None]) -> None:
-        proposed = Path(self._folder()) / f"{kind}.csv"
-        ask_to_export(self._panels.window, title, proposed, formats_of(kind), use)
-
-    def _write(self, title: str, write: Callable[[Project, Recording], Exported]) -> None:
         def say(_project: Project, _recording: Recording, written: Exported) -> None:
-            self._panels.said.emit(written.words())
+            self._panels.say(written.words())
 
-        self._begin(title, write, say, promised=True)
+        if kind != "reference" or now is not None:
+            self._begin(f"exporting {_EXPORTED[kind]}", write, say, promised=True)
 
     # ---- trust
 
     def show_agreement(self) -> None:
-        """Show how well clicks agree: first with the frames that were annotated again."""
         if self._agreement is None:
-            dialog = self._agreement = AgreementDialog(self._panels.window)
-            dialog.again_requested.connect(partial(self.compare_with, None))
-            dialog.other_project_requested.connect(self._ask_for_other)
+            again, title = partial(self.compare_with, None), "Compare with another project"
+            other = partial(self._ask_for_project, title, self.compare_with)
+            dialog = AgreementDialog(again, other, self._panels.window)
             dialog.destroyed.connect(self._on_agreement_closed)
-            self._show(dialog)
+            self._agreement = dialog
+            self._panels.show_dialog(dialog)
         self.compare_with(None)
-
-    @Slot()
-    def _ask_for_other(self) -> None:
-        self._ask_for_project("Compare with another project", self.compare_with)
 
     def compare_with(self, path: Path | None) -> None:
         """Compare with another person's project; None: both readings of blind repeats."""
@@ -262,18 +208,10 @@ class AnnotationDialogs(QObject):
     # ---- subject
 
     def show_subjects(self) -> None:
-        """Enter or measure the subject's lengths."""
         panels, recording = self._panels, self._panels.recording
         if panels.project is not None and recording is not None:
             known = (panels.project, recording.cameras, recording.subject)
-            self._show(SubjectDialog(*known, panels.tasks, panels.window))
-
-    @Slot()
-    def _close_all(self) -> None:
-        """Close what belongs to a project that is being closed."""
-        for kind in (TakeInDialog, AgreementDialog, ImportDialog, SubjectDialog):
-            for dialog in self._panels.window.findChildren(kind):
-                dialog.close()
+            panels.show_dialog(SubjectDialog(*known, panels.context.tasks, panels.window))
 
     def _ask_for_project(self, title: str, use: Callable[[Path], None]) -> None:
         ask_to_open(self._panels.window, title, self._folder(), _PROJECTS, use)
@@ -283,15 +221,7 @@ class AnnotationDialogs(QObject):
         return str(project.path.parent) if project is not None else ""
 
 
-def _axes_asked_for(error: AxesContradicted) -> str:
-    return (
-        f"{error.where}: {error.what}. Choose the axes: {error.upright} for an upright person, or "
-        f"{error.as_stated} for a person who lies or bends."
-    )
-
-
 def _reference_of(source: LabelSource) -> Reference:
-    """The trajectory of a file, turned into the recording's world."""
     axes = world_from_axes(source.axes) if source.axes else None
     likely = up_of_cameras(source.recording)
     up = Upright(likely.axis) if likely.sure else Z_UP
@@ -299,21 +229,16 @@ def _reference_of(source: LabelSource) -> Reference:
 
 
 def _labels_of(source: LabelSource, frames: int | None) -> _Elsewhere:
-    """Clicks of a file, and everything that is left out of it."""
     found = read_labels(source, frames)
-    left_out = tuple(
-        InputError(
-            f"all labels of {name!r}: no landmark of this project corresponds to it",
-            where=source.path.name,
-            remedy=f"To import them, give {name}=... under the names.",
-        )
-        for name in found.left_out
-    )
+    left_out = []
+    for name in found.left_out:
+        what = f"all labels of {name!r}: no landmark of this project corresponds to it"
+        remedy = f"To import them, give {name}=... under the names."
+        left_out.append(InputError(what, where=source.path.name, remedy=remedy))
     return found.clicks, (*left_out, *found.problems), found.unstated
 
 
 def _clicks_of(path: Path, project: Project) -> _Elsewhere:
-    """Clicks of another project, and what may be wrong with them."""
     clicks, notes = clicks_of_project(path, project)
     doubtful = [note for note in notes if note.severity == "warning"]
     problems = (InputError(one.what, where=one.where, remedy=one.remedy) for one in doubtful)

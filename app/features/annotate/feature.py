@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.recording.description import Stream
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...services.layout import Workspace
 from ...session.runs import RunEntry
-from ...widgets.camera.picture import PictureKind
 from .actions import add_commands
 from .clicking.actions import commands
 from .clicking.clicked_frames import ClickedFrames
@@ -21,105 +20,66 @@ from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
 from .exchange.predictions import PredictionExchange
 from .filling.predicting import PredictionWork
-from .filling.retracking import Retracking, retrack_commands
+from .filling.retracking import Retracking, retrack_command
 from .panels import AnnotationPanels
-from .setup.personalising import Personalising, personal_commands
+from .setup.personalising import Personalising, personal_command
 
 
 @dataclass(frozen=True)
 class Annotate:
-    """What annotating consists of."""
+    """Parts of the feature."""
 
     clicking: ClickController
-    """Clicks in the views."""
     panels: AnnotationPanels
-    """Lanes, what is next, second readings and fits."""
     predicting: PredictionWork
-    """Predictions over a selection."""
     personalising: Personalising
-    """The subject's offsets by a few clicked frames."""
     exchange: PredictionExchange
-    """Predictions of detectors from files."""
     retracking: Retracking
-    """Failures of a run that are tracked again with clicks."""
 
 
 def register(context: Context) -> Annotate:
     """Offer the workspace Annotate, its panels and its commands."""
-    docks = context.docks
-    panels = AnnotationPanels(
-        docks.timeline, context.tasks, context.session.edits, docks.dialog_parent
-    )
-    clicking = ClickController(context, lambda: panels.repeats)
-    predicting = PredictionWork(panels, context.session.keypoints)
+    clicking = ClickController(context)
+    panels = AnnotationPanels(context, clicking)
+    predicting = PredictionWork(panels)
     dialogs = AnnotationDialogs(panels)
-    exchange = PredictionExchange(context, panels, dialogs.ask_to_export_predictions)
-    _AnnotateController(context, panels, predicting, clicking)
-    clicked = ClickedFrames(context.session.project, context.session)
+    exchange = PredictionExchange(panels, partial(dialogs.ask_to_export, "keypoints"))
+    _AnnotateController(context, panels, predicting)
+    clicked = ClickedFrames(context.session.project)
     personalising = Personalising(context, clicked, lambda: panels.reference.settings)
-    retracking = Retracking(context, clicked)
-    context.docks.add_workspace(
-        Workspace(
-            "annotate",
-            "Annotate",
-            "Click landmarks in all views. The body is fitted to the clicks as you go.",
-            "clicks",
-            side=(("landmarks",), ("body", "next", "scene")),
-            bottom=("timeline",),
-            side_share=0.26,
-            bottom_shares=(0.24,),
-            side_heights=(10, 14),
-            tall_side=True,
-            why_not=context.session.no_recording,
-        )
-    )
+    retracking = Retracking(context, clicked, clicking.body)
+    space = Workspace(
+        "annotate", "Annotate",
+        "Click landmarks in all views. The body is fitted to the clicks as you go.", "clicks",
+        side=(("landmarks",), ("body", "next", "scene")), bottom=("timeline",),
+        side_share=0.26, bottom_shares=(0.24,), side_heights=(10, 14), tall_side=True,
+        why_not=context.session.no_recording,
+    )  # fmt: skip
+    context.docks.add_workspace(space)
     context.actions.add(commands(context.session, clicking))
     add_commands(context.actions, panels, dialogs, predicting, exchange.commands())
-    context.actions.add(retrack_commands(retracking))
-    context.actions.add(personal_commands(personalising))
-    _offer_in_body(context, clicking, retracking)
+    context.actions.add([retrack_command(retracking), personal_command(personalising)])
+    names = "annotate-detect", "annotate-personalise", "annotate-retrack"
+    clicking.body.add_action_buttons([context.actions.action(name) for name in names])
     return Annotate(clicking, panels, predicting, personalising, exchange, retracking)
 
 
-def _offer_in_body(context: Context, clicking: ClickController, retracking: Retracking) -> None:
-    """Offer below the body fit what can be done without clicks and with them."""
-    names = "annotate-detect", "annotate-personalise", "annotate-retrack"
-    clicking.body.add_action_buttons([context.actions.action(name) for name in names])
-
-    def show() -> None:
-        clicking.body.show_hint(retracking.hint())
-        context.actions.refresh_soon()
-
-    retracking.changed.connect(show)
-
-
 class _AnnotateController(QObject):
-    """Connects lanes, Next and second readings with the document and the views."""
+    """Connects lanes, suggested clicks and the reference with the session."""
 
     def __init__(
-        self,
-        context: Context,
-        panels: AnnotationPanels,
-        predicting: PredictionWork,
-        clicking: ClickController,
+        self, context: Context, panels: AnnotationPanels, predicting: PredictionWork
     ) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.panels, self._predicting, self._clicking = panels, predicting, clicking
-        session, docks, annotating = context.session, context.docks, clicking.annotating
+        self.panels, self._predicting, self._clicking = panels, predicting, panels.clicking
+        session, docks = context.session, context.docks
         docks.add("next", "Suggested clicks", panels.next_panel)
         docks.add_above_timeline(panels.bar)
         docks.lay_over_views(panels.repeat_bar)
-        panels.frame_requested.connect(session.document.visit)
-        panels.click_requested.connect(self._on_click_wanted)
-        panels.landmark_chosen.connect(annotating.choose)
-        panels.repeat_changed.connect(annotating.reread)
-        clicking.proposals.changed.connect(self._on_proposals)
-        clicking.proposals.ahead_changed.connect(self._on_proposals)
-        predicting.found.connect(panels.read_kept)
+        self._clicking.proposals.changed.connect(self._on_proposals)
         panels.reference_changed.connect(self._on_reference)
-        panels.said.connect(context.notifier.say)
-        panels.message.connect(context.notifier.show)
+        session.project.changed.connect(panels.follow)
         session.project.opened.connect(self._on_project)
         session.project.closing.connect(panels.shutdown)
         docks.workspace_changed.connect(self._on_workspace)
@@ -130,7 +90,7 @@ class _AnnotateController(QObject):
             session.track.finished,
         ):  # fmt: skip
             changed.connect(self._on_run)
-        clicking.body.with_depth.toggled.connect(self._on_depth)
+        self._clicking.body.with_depth.toggled.connect(self._on_depth)
         session.judging.truth_changed.connect(self._draw_reference)
         session.instant.is_old = panels.reference.is_old
         panels.reference.aged.connect(self._on_aged)
@@ -139,7 +99,7 @@ class _AnnotateController(QObject):
         self._run: tuple[RunEntry, int] | None = None
         self._reference: Reference | None = None
         self._trajectory: LandmarkTrajectory | None = None
-        self._on_depth(clicking.body.with_depth.isChecked())
+        self._on_depth(self._clicking.body.with_depth.isChecked())
 
     @Slot()
     def _on_project(self) -> None:
@@ -152,52 +112,34 @@ class _AnnotateController(QObject):
 
     @Slot()
     def _on_run(self, _what: object = None) -> None:
-        """Let Next look at where the active run disagrees; one that still grows is not told."""
-        panels, entry = self.panels, self._session.runs.active
-        finished = (
-            entry is not None and entry is not self._session.track.entry and bool(entry.frames)
-        )
-        known = (entry, len(entry.frames)) if entry is not None and finished else None
+        """Compare the suggested clicks with the active run once it is finished."""
+        entry = self._session.runs.active
+        if entry is self._session.track.entry or (entry is not None and not entry.frames):
+            entry = None
+        known = (entry, len(entry.frames)) if entry is not None else None
         if known != self._run:
             self._run = known
-            panels.next.set_run(known[0].trajectory() if known is not None else None)
-            self._predicting.set_run(known[0] if known is not None else None)
-            self._clicking.proposals.set_run(known[0] if known is not None else None)
+            self.panels.next.set_run(entry.trajectory() if entry is not None else None)
+            self._predicting.run = entry
+            self._clicking.proposals.set_run(entry)
 
     @Slot()
     def _on_proposals(self) -> None:
-        """Hatch in the lanes what is proposed for this frame and the next one."""
         self.panels.show_proposed(self._clicking.proposals.ahead())
 
     @Slot(bool)
     def _on_depth(self, wanted: bool) -> None:
-        """The fit of the whole recording takes measured points where the live fit does."""
         reference = self.panels.reference
         reference.settings = replace(reference.settings, use_depth=wanted)
 
     @Slot()
     def _on_workspace(self) -> None:
-        """Lanes of landmarks belong to annotating; elsewhere those of the runs need the room."""
+        """Show the lanes of landmarks in Annotate alone; elsewhere the runs need the room."""
         self.panels.set_shown(self._clicking.active)
         self._draw_reference()
 
-    @Slot(int, str, str)
-    def _on_click_wanted(self, frame: int, camera: str, landmark: str) -> None:
-        """Show the frame, make the view active in which to click, and choose the landmark."""
-        self._session.document.visit(frame)
-        recording, state = self._session.document.recording, self._context.view_state
-        for view in recording.views if recording is not None else ():
-            streams: dict[PictureKind, Stream | None] = {"image": view.image, "left": view.left}
-            for kind, stream in streams.items():
-                if stream is not None and stream.camera == camera:
-                    state.choose_kind(kind, view.name)
-                    state.activate(view.name)
-                    self._context.docks.views.tiles[view.name].camera.setFocus()
-        self._clicking.annotating.choose(landmark)
-
     @Slot()
     def _on_reference(self) -> None:
-        """Errors can be measured against the project's reference, where it has one."""
         now = self.panels.reference.now
         reference = now.reference if now is not None else None
         if reference is not self._reference:

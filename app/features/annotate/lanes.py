@@ -32,13 +32,7 @@ class AnnotationLanes:
     """Lanes of a project's clicks and of the trajectory that was fitted to them.
 
     A change of some frames reads these frames again, and makes the lanes anew that differ.
-
-    Parameters
-    ----------
-    frames : int
-        Number of frames F of the recording.
-    cameras : int
-        Number of cameras that people click in.
+    `frames`: number of frames F of the recording; `cameras`: number of cameras for clicks.
     """
 
     def __init__(self, project: Project, frames: int, cameras: int) -> None:
@@ -51,18 +45,14 @@ class AnnotationLanes:
         self._proposed: Mapping[int, Collection[str]] = {}
         self.read_again()
 
-    @property
-    def landmark_set(self) -> LandmarkSet:
-        """The landmarks that have a lane."""
-        return self._set
-
     def read_again(self) -> None:
-        """Read everything anew, as after another set of landmarks was chosen."""
-        self._set = self._project.landmark_set()
+        self.landmark_set: LandmarkSet = self._project.landmark_set()
         self._read_flags()
         self._read_keyframes()
-        self._base: MarkArray = np.zeros((len(self._set.names), self._frames), dtype=np.uint8)
-        self._marks = [np.zeros(self._frames, np.uint8) for _ in self._set.names]
+        self._base: MarkArray = np.zeros(
+            (len(self.landmark_set.names), self._frames), dtype=np.uint8
+        )
+        self._marks = [np.zeros(self._frames, np.uint8) for _ in self.landmark_set.names]
         self._lanes: list[Lane | None] = [None] * len(self._marks)
         self._read(0, self._frames)
 
@@ -89,10 +79,7 @@ class AnnotationLanes:
     ) -> None:
         """Show how certain the fitted trajectory is, and which frames it has filled in.
 
-        Parameters
-        ----------
-        outliers : iterable of ClickKey
-            Clicks that look like outliers; they are flagged until they are edited.
+        `outliers` are flagged until they are edited.
         """
         self._outliers = set(outliers)
         self._filled = np.zeros(self._frames, dtype=np.bool_)
@@ -121,25 +108,21 @@ class AnnotationLanes:
 
     def lanes(self) -> tuple[Lane, ...]:
         """The lanes; unchanged ones are the same objects as before."""
-        return (*(self._lane(place) for place in range(len(self._set.names))), *self._limbs)
+        return (*(self._lane(place) for place in range(len(self.landmark_set.names))), *self._limbs)
 
     def flagged_frames(self) -> IntArray:
-        """Frames (K,) in which a landmark is flagged, ascending."""
         flagged = [marks == Mark.FLAGGED for marks in self._marks]
         return np.flatnonzero(np.any(flagged, axis=0))
 
     def next_flagged(self, frame: int, *, backwards: bool = False) -> int | None:
-        """The next (previous) frame in which a landmark is flagged; None where there is none."""
         found = self.flagged_frames()
         found = found[found < frame][-1:] if backwards else found[found > frame][:1]
         return int(found[0]) if len(found) else None
 
     def _lane(self, place: int) -> Lane:
-        lane = self._lanes[place]
+        lane, one = self._lanes[place], self.landmark_set.landmarks[place]
         if lane is None:
-            landmark = self._set.landmarks[place]
-            marks = self._marks[place]
-            lane = Lane(landmark.label, landmark.colour, "marks", marks, key=landmark.name)
+            lane = Lane(one.label, one.colour, "marks", self._marks[place], key=one.name)
             self._lanes[place] = lane
         return lane
 
@@ -156,17 +139,16 @@ class AnnotationLanes:
         self._keyframes[[frame for frame in keyframes if frame < self._frames]] = True
 
     def _read(self, first: int, end: int) -> None:
-        """Read the frames from `first` to before `end` from the project."""
         if end > first:
             seen = self._project.clicks.seen(first, end)
             self._base[:, first:end] = self._marks_between(first, end, seen)
             self._dress(first, end)
 
     def _dress(self, first: int, end: int) -> None:
-        """Let marks say also what the fit has filled in, and what looks like an outlier."""
+        """Add interpolated, proposed and outlying frames to the marks."""
         marks = self._base[:, first:end].copy()
         marks[(marks == Mark.NONE) & self._filled[first:end]] = Mark.INTERPOLATED
-        places = {name: place for place, name in enumerate(self._set.names)}
+        places = {name: place for place, name in enumerate(self.landmark_set.names)}
         for frame, names in self._proposed.items():
             for name in names if first <= frame < end else ():
                 lane = places.get(name, -1), frame - first
@@ -183,8 +165,7 @@ class AnnotationLanes:
                 self._lanes[place] = None
 
     def _marks_between(self, first: int, end: int, seen: Sequence[Seen]) -> MarkArray:
-        """What people have said of these frames."""
-        places = {name: place for place, name in enumerate(self._set.names)}
+        places = {name: place for place, name in enumerate(self.landmark_set.names)}
         marks: MarkArray = np.full((len(places), end - first), Mark.NONE, dtype=np.uint8)
         wanted, outside = self._keyframes[first:end].copy(), []
         for one in seen:
@@ -238,7 +219,6 @@ def _stretches(frames: Collection[int]) -> list[tuple[int, int]]:
 
 
 def _uncertainty_lanes(sigma: FloatArray) -> tuple[Lane, ...]:
-    """A lane for each limb of its uncertainty (F, 6) in degrees."""
     return tuple(
         Lane(
             f"{limb_words(limb)} ±", LIMB_COLOURS[limb], "heat", sigma[:, column],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
@@ -23,6 +23,7 @@ from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...services.tasks.newest import LatestOnly
+from ...services.tasks.task import TaskList
 
 WANTED_DEG = 3.0
 """Angle by which limbs may be off where nobody has said otherwise."""
@@ -55,25 +56,20 @@ class _Order:
 
 
 class _Ranker:
-    """Ranks the places of one project in one thread, which alone has the ranking.
-
-    Another project gets another one of these, so that a thread that is late has nothing to do with
-    it.
-    """
+    """Ranks the places of one project in one thread; another project gets another ranker."""
 
     def __init__(self, project: Project, cameras: Mapping[str, Camera]) -> None:
         self._project, self._cameras = project, cameras
         self._ranking: NextClicks | None = None
 
     def __call__(self, order: _Order) -> Ranking:
-        """Rank; called in the worker's thread."""
         project, gaps = self._project, gaps_of(self._project)
         ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
         if ranking is None or order.build:
             ranking = NextClicks(
                 self._cameras, project.landmark_set(), order.fit,
                 project.clicks.all(with_deleted=True),
-                sigma=project.click_sigmas(), run=order.run, gaps=gaps,
+                sigma=project.click_sigmas(), run=order.run,
             )  # fmt: skip
         else:
             for frame in sorted(order.edited):
@@ -85,7 +81,8 @@ class _Ranker:
             counts &= (order.fit.frame < gap.start) | (order.fit.frame >= gap.stop)
         sigma = ranking.gains.limb_sigma_deg()[counts]
         clicked = int(ranking.gains.clicked()[counts].any(axis=1).sum())
-        return Ranking(ranking.best(order.wish), good_enough(sigma, order.wanted_deg, clicked))
+        best = ranking.best(replace(order.wish, gaps=gaps))
+        return Ranking(best, good_enough(sigma, order.wanted_deg, clicked))
 
 
 class NextPresenter(QObject):
@@ -93,11 +90,10 @@ class NextPresenter(QObject):
 
     ranked = Signal(object)
     """Ranking; None: nothing is fitted, so that nothing can be ranked."""
-    wanted_changed = Signal(float)
-    failed = Signal(object)
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._tasks = tasks
         self._project: Project | None = None
         self._cameras: Mapping[str, Camera] = {}
         self._fit: TrajectoryFit | None = None
@@ -111,11 +107,9 @@ class NextPresenter(QObject):
 
     @property
     def idle(self) -> bool:
-        """Whether the ranking is up to date."""
         return self._worker is None or self._newest is None
 
     def set_project(self, project: Project | None, cameras: Mapping[str, Camera]) -> None:
-        """Rank another project's places, or none; `cameras` are those people click in."""
         if self._worker is not None:
             self._worker.close()
             self._worker = None
@@ -127,7 +121,6 @@ class NextPresenter(QObject):
         self.ranked.emit(None)
 
     def set_fit(self, fit: TrajectoryFit | None) -> None:
-        """Rank by another fit of the recording."""
         self._fit = fit
         if fit is None:
             self.ranked.emit(None)
@@ -135,27 +128,23 @@ class NextPresenter(QObject):
             self._ask(build=True)
 
     def set_run(self, run: LandmarkTrajectory | None) -> None:
-        """Look also at where a tracker disagrees."""
+        """Rank also by the disagreement with a run."""
         if run is not self._run:
             self._run = run
             self._ask(build=True)
 
     def set_frames(self, frames: range | None) -> None:
-        """Look only at these frames; None: at all of them."""
         self._wish = Wish(count=_MOST, frames=frames)
         self._ask()
 
     @Slot(float)
     def set_wanted(self, degrees: float) -> None:
-        """Be content when limbs are off by no more than this."""
         self.wanted_deg = degrees
-        self.wanted_changed.emit(degrees)
         if self._project is not None and not self._project.read_only:
             self._project.view_settings.set(_WANTED, degrees)
         self._ask()
 
     def follow(self, changed: Changed) -> None:
-        """Take in an edit."""
         frames = changed.frames("click")
         gaps = "frame_flag" in changed.tables
         if frames or gaps:
@@ -165,9 +154,8 @@ class NextPresenter(QObject):
         if self._fit is None or self._project is None:
             return
         if self._worker is None:
-            self._worker = LatestOnly(_Ranker(self._project, self._cameras), "rank clicks")
-            self._worker.answered.connect(self._on_ranked)
-            self._worker.failed.connect(self._on_failed)
+            ranker = _Ranker(self._project, self._cameras)
+            self._worker = LatestOnly(ranker, "rank clicks", self._on_ranked, self._on_failed)
         # what no answer has taken in yet; a frame that is taken in twice does no harm
         self._build, self._edited = self._build or build, self._edited | frames
         order = _Order(self._fit, self._run, self._wish, self.wanted_deg, self._build, self._edited)
@@ -187,4 +175,4 @@ class NextPresenter(QObject):
     @Slot(object, object)
     def _on_failed(self, order: _Order, error: Exception) -> None:
         self._end(order)
-        self.failed.emit(error)
+        self._tasks.failed(error)

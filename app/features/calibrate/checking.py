@@ -30,10 +30,7 @@ _SURE = (
 
 
 class RecordingChecks(QObject):
-    """Measures images and makes corrections in another process, one at a time, on request.
-
-    Compares disparities that a person has changed with the person's distance, unasked.
-    """
+    """Measures images and makes corrections in another process, one at a time, on request."""
 
     changed = Signal()
     """Emitted when :attr:`reach` has changed."""
@@ -51,20 +48,17 @@ class RecordingChecks(QObject):
         self._pause.timeout.connect(self._compare_disparities)
         session = context.session
         self._document.findings_changed.connect(self._tell)
-        for signal in (session.opened, session.closed):
-            signal.connect(self.stop)
         for signal in (session.opened, session.closed, session.track.settings_changed):
             signal.connect(self._pause.start)
+        session.closed.connect(self.stop)
         session.closing.connect(self._pause.stop)
         session.closing.connect(self._process.close)
 
     @property
     def running(self) -> bool:
-        """Whether images are measured, or a correction is tested."""
-        return self._task is not None
+        return self._task in self._context.tasks.tasks
 
     def why_not_measure(self) -> str:
-        """Why images cannot be measured now, as a sentence; empty if they can."""
         if self._document.recording is None:
             return self._context.session.no_recording()
         if self._document.recording.guessed:
@@ -72,7 +66,6 @@ class RecordingChecks(QObject):
         return "It is under way." if self.running else ""
 
     def measure(self) -> None:
-        """Measure pictures, pairs, clocks, views and the reference."""
         recording = self._document.recording
         if recording is None or self.why_not_measure():
             return
@@ -94,8 +87,8 @@ class RecordingChecks(QObject):
         def show() -> None:
             if self._asked is not None:
                 notifier.take_back(self._asked)
-            if reason := self._why_not_correct():
-                self._asked = Message("warning", reason)
+            if self.running:
+                self._asked = Message("warning", "The recording is being checked already.")
             else:
                 words, do = intended(folder, correction), partial(self._correct, folder, finding)
                 self._asked = Message("note", words, finding.where, _SURE, "Correct", do)
@@ -103,14 +96,9 @@ class RecordingChecks(QObject):
 
         notifier.attempt(show)
 
-    def _why_not_correct(self) -> str:
-        if self.running:
-            return "The recording is being checked already."
-        return ""
-
     def _correct(self, folder: Path, finding: Finding) -> None:
         recording = self._document.recording
-        if recording is not None and recording.folder == folder and not self._why_not_correct():
+        if recording is not None and recording.folder == folder and not self.running:
             work = partial(correct_elsewhere, folder, finding)
             self._begin("testing a correction", work, self._on_corrected)
 
@@ -120,20 +108,11 @@ class RecordingChecks(QObject):
             return self._process(work, hear, task.token.cancelled, listens=False)
 
         self._task = self._context.tasks.begin(title, in_process, done)
-        self._task.ended.connect(self._on_ended)
-        self._context.actions.refresh_soon()
 
     @Slot()
     def stop(self) -> None:
-        """Stop measuring or correcting; then nothing is changed."""
         if self._task is not None:
             self._task.cancel()
-
-    @Slot()
-    def _on_ended(self) -> None:
-        if self._task is self.sender():
-            self._task = None
-            self._context.actions.refresh_soon()
 
     @Slot(object)
     def _on_corrected(self, done: Corrected) -> None:
@@ -147,7 +126,7 @@ class RecordingChecks(QObject):
 
     @Slot()
     def _tell(self) -> None:
-        """Say what was corrected, once the recording is open again: opening clears messages."""
+        """Show the message of a correction once the recording is open again."""
         if self._done is not None and self._document.findings is not None:
             self._context.notifier.show(self._done)
             self._done = None

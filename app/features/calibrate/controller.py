@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.calibrate import work
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.work import Progress, Source
+from stereotrack_core.calibrate.work import Source
 from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
 
@@ -24,36 +24,33 @@ from .state import DOING, STEPS, Axes, AxesWay, Calibration, Made, Shot, StepNam
 
 
 class CalibrationController(QObject):
-    """Owns the state, and has done what takes time.
-
-    Signals
-    -------
-    changed : ()
-        :attr:`state` is another one.
-    progressed : float, str
-        How far the work is; 0 where nobody knows.
-    """
+    """Owns the state, and has done what takes time."""
 
     changed = Signal()
+    """:attr:`state` is another one."""
     progressed = Signal(float, str)
+    """Share of the work, 0 if unknown, and words."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context = context
         self.state = Calibration()
-        self.reading = LatestOnly(saving.PictureReader(), "reading a picture of the board")
-        """Answers what camera and frame show with a :class:`~.saving.ReadPicture`."""
+        self.picture: saving.ReadPicture | None = None
+        """The picture of the board that was read last."""
+        self.reading = LatestOnly(
+            saving.PictureReader(), "read a picture of the board", self._on_read, lambda *_: None
+        )
         self._task: Task | None = None
         session = context.session
         session.opened.connect(self._on_recording)
         session.closed.connect(self._on_recording)
-        session.closing.connect(self._on_closing)
+        session.closing.connect(self.cancel)
+        session.closing.connect(self.reading.close)
         context.tasks.watch(self.reading.settled)
 
     # ---- what is chosen
 
     def show(self, step: str) -> None:
-        """Show a step."""
         if step in STEPS and not self.state.why_not(step):
             self.change(step=step)
 
@@ -66,7 +63,6 @@ class CalibrationController(QObject):
         self._add((Source(place.stem if place.is_file() else place.name, str(place)),))
 
     def add_recording(self) -> None:
-        """Add the cameras of the open recording."""
         if self.state.recording is not None:
             self.add_folder(self.state.recording.folder)
 
@@ -76,7 +72,6 @@ class CalibrationController(QObject):
         self.choose(sources[0].camera, 0)
 
     def remove(self, camera: str) -> None:
-        """Leave a camera out."""
         left = tuple(one for one in self.state.sources if one.camera != camera)
         self._begin_anew(sources=left)
 
@@ -88,12 +83,10 @@ class CalibrationController(QObject):
             self._context.notifier.say(f"{name!r} is taken already, or no name. Enter another one.")
             self.changed.emit()
             return
-        self._begin_anew(
-            sources=tuple(
-                Source(name, one.place) if one.camera == camera else one
-                for one in self.state.sources
-            )
-        )
+        named = {
+            one: replace(one, camera=name) for one in self.state.sources if one.camera == camera
+        }
+        self._begin_anew(sources=tuple(named.get(one, one) for one in self.state.sources))
 
     def set_board(self, board: Board | None, problem: str = "") -> None:
         """Take the board that is written in the fields, or the reason why it is none."""
@@ -103,21 +96,17 @@ class CalibrationController(QObject):
             self._begin_anew(board=board, board_problem="")
 
     def set_every(self, every: int) -> None:
-        """Use only every so many pictures."""
         if every != self.state.every:
             self._begin_anew(every=every)
 
     def set_model(self, model: str) -> None:
-        """Choose a lens model."""
         self.change(model=model, saved="")
 
     def tick(self, shot: Shot, on: bool) -> None:
-        """Use a picture, or leave it out."""
         unticked = self.state.unticked - {shot} if on else self.state.unticked | {shot}
         self.change(unticked=unticked, saved="")
 
     def choose(self, camera: str, frame: int) -> None:
-        """Show a picture."""
         source = next((one for one in self.state.sources if one.camera == camera), None)
         if source is not None:
             self.reading.ask((source, frame))
@@ -128,7 +117,6 @@ class CalibrationController(QObject):
         self._put(self.state.with_input(**chosen))
 
     def change(self, **changed: Any) -> None:
-        """Change fields of the state."""
         self._put(replace(self.state, **changed))
 
     def _put(self, state: Calibration) -> None:
@@ -136,10 +124,13 @@ class CalibrationController(QObject):
         self.changed.emit()
         self._context.actions.refresh_soon()
 
+    def _on_read(self, _wanted: object, picture: saving.ReadPicture) -> None:
+        self.picture = picture
+        self.changed.emit()
+
     # ---- what is calculated
 
     def why_not_calculate(self) -> str:
-        """Why the step that is shown cannot be calculated now."""
         if self.state.busy is not None:
             return "A calculation is running. Stop it first."
         if self.state.step in ("board", "axes"):
@@ -147,32 +138,30 @@ class CalibrationController(QObject):
         return self.state.why_not(self.state.step)
 
     def calculate(self) -> None:
-        """Calculate the step that is shown."""
         state = self.state
         match state.step:
             case "pictures":
                 self._put(state.with_input())
-                todo = work.FindBoard(state.sources, state.board, state.every)
+                todo = partial(work.find_board_in, state.sources, state.board, state.every)
                 self.begin("pictures", todo, self._on_found)
             case "lenses":
-                lenses = work.FitLenses(state.sightings, state.found_board, state.model)
-                self.begin("lenses", lenses, lambda found: self.change(lenses=_made(found, state)))
+                seen = state.sightings, state.found_board, state.model
+                lenses = partial(work.fit_lenses, *seen)
+                self.begin("lenses", lenses, lambda found: self.change(lenses=state.made(found)))
             case "world":
-                world = work.FitWorld(state.sightings, state.found_board, state.model)
-                self.begin("world", world, lambda found: self._on_world(_made(found, state)))
+                seen = state.sightings, state.found_board, state.model
+                world = partial(work.fit_world, *seen)
+                self.begin("world", world, lambda found: self._on_world(state.made(found)))
 
     def why_no_next(self) -> str:
-        """Why there is no step after the one that is shown."""
         if self.state.busy is not None:
             return "A calculation is running. Stop it first."
         if self.state.next_step() is None:
-            order = list(STEPS)
-            later = order[order.index(self.state.step) + 1 :]
+            later = self.state.later_steps()
             return self.state.why_not(later[0]) if later else "This is the last step."
         return ""
 
     def go_on(self) -> None:
-        """Show the next step, and calculate it where that is still to be done."""
         step = self.state.next_step()
         if step is None or self.state.busy is not None:
             return
@@ -180,22 +169,20 @@ class CalibrationController(QObject):
         if not self.state.is_done(step) and not self.why_not_calculate():
             self.calculate()
 
-    def _on_found(self, found: work.Found) -> None:
-        first = next((one for one in found.search.sightings if len(one)), None)
+    def _on_found(self, found: work.Search) -> None:
+        first = next((one for one in found.sightings if len(one)), None)
         self.change(found=found)
         if first is not None:
             self.choose(first.camera, int(first.frames[0]))
 
     def begin(self, step: StepName, todo: work.Step, done: Callable[[Any], None]) -> None:
-        """Have a task done for a step, instead of what is being calculated."""
         self.cancel()
         process = self._context.session.processes.calibration
 
         def in_process(own: Task) -> Any:
-            def hear(word: Progress) -> None:
-                own.report(word.share, word.words)
-
-            return process(todo, hear, own.token.cancelled)
+            return process(
+                todo, lambda word: own.report(word.share, word.words), own.token.cancelled
+            )
 
         def end(then: Callable[[Any], None], result: Any = None) -> None:
             if task is self._task:
@@ -224,8 +211,8 @@ class CalibrationController(QObject):
         if self._task is not None and self.sender() is self._task:
             self.progressed.emit(share, f"{self._task.title}: {words}")
 
+    @Slot()
     def cancel(self) -> None:
-        """Stop what is being calculated; what was calculated before stays."""
         if self._task is not None:
             task, self._task = self._task, None
             task.cancel()
@@ -234,7 +221,6 @@ class CalibrationController(QObject):
     # ---- the world
 
     def choose_way(self, way: AxesWay) -> None:
-        """Choose what the world is turned by."""
         frames, board_frame = self.state.board_frames, self.state.axes.board_frame
         if way == "board" and board_frame not in frames:
             board_frame = max(frames, default=-1)
@@ -260,14 +246,12 @@ class CalibrationController(QObject):
         self.change(world=made, axes=axes, saved="", saved_into=None)
 
     def save(self, path: Path) -> None:
-        """Write the calibration."""
-        notifier = self._context.notifier
 
         def write() -> None:
             saving.write_to(self.state, path)
             self.change(saved=f"Saved: {path.name}.")
 
-        notifier.attempt(write)
+        self._context.notifier.attempt(write)
 
     def save_into_recording(self) -> None:
         """Replace the calibration of the open recording, and open it again."""
@@ -285,7 +269,6 @@ class CalibrationController(QObject):
         self._context.notifier.attempt(write)
 
     def close_page(self) -> None:
-        """Go back to the welcome page; the calibration stays as far as it is."""
         self._context.docks.close_alone()
 
     # ---- the session
@@ -301,12 +284,3 @@ class CalibrationController(QObject):
             recording=recording, axes=state.axes if stays else Axes(),
             saved_into=state.saved_into if kept else None,
         )  # fmt: skip
-
-    @Slot()
-    def _on_closing(self) -> None:
-        self.cancel()
-        self.reading.close()
-
-
-def _made(result: Any, state: Calibration) -> Made[Any]:
-    return Made(result, state.model, state.unticked)

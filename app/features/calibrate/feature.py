@@ -19,23 +19,12 @@ from .saving import why_not_into
 _MENU = "&File/&Calibration"
 
 
-def commands(
-    context: Context,
-    calibration: CalibrationController,
-    page: CalibrationPage,
-    checks: RecordingChecks,
-) -> list[Command]:
-    """Commands of the menu File, Calibration."""
+def _commands(context: Context, calibrate: CalibrateController) -> list[Command]:
+    calibration, page, checks = calibrate.calibration, calibrate.page, calibrate.checks
 
     def in_page() -> str:
         shown = context.docks.workspace == "calibrate"
         return "" if shown else "Open the workspace Calibrate first."
-
-    def why_no_file() -> str:
-        return in_page() or calibration.state.why_not_save()
-
-    def why_not_recording() -> str:
-        return in_page() or why_not_into(calibration.state)
 
     command = Menu(_MENU).command
     return [
@@ -46,10 +35,11 @@ def commands(
                 "and reference of the open recording fit each other; takes some seconds to "
                 "minutes.", checks.measure, why_not=checks.why_not_measure),
         command("calibrate_save", "Save calibration …", "Write the calibration.toml and a report.",
-                page.axes.ask, icon="save", why_not=why_no_file, section=True),
+                page.axes.ask, icon="save", section=True,
+                why_not=lambda: in_page() or calibration.state.why_not_save()),
         command("calibrate_into", "Save into the recording", "Replace the calibration of the open "
                 "recording; the one before is kept beside it.", calibration.save_into_recording,
-                why_not=why_not_recording),
+                why_not=lambda: in_page() or why_not_into(calibration.state)),
     ]  # fmt: skip
 
 
@@ -73,15 +63,10 @@ class CalibrateController(QObject):
         self._told: Message | None = None
         self._told_cameras: tuple[str, ...] = ()
         session = context.session
-        session.opened.connect(self._show_recording)
-        session.closed.connect(self._show_recording)
+        session.opened.connect(self._show_findings)
+        session.closed.connect(self._show_findings)
         session.document.findings_changed.connect(self._show_findings)
         session.cameras.changed.connect(self._on_cameras)
-        session.cameras.failed.connect(context.notifier.error)
-
-    @Slot()
-    def _show_recording(self) -> None:
-        self.findings.show_findings(None)
 
     @Slot()
     def _show_findings(self) -> None:
@@ -102,34 +87,24 @@ class CalibrateController(QObject):
             self._told_cameras = doubtful
             if self._told is not None:
                 notifier.take_back(self._told)
-            self._told = (
-                Message("warning", found[0].what, remedy=found[0].remedy) if found else None
-            )
-            if self._told is not None:
+            self._told = None
+            if found:
+                self._told = Message("warning", found[0].what, remedy=found[0].remedy)
                 notifier.show(self._told)
 
 
 def register(context: Context) -> CalibrateController:
     """Offer the workspace Calibrate, its page, its panels and its commands."""
     calibrate = CalibrateController(context)
-    context.docks.add_workspace(
-        Workspace(
-            "calibrate",
-            "Calibrate",
-            "Calibrate cameras with pictures of a board; inspect problems of the recording.",
-            "calibrate",
-            side=(),
-            bottom=(("findings",),),
-            side_share=0.0,
-            bottom_shares=(0.22,),
-            side_heights=(),
-            middle="calibration",
-            why_not=lambda: (
-                "The recording is still loading." if context.session.document.opening else ""
-            ),
-            no_panels=context.session.no_recording,
-        )
-    )
-    context.actions.add(commands(context, calibrate.calibration, calibrate.page, calibrate.checks))
+    loading = "The recording is still loading."
+    space = Workspace(
+        "calibrate", "Calibrate",
+        "Calibrate cameras with pictures of a board; inspect problems of the recording.",
+        "calibrate", side=(), bottom=(("findings",),), side_share=0.0, bottom_shares=(0.22,),
+        side_heights=(), middle="calibration", no_panels=context.session.no_recording,
+        why_not=lambda: loading if context.session.document.opening else "",
+    )  # fmt: skip
+    context.docks.add_workspace(space)
+    context.actions.add(_commands(context, calibrate))
     calibrate.findings.add_action_button(context.actions.action("check_thoroughly"))
     return calibrate

@@ -18,18 +18,13 @@ from .state import Calibration
 
 
 def write_to(state: Calibration, path: Path) -> None:
-    """Write the cameras to a file.
-
-    Raises InputError where it cannot be written.
-    """
+    """Write the cameras to a file. Raises InputError if that is not possible."""
     if isinstance(state.alignment, InputError):
         raise state.alignment
     if not state.cameras:
-        raise InputError(
-            "nothing is calculated that could be saved",
-            where="calibration",
-            remedy="Calculate the lenses, and place all cameras.",
-        )
+        what = "nothing is calculated that could be saved"
+        remedy = "Calculate the lenses, and place all cameras."
+        raise InputError(what, where="calibration", remedy=remedy)
     write_calibration(path if path.suffix else path.with_suffix(".toml"), state.cameras)
 
 
@@ -60,10 +55,7 @@ def why_not_into(state: Calibration) -> str:
 
 
 def save_into(state: Calibration, folder: Path) -> Path:
-    """Replace the calibration of a recording; the one before is kept beside it, and returned.
-
-    Raises InputError where it cannot be written.
-    """
+    """Replace the calibration of a recording; the one before is kept beside it, and returned."""
     target = named_file(folder, "calibration")
     kept = keep_beside(target)
     write_to(state, target)

@@ -59,6 +59,7 @@ _HINTS: dict[StepName, tuple[str, tuple[str, ...]]] = {
     ),
     "axes": ("Choose where up, north and the origin are, and save the calibration.", ()),
 }
+_STALE = "Other pictures are ticked now, or another lens model is chosen: calculate again."
 _COLOURS = {"good": "good", "doubtful": "warning", "bad": "error"}
 
 
@@ -71,11 +72,8 @@ def verdict_shown(state: Calibration) -> tuple[str, Sequence[str], str]:
     found = state.verdict(state.step)
     if found is None:
         return *_HINTS[state.step], "muted"
-    remarks = list(found.remarks)
-    if state.is_stale(state.step):
-        remarks.insert(0, "Other pictures are ticked now, or another lens model is chosen: "
-                       "calculate again.")  # fmt: skip
-    return found.words, remarks, _COLOURS[found.grade]
+    remarks = [_STALE] if state.is_stale(state.step) else []
+    return found.words, [*remarks, *found.remarks], _COLOURS[found.grade]
 
 
 # ---- pictures
@@ -85,7 +83,7 @@ def camera_rows(state: Calibration) -> list[TreeRow]:
     """The pictures of all cameras with their ticks and errors."""
     if state.found is None:
         return []
-    return [_rows_of(state, one) for one in state.found.search.sightings]
+    return [_rows_of(state, one) for one in state.found.sightings]
 
 
 def _rows_of(state: Calibration, seen: Sightings) -> TreeRow:
@@ -125,7 +123,7 @@ def shot_shown(state: Calibration, read: ReadPicture | None) -> BoardShot | None
         return None
     camera, frame = state.shot
     title, corners, errors = f"{camera}, {read.name}", None, None
-    for seen in state.found.search.sightings if state.found is not None else ():
+    for seen in state.found.sightings if state.found is not None else ():
         rows = np.flatnonzero(seen.frames == frame)
         if seen.camera == camera and len(rows):
             corners = seen.pixels[rows[0]]

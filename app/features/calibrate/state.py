@@ -11,13 +11,13 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.calibrate import verdict
+from stereotrack_core.calibrate import report
 from stereotrack_core.calibrate.align import Alignment, aligned, from_board, from_cameras
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.intrinsics import Intrinsics
 from stereotrack_core.calibrate.pictures import Sightings
-from stereotrack_core.calibrate.verdict import Verdict
-from stereotrack_core.calibrate.work import Found, LensResult, Source
+from stereotrack_core.calibrate.report import Verdict
+from stereotrack_core.calibrate.work import LensResult, Search, Source
 from stereotrack_core.calibrate.world import World
 from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.errors import InputError
@@ -90,7 +90,7 @@ class Calibration:
     every: int = 1
     model: str = "auto"
     unticked: frozenset[Shot] = frozenset()
-    found: Found | None = None
+    found: Search | None = None
     lenses: Made[Mapping[str, LensResult]] | None = None
     world: Made[World] | None = None
     axes: Axes = field(default_factory=Axes)
@@ -111,17 +111,16 @@ class Calibration:
 
     @cached_property
     def sightings(self) -> tuple[Sightings, ...]:
-        """What is ticked of what was found."""
+        """Found boards of the ticked pictures."""
         if self.found is None:
             return ()
         return tuple(
             one.without_frames(frame for camera, frame in self.unticked if camera == one.camera)
-            for one in self.found.search.sightings
+            for one in self.found.sightings
         )
 
     @cached_property
     def fits(self) -> dict[str, Intrinsics]:
-        """Lenses that could be calibrated, by camera."""
         lenses = {} if self.lenses is None else self.lenses.result
         return {name: one for name, one in lenses.items() if isinstance(one, Intrinsics)}
 
@@ -141,7 +140,7 @@ class Calibration:
     @cached_property
     def left_out(self) -> dict[Shot, str]:
         """Why pictures of the board were not used, of the step shown or the search."""
-        seen = list(self.found.search.sightings) if self.found is not None else []
+        seen = list(self.found.sightings) if self.found is not None else []
         if self.step in ("world", "axes") and self.world is not None:
             seen += self.world.result.sightings
         elif self.step != "pictures":
@@ -166,7 +165,6 @@ class Calibration:
 
     @property
     def of_recording(self) -> bool:
-        """Whether the world of the open recording is turned, with nothing calculated here."""
         return self.world is None and bool(self.base)
 
     @property
@@ -178,7 +176,6 @@ class Calibration:
 
     @cached_property
     def alignment(self) -> Alignment | InputError | None:
-        """How the world is turned; None where it stays as it is."""
         if not self.base or self.axes.way == "first":
             return None
         try:
@@ -189,18 +186,15 @@ class Calibration:
     def _turned(self) -> Alignment:
         if self.axes.way == "board":
             return self._turned_by_board()
-        if self.axes.way == "floor":
-            if self.axes.floor is None:
-                raise InputError(
-                    "no floor is found in the depth of the recording",
-                    where="axes",
-                    remedy="Choose another way, or a frame in which much of the floor is seen.",
-                )
+        if self.axes.way == "floor" and self.axes.floor is None:
+            what = "no floor is found in the depth of the recording"
+            remedy = "Choose another way, or a frame in which much of the floor is seen."
+            raise InputError(what, where="axes", remedy=remedy)
+        if self.axes.way == "floor" and self.axes.floor is not None:
             return self.axes.floor
         if self.recording is None:
-            raise InputError(
-                "no recording is open", where="axes", remedy="Open the recording of these cameras."
-            )
+            remedy = "Open the recording of these cameras."
+            raise InputError("no recording is open", where="axes", remedy=remedy)
         return from_cameras(self.base, self.recorded)
 
     def _turned_by_board(self) -> Alignment:
@@ -210,20 +204,17 @@ class Calibration:
             return from_board(self.world.result.boards[frame], board.corners)
         seeing = [one for one in self.sightings if frame in one.frames and one.camera in self.base]
         if self.world is not None or not seeing:
-            raise InputError(
-                "the picture in which the board lies on the floor is not chosen",
-                where="axes",
-                remedy="Choose it in the list. The board has to be found in the pictures first.",
-            )
+            what = "the picture in which the board lies on the floor is not chosen"
+            remedy = "Choose it in the list. The board has to be found in the pictures first."
+            raise InputError(what, where="axes", remedy=remedy)
         alone = [one.only(np.flatnonzero(one.frames == frame)) for one in seeing]
         return from_board(seen_board(self.base, alone, board).world_from_board, board.corners)
 
     @property
     def found_board(self) -> Board:
-        """The board as it was recognised in the pictures, else as it is described."""
         if self.world is not None:
             return self.world.result.board
-        return self.board if self.found is None else self.found.search.board
+        return self.board if self.found is None else self.found.board
 
     @cached_property
     def new_from_world(self) -> RigidTransform:
@@ -241,7 +232,6 @@ class Calibration:
 
     @cached_property
     def boards(self) -> tuple[RigidTransform, ...]:
-        """Places of the boards in the chosen world."""
         boards = self.world.result.boards if self.world is not None else {}
         return tuple(self.new_from_world @ one for one in boards.values())
 
@@ -250,6 +240,9 @@ class Calibration:
         """Whether there is one camera, which has no place relative to others."""
         return len(self.sources) == 1
 
+    def made(self, result: Any) -> Made[Any]:
+        return Made(result, self.model, self.unticked)
+
     def is_current(self, made: Made[Any] | None) -> bool:
         """Whether a result is there, and of what is chosen and ticked now."""
         return made is not None and (made.model, made.unticked) == (self.model, self.unticked)
@@ -257,12 +250,11 @@ class Calibration:
     # ---- steps
 
     def is_done(self, step: StepName) -> bool:
-        """Whether a step has its tick."""
         match step:
             case "board":
                 return bool(self.sources) and not self.board_problem
             case "pictures":
-                return self.found is not None and any(map(len, self.found.search.sightings))
+                return self.found is not None and any(map(len, self.found.sightings))
             case "lenses":
                 wanted = {one.camera for one in self.sources}
                 return wanted <= self.fits.keys() and self.is_current(self.lenses)
@@ -272,12 +264,10 @@ class Calibration:
                 return bool(self.saved)
 
     def is_stale(self, step: StepName) -> bool:
-        """Whether a step was calculated before other pictures were ticked."""
         made = {"lenses": self.lenses, "world": self.world}.get(step)
         return made is not None and not self.is_current(made)
 
     def why_not(self, step: StepName) -> str:
-        """Why a step cannot be taken now; empty where it can."""
         if self.of_recording and step == "axes":
             return ""
         order = list(STEPS)
@@ -297,38 +287,37 @@ class Calibration:
             return "One camera has no place relative to others. Add the pictures of another one."
         if self.found is not None and self.found.apart is not None:
             return str(self.found.apart)
-        if self.found is not None and self.found.search.mirrored:
+        if self.found is not None and self.found.mirrored:
             return "Mirrored pictures have no place in a world. Film again without mirroring."
         if step == "axes" and self.world is None:
             return "Place all cameras first."
         return ""
 
     def why_not_save(self) -> str:
-        """Why there are no cameras that could be saved; empty where there are."""
         done = "changed" if self.of_recording else "calculated"
         return "" if self.cameras else f"Nothing is {done} that could be saved."
 
     def next_step(self) -> StepName | None:
-        """The step after the one that is shown which can be taken."""
+        return next((one for one in self.later_steps() if not self.why_not(one)), None)
+
+    def later_steps(self) -> list[StepName]:
         order = list(STEPS)
-        later = order[order.index(self.step) + 1 :]
-        return next((one for one in later if not self.why_not(one)), None)
+        return order[order.index(self.step) + 1 :]
 
     def verdict(self, step: StepName) -> Verdict | None:
-        """What a step has come to; None where it has not been taken."""
         if self.problem is not None and self.problem[0] == step:
-            return verdict.of_error(self.problem[1])
+            return report.of_error(self.problem[1])
         if step == "pictures" and self.found is not None:
-            return verdict.of_search(self.found.search, self.found.apart)
+            return report.of_search(self.found)
         if step == "lenses" and self.lenses is not None and self.lenses.result:
-            return verdict.of_lenses(self.lenses.result)
+            return report.of_lenses(self.lenses.result)
         if step == "axes" and isinstance(self.alignment, InputError):
-            return verdict.of_no_alignment(self.alignment)
+            return report.of_no_alignment(self.alignment)
         if step == "axes" and isinstance(self.alignment, Alignment):
-            return verdict.of_alignment(self.alignment, self.cameras)
+            return report.of_alignment(self.alignment, self.cameras)
         if step in ("world", "axes") and self.world is not None:
-            return verdict.of_world(self.world.result)
-        return verdict.of_lenses(self.fits) if step == "axes" and self.fits else None
+            return report.of_world(self.world.result)
+        return report.of_lenses(self.fits) if step == "axes" and self.fits else None
 
     # ---- changes
 

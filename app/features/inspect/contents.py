@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
@@ -40,35 +42,28 @@ _REASONS = ("Hidden", "Inside", "Excess", "Too far", "On the cone")
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
 _SHOWN = 6
-_COST_TIPS = {
-    "data": "Measured points that neither torso nor arms explain",
-    "anatomy": "Elbows bent too far, arms inside the torso, implausible arm positions",
-    "change": "Change from the predicted arms",
-    "crossing": "Arms that intersect each other",
-    "pictures": "Parts of the pose that views should see and do not",
-}
-
 _COSTS = {
-    "data": "Data",
-    "anatomy": "Anat.",
-    "change": "Change",
-    "crossing": "Cross",
-    "pictures": "Views",
+    "data": ("Data", "Measured points that neither torso nor arms explain"),
+    "anatomy": (
+        "Anat.",
+        "Elbows bent too far, arms inside the torso, implausible arm positions",
+    ),
+    "change": ("Change", "Change from the predicted arms"),
+    "crossing": ("Cross", "Arms that intersect each other"),
+    "pictures": ("Views", "Parts of the pose that views should see and do not"),
 }
+"""Heading and tip of each term of an arm pose's cost."""
 
 
 def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
-    """One step in words and numbers.
-
-    Parameters
-    ----------
-    compared : str
-        How the result differs from what a run has kept; empty where there is none.
-    """
+    """One step in words and numbers; `compared` says how the result differs from a run's."""
     correction = trace.corrections[step.correction] if step.correction >= 0 else None
     match step.kind:
         case "predict":
-            return _predict(trace, step)
+            table = deviations_table(
+                trace.before, trace.predicted, trace.state_names, ("Before", "Predicted")
+            )
+            return _content(step, trace, " ".join(trace.notes), tables=(table,))
         case "search":
             return _search(trace, step)
         case "collisions":
@@ -97,16 +92,6 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
 def _content(step: Step, trace: StepTrace, words: str = "", **parts: object) -> StepContent:
     said = f"{step.words} {words}".strip()
     return StepContent(name_of(step, trace), said, step.source, **parts)  # type: ignore[arg-type]
-
-
-def _predict(trace: StepTrace, step: Step) -> StepContent:
-    before, predicted, names = trace.before, trace.predicted, trace.state_names
-    return _content(
-        step,
-        trace,
-        " ".join(trace.notes),
-        tables=(deviations_table(before, predicted, names, ("Before", "Predicted")),),
-    )
 
 
 def _points_table(correction: Correction) -> Table:
@@ -144,7 +129,6 @@ def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
 
 
 def _keypoints(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
-    """What is measured in a frame without a cloud."""
     tables = [_rows_table(correction.rows)]
     for row in correction.rows:
         if row.kind == "detection" and row.unit == "px":
@@ -156,24 +140,21 @@ def _keypoints_table(row: Rows) -> Table:
     """Keypoints of all cameras by the part that they measure; each has a column and a row."""
     distance = np.hypot(*row.residual.reshape(-1, 2).T)
     part, sigma = row.part[::2], row.sigma[::2]
-    found = [
-        (
-            part_words(one),
-            str(np.count_nonzero(part == one)),
-            f"{np.sqrt(np.mean(distance[part == one] ** 2)):.1f}",
-            f"{sigma[part == one].mean():.1f}",
-        )
-        for one in np.unique(part).tolist()
-    ]
-    limbs = tuple(map(limb_of_part, np.unique(part).tolist()))
-    tips = (
-        "",
-        "Keypoints of all cameras that have weight",
-        "Root mean square of the distances from the body's points",
-        "Assumed standard deviation of a coordinate; larger where the weight is small",
-    )
-    headings = ("Part", "Keypoints", "RMS", "σ")
-    return Table("Keypoints by part, in pixels", headings, tuple(found), limbs, tips=tips)
+    found, limbs = [], []
+    for one in np.unique(part).tolist():
+        own = part == one
+        rms = f"{np.sqrt(np.mean(distance[own] ** 2)):.1f}"
+        count = str(np.count_nonzero(own))
+        found.append((part_words(one), count, rms, f"{sigma[own].mean():.1f}"))
+        limbs.append(limb_of_part(one))
+    columns = {
+        "Part": "",
+        "Keypoints": "Keypoints of all cameras that have weight",
+        "RMS": "Root mean square of the distances from the body's points",
+        "σ": "Assumed standard deviation of a coordinate; larger where the weight is small",
+    }
+    title, tips = "Keypoints by part, in pixels", tuple(columns.values())
+    return Table(title, tuple(columns), tuple(found), tuple(limbs), tips=tips)
 
 
 def _said(points: Correspondences) -> str:
@@ -197,18 +178,16 @@ def _parts_table(points: Correspondences) -> Table:
             f"{1e3 * points.sigma[own].mean():.0f}",
         ))  # fmt: skip
         limbs.append(limb_of_part(part))
-    tips = (
-        "",
-        "Correspondences",
-        "Mean residual; positive: the measured points are ahead of their partners",
-        "Root mean square of the residuals",
-        "1: full weight, 0: none. The weight falls with the distance.",
-        "Assumed standard deviation of a measurement",
-    )
-    headings = ("Part", "Pairs", "Mean", "RMS", "Weight", "σ")
-    return Table(
-        "Correspondences by part, lengths in mm", headings, tuple(rows), tuple(limbs), tips=tips
-    )
+    columns = {
+        "Part": "",
+        "Pairs": "Correspondences",
+        "Mean": "Mean residual; positive: the measured points are ahead of their partners",
+        "RMS": "Root mean square of the residuals",
+        "Weight": "1: full weight, 0: none. The weight falls with the distance.",
+        "σ": "Assumed standard deviation of a measurement",
+    }
+    title, tips = "Correspondences by part, lengths in mm", tuple(columns.values())
+    return Table(title, tuple(columns), tuple(rows), tuple(limbs), tips=tips)
 
 
 def _rows_table(rows: tuple[Rows, ...]) -> Table:
@@ -248,22 +227,16 @@ def _correct(trace: StepTrace, step: Step, correction: Correction) -> StepConten
 
 
 def _moved_table(trace: StepTrace, origin: Pose, to: Pose) -> Table:
-    """How far each limb was moved now, and since the prediction."""
     now = movement(trace.body, origin, to)
     since = movement(trace.body, trace.predicted.pose, to)
     rows = [
         ("torso, position", f"{1e3 * now.shift:.1f} mm", f"{1e3 * since.shift:.1f} mm"),
         ("torso, rotation", _degrees(now.turn), _degrees(since.turn)),
     ]
-    rows += [
-        (limb_words(limb), _degrees(now.limbs[i]), _degrees(since.limbs[i]))
-        for i, limb in enumerate(LIMBS)
-        if i
-    ]
-    limbs = ("torso", *LIMBS)
-    headings = ("Limb", "This stage", "Total")
-    tips = ("", "In this stage", "Since the prediction")
-    return Table("Correction", headings, tuple(rows), limbs, tips=tips)
+    for limb, a, b in zip(LIMBS[1:], now.limbs[1:], since.limbs[1:], strict=True):
+        rows.append((limb_words(limb), _degrees(a), _degrees(b)))
+    headings, tips = ("Limb", "This stage", "Total"), ("", "In this stage", "Since the prediction")
+    return Table("Correction", headings, tuple(rows), ("torso", *LIMBS), tips=tips)
 
 
 def _degrees(radians: float) -> str:
@@ -277,17 +250,13 @@ def _pull_table(correction: Correction) -> Table:
     if len(points.residual):
         sources.insert(0, ("measured points", correction.gain @ points.residual))
     sources += [(_KINDS.get(row.kind, row.kind).lower(), row.dx) for row in correction.rows]
-    rows = tuple(
-        (
-            name,
-            f"{1e3 * np.linalg.norm(dx[:3]):.1f} mm",
-            _degrees(float(np.linalg.norm(dx[3:6]))),
-            *(_degrees(float(np.linalg.norm(dx[6 + 2 * k : 8 + 2 * k]))) for k in range(4)),
-        )
-        for name, dx in sources
-    )
+    turns = (slice(3, 6), *(slice(6 + 2 * k, 8 + 2 * k) for k in range(4)))
+    rows = []
+    for name, dx in sources:
+        turned = (_degrees(float(np.linalg.norm(dx[turn]))) for turn in turns)
+        rows.append((name, f"{1e3 * np.linalg.norm(dx[:3]):.1f} mm", *turned))
     headings = ("Contribution", "Position", "Rotation", "L upper", "L fore", "R upper", "R fore")
-    return Table("Contribution", headings, rows)
+    return Table("Contribution", headings, tuple(rows))
 
 
 def _collisions(trace: StepTrace, step: Step) -> StepContent:
@@ -319,7 +288,6 @@ def _search(trace: StepTrace, step: Step) -> StepContent:
 
 
 def _search_words(search: Search) -> str:
-    """What was tried, and what came of it."""
     tried = [len(one.cost) for one in search.proposals]
     places = " and ".join(str(count) for count in tried) or "no"
     best = min(search.pairs, key=lambda pair: pair.cost, default=None)
@@ -331,47 +299,52 @@ def _search_words(search: Search) -> str:
 
 
 def _arms_table(search: Search) -> Table:
-    """Pairs of places that were refined, with what speaks against them."""
-    names = tuple(search.followed.terms)
+    """Pairs of arm poses that were refined, with the terms of their cost."""
     pairs: list[tuple[str, Pair]] = [("followed", search.followed)]
     pairs += [(f"pair {i}", pair) for i, pair in enumerate(search.pairs, start=1)]
-    rows = tuple(
-        (
-            f"{name}, chosen" if pair.chosen else name,
-            f"{pair.cost:.1f}",
-            *(f"{pair.terms[each]:.1f}" for each in names),
-        )
-        for name, pair in pairs
-    )
-    strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
+    rows = [
+        (f"{name}, chosen" if pair.chosen else name, pair.cost, pair.terms) for name, pair in pairs
+    ]
     title = f"Cost of pairs of arms. A new pair must cost {search.gain:g} less."
-    headings = ("Arms", "Total", *(_COSTS.get(name, name) for name in names))
-    tips = ("", "Sum of all terms", *(_COST_TIPS.get(name, "") for name in names))
-    return Table(title, headings, rows, strong=strong, tips=tips)
+    strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
+    return _costs_table(title, "Arms", rows, strong=strong)
 
 
 def _proposals_table(proposals: Proposals) -> Table:
-    """The best places for one arm."""
+    """The best candidates for one arm."""
     side = "left" if proposals.side == 0 else "right"
-    names = tuple(proposals.terms)
     order = np.argsort(proposals.cost, kind="stable")[:_SHOWN].tolist()
-    rows = tuple(
+    rows = [
         (
             f"{_direction(proposals.upper[k])}, then {_direction(proposals.fore[k])}",
-            f"{proposals.cost[k]:.1f}",
-            *(f"{proposals.terms[name][k]:.1f}" for name in names),
+            proposals.cost[k],
+            {name: values[k] for name, values in proposals.terms.items()},
         )
         for k in order
-    )
-    kept = int(np.count_nonzero(proposals.kept))
+    ]
     title = (
         f"Best candidates for the {side} arm, of {len(proposals.cost)}; pairs were formed from "
-        f"{kept}"
+        f"{np.count_nonzero(proposals.kept)}"
     )
-    headings = ("Upper arm, forearm", "Total", *(_COSTS.get(name, name) for name in names))
-    tips = ("", "Sum of all terms", *(_COST_TIPS.get(name, "") for name in names))
-    limb = f"{side}_upper_arm"
-    return Table(title, headings, rows, (limb,) * len(rows), tips=tips)
+    return _costs_table(title, "Upper arm, forearm", rows, (f"{side}_upper_arm",) * len(rows))
+
+
+def _costs_table(
+    title: str,
+    heading: str,
+    rows: Sequence[tuple[str, float, Mapping[str, float]]],
+    limbs: tuple[str, ...] = (),
+    strong: tuple[int, ...] = (),
+) -> Table:
+    names = list(rows[0][2]) if rows else []
+    known = [_COSTS.get(name, (name, "")) for name in names]
+    headings = (heading, "Total", *(word for word, _ in known))
+    tips = ("", "Sum of all terms", *(tip for _, tip in known))
+    cells = tuple(
+        (name, f"{cost:.1f}", *(f"{terms[each]:.1f}" for each in names))
+        for name, cost, terms in rows
+    )
+    return Table(title, headings, cells, limbs, strong, tips)
 
 
 def _direction(along: FloatArray) -> str:
@@ -388,21 +361,17 @@ def _direction(along: FloatArray) -> str:
 
 def _result(trace: StepTrace, step: Step, compared: str) -> StepContent:
     estimate = trace.estimate
-    words = compared
+    spent = tuple((_capital(name), f"{1e3 * value:.1f}") for name, value in trace.seconds.items())
+    timing = Table("Time", ("Step", "Milliseconds"), spent)
     if not estimate.tracked:
         words = f"The frame was not tracked: {estimate.reason}."
-    timing = Table(
-        "Time",
-        ("Step", "Milliseconds"),
-        tuple((_capital(name), f"{1e3 * value:.1f}") for name, value in trace.seconds.items()),
-    )
+        return _content(step, trace, words, tables=(timing,))
     moved = _moved_table(trace, trace.predicted.pose, trace.after.pose)
     short = Table(moved.title, moved.headings[:2], tuple(r[:2] for r in moved.rows), moved.limbs)
     deviations = deviations_table(
         trace.predicted, trace.after, trace.state_names, ("Predicted", "After")
     )
-    tables = (short, timing, deviations) if estimate.tracked else (timing,)
-    return _content(step, trace, words, tables=tables)
+    return _content(step, trace, compared, tables=(short, timing, deviations))
 
 
 def _capital(words: str) -> str:

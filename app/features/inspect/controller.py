@@ -21,7 +21,7 @@ from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 
 from ...context import Context
-from ...services.actions import ActionRegistry, Command
+from ...services.actions import Command, Menu
 from ...services.tasks.newest import LatestOnly
 from ...session.pictures import StepDrawing
 from ...session.runs import RunEntry
@@ -37,39 +37,32 @@ _SHARE = 0.68
 
 _SOON_MS = 60
 _WAITING = "Measuring the points of this frame and recording the tracker's step …"
-_MENU = "&Track"
 
 
 def register(context: Context) -> InspectController:
     """Offer the panel and its commands."""
     inspect = InspectController(context)
     context.actions.add(_commands(context.session, inspect))
-    inspect.offer(context.actions)
+    names = ("inside_previous", "inside_next", "look_inside")
+    actions = [context.actions.action(name) for name in names]
+    inspect.panel.set_actions(actions, context.actions.key_words(names[-1]))
     return inspect
 
 
 def _commands(session: Session, inspect: InspectController) -> list[Command]:
-    """Commands for the inside of a frame, in the menu Track."""
+    command = Menu("&Track").command
     return [
-        Command(
-            "look_inside", _MENU, "Inspect step", "Show step by step how the tracker "
-            "processes this frame: prediction, points, correspondences, sigma points, "
-            "cross-covariance, correction.", inspect.toggle, "F12", "search",
-            lambda: session.not_tried() or session.tracker_works(), section=True,
-            checked=lambda: inspect.inspects,
-        ),
-        Command(
-            "inside_next", _MENU, "Next stage of the step",
-            "Show the next stage of the tracker's step.",
-            lambda: inspect.go(inspect.index + 1), "F7", "step-forward",
-            lambda: inspect.why_no_step(1),
-        ),
-        Command(
-            "inside_previous", _MENU, "Previous stage of the step",
-            "Show the previous stage of the tracker's step.",
-            lambda: inspect.go(inspect.index - 1), "Shift+F7", "step-back",
-            lambda: inspect.why_no_step(-1),
-        ),
+        command("look_inside", "Inspect step", "Show step by step how the tracker processes this "
+                "frame: prediction, points, correspondences, sigma points, cross-covariance, "
+                "correction.", inspect.toggle, "F12", "search", section=True,
+                why_not=lambda: session.not_tried() or session.tracker_works(),
+                checked=lambda: inspect.inspects),
+        command("inside_next", "Next stage of the step", "Show the next stage of the tracker's "
+                "step.", lambda: inspect.go(inspect.index + 1), "F7", "step-forward",
+                why_not=lambda: inspect.why_no_step(1)),
+        command("inside_previous", "Previous stage of the step", "Show the previous stage of the "
+                "tracker's step.", lambda: inspect.go(inspect.index - 1), "Shift+F7", "step-back",
+                why_not=lambda: inspect.why_no_step(-1)),
     ]  # fmt: skip
 
 
@@ -90,10 +83,6 @@ class Question:
     source: RunEntry | None
     """The run that it is about."""
     settings: Settings
-
-    def asks(self, frame: int, source: RunEntry | None, settings: Settings) -> bool:
-        """Whether it asks about a frame of this run, with these settings."""
-        return self.frame == frame and self.source is source and self.settings == settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +130,7 @@ def question_of(
 def _keypoints(
     session: Session, entry: RunEntry | None, settings: Settings, frame: int
 ) -> Keypoints | None:
-    """What a run was tracked with; what the next one would be, where there is none."""
+    """Keypoints of a run, or of the next run if there is none."""
     if entry is not None and (spec := entry.spec()) is not None:
         return spec.keypoints
     return session.keypoints.for_trial(settings, range(frame, frame + 1))
@@ -176,24 +165,12 @@ def _compared(trace: StepTrace, found: Estimate | None) -> str:
     angle = max(off.turn, float(np.nanmax(off.limbs)))
     if off.shift < _SAME_METRES and angle < _SAME_RADIANS:
         return "The result equals the pose of the run."
-    return (
-        f"The result differs from the pose of the run by {1000.0 * off.shift:.1f} mm and up to "
-        f"{np.degrees(angle):.1f}°."
-    )
+    by = f"{1000.0 * off.shift:.1f} mm and up to {np.degrees(angle):.1f}°"
+    return f"The result differs from the pose of the run by {by}."
 
 
 class InspectController(QObject):
-    """Has the step of the frame that is shown recorded, and goes through its stages.
-
-    Attributes
-    ----------
-    inspects : bool
-        Whether the frame that is shown is inspected.
-    known : Answer or None
-        What is shown of it.
-    index : int
-        Which of its stages is shown.
-    """
+    """Has the step of the frame that is shown recorded, and goes through its stages."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
@@ -203,16 +180,15 @@ class InspectController(QObject):
         self.panel = InsidePanel()
         context.docks.add("inside", "Inspect step", self.panel)
         self.bar = StateBar("Inspect step", "Close", "Stop inspecting and show the run again")
-        self.bar.ended.connect(self.leave)
+        self.bar.button.clicked.connect(self.leave)
         context.docks.lay_over_views(self.bar)
         self.inspects = False
         self.known: Answer | None = None
+        """The step whose stage number `index` is shown."""
         self.index = 0
         self._asked: Question | None = None
         self._drawing: StepDrawing | None = None
-        self._worker = LatestOnly(answer, "record step trace")
-        self._worker.answered.connect(self._on_answered)
-        self._worker.failed.connect(self._on_failed)
+        self._worker = LatestOnly(answer, "record step trace", self._on_answered, self._on_failed)
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self._ask)
         for changed in (
@@ -221,29 +197,20 @@ class InspectController(QObject):
         ):  # fmt: skip
             changed.connect(self._ask_soon)
         self.panel.step_chosen.connect(self.go)
-        session.runs.active_changed.connect(self._leave_if_inspecting)
-        context.docks.workspace_changed.connect(self._leave_if_inspecting)
+        for changed in (session.runs.active_changed, context.docks.workspace_changed):
+            changed.connect(self._leave_if_inspecting)
         session.leaving.connect(self.leave)
         session.closing.connect(self.close)
         context.tasks.watch(self.settled)
-
-    def offer(self, actions: ActionRegistry) -> None:
-        """Put the commands into the panel."""
-        names = ("inside_previous", "inside_next", "look_inside")
-        self.panel.set_actions(
-            [actions.action(name) for name in names], actions.key_words(names[-1])
-        )
 
     # ---- what is known
 
     @property
     def step(self) -> Step | None:
-        """The stage that is shown."""
         return self.known.steps[self.index] if self.known is not None else None
 
     @property
     def drawing(self) -> StepDrawing | None:
-        """What views and scene show of the stage."""
         known, step = self.known, self.step
         if known is None or step is None or not self.inspects:
             return None
@@ -261,7 +228,6 @@ class InspectController(QObject):
         return known.question.source is self._runs.active
 
     def why_no_step(self, by: int) -> str:
-        """Why there is no further stage; empty where there is one."""
         if self.known is None:
             return "No step trace is shown. Choose Inspect step first."
         if 0 <= self.index + by < len(self.known.steps):
@@ -278,32 +244,26 @@ class InspectController(QObject):
         self._document.pause()
         self._context.docks.bring_up("inside")
         QTimer.singleShot(0, self, self._make_room)
-        self._look()
+        self.inspects = True
+        self._ask()
+        self._show(self.known, self.index)
 
     @Slot()
     def leave(self) -> None:
-        """Show the run again."""
         self.inspects = False
         self._asked = None
         self._show(None, 0)
 
     def go(self, index: int) -> None:
-        """Show one of the stages."""
         if self.known is not None and 0 <= index < len(self.known.steps) and index != self.index:
             self._show(self.known, index)
 
     @Slot()
     def close(self) -> None:
-        """Forget everything and end the thread."""
         self.inspects, self.known, self._drawing, self._asked = False, None, None, None
         self._worker.close()
 
     # ---- asking
-
-    def _look(self) -> None:
-        self.inspects = True
-        self._ask()
-        self._show(self.known, self.index)
 
     @Slot()
     def _ask_soon(self, _what: object = None) -> None:
@@ -336,11 +296,12 @@ class InspectController(QObject):
         self._show(self.known, self.index)
 
     def _question(self) -> Question | None:
-        """What is to be asked about the frame that is shown; None where that was asked."""
         frame = self._document.frame
         entry = self._runs.active
         settings = self._track.settings if entry is None else _settings_of(entry)
-        if self._asked is not None and self._asked.asks(frame, entry, settings):
+        asked = self._asked
+        same = asked is not None and asked.source is entry
+        if asked is not None and same and (asked.frame, asked.settings) == (frame, settings):
             return None
         return question_of(frame, self._context.session, entry, settings)
 
@@ -359,7 +320,6 @@ class InspectController(QObject):
     # ---- showing
 
     def _show(self, known: Answer | None, index: int) -> None:
-        """Show one stage of a step, or none."""
         if known is not self.known or index != self.index:
             self.known, self.index, self._drawing = known, index, None
         context, panel, step = self._context, self.panel, self.step
@@ -379,7 +339,6 @@ class InspectController(QObject):
         context.actions.refresh_soon()
 
     def _words(self) -> str:
-        """What the bar says; nothing hides it."""
         if not self.inspects:
             return ""
         run = self._runs.active

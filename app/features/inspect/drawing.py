@@ -72,15 +72,14 @@ def _drawn(trace: StepTrace, step: Step) -> tuple[Pose, InsideScene]:
 
 def _drawn_of(body: BodyModel, step: Step, correction: Correction) -> tuple[Pose, InsideScene]:
     before, after = correction.before.pose, correction.after.pose
-    match step.kind:
-        case "points":
-            return before, InsideScene(dots=_dots(correction))
-        case "sigma":
-            poses = correction.sigma_points.poses
-            others = [poses[i] for i in range(1, len(poses.position))]
-            return before, InsideScene(ghosts=_ghosts(body, before, others))
-        case "correct":
-            return after, InsideScene(ghosts=_ghosts(body, after, [before]))
+    if step.kind == "points":
+        return before, InsideScene(dots=_dots(correction))
+    if step.kind == "sigma":
+        poses = correction.sigma_points.poses
+        others = [poses[i] for i in range(1, len(poses.position))]
+        return before, InsideScene(ghosts=_ghosts(body, before, others))
+    if step.kind == "correct":
+        return after, InsideScene(ghosts=_ghosts(body, after, [before]))
     return before, InsideScene(lines=_pairs(correction.points))
 
 
@@ -88,11 +87,8 @@ def _dots(correction: Correction) -> tuple[Marked, ...]:
     """Points that are used, by part, and those that are not; sampled ones lie on the model."""
     points, unused = correction.points, correction.unused
     sampled = bool(np.any(unused.part >= 0))
-    marked = [
-        Marked(colour, unused.place[unused.why == why])
-        for why, colour in _UNUSED.items()
-        if np.any(unused.why == why)
-    ]
+    there = [why for why in _UNUSED if np.any(unused.why == why)]
+    marked = [Marked(_UNUSED[why], unused.place[unused.why == why]) for why in there]
     places = points.model if sampled else points.data
     for part in np.unique(points.part).tolist():
         colour = LIMB_COLOURS.get(limb_of_part(part), _LEGS)
@@ -111,12 +107,8 @@ def _ghosts(body: BodyModel, model: Pose, others: list[Pose]) -> tuple[Marked, .
     """The model in other poses, without the parts that are where the model is."""
     meshes = body_mesh(body, model, around=_AROUND)
     here = body.frames(model)
-    stacked = body.frames(
-        Pose(
-            np.stack([pose.position for pose in others]),
-            np.stack([pose.rotations for pose in others]),
-        )
-    )
+    positions = np.stack([pose.position for pose in others])
+    stacked = body.frames(Pose(positions, np.stack([pose.rotations for pose in others])))
     ghosts = []
     for mesh in meshes:
         part = mesh.part

@@ -162,13 +162,11 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     cloudless = bool(trace.corrections) and not any(len(c.points.part) for c in trace.corrections)
     texts = _THESIS if trace.method == "thesis" else _KEYPOINTS if cloudless else _MANIFOLD
     steps = [_step("predict", texts, heading="Prediction")]
+    kinds = [kind for kind in _IN_ITERATION if not cloudless or kind not in _OF_POINTS]
     for index, correction in enumerate(trace.corrections):
-        heading = _heading_of(correction)
-        for kind in _IN_ITERATION:
-            if cloudless and kind in _OF_POINTS:
-                continue
+        for kind in kinds:
+            heading = _heading_of(correction) if kind == kinds[0] else ""
             steps.append(_step(kind, texts, heading, index))
-            heading = ""
     if trace.measured:
         steps.append(_step("pairs", texts, "Estimate"))
         steps.append(_step("settle", texts))
@@ -181,7 +179,6 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
 
 
 def _heading_of(correction: Correction) -> str:
-    """Name of an iteration."""
     again = ", with prior inflation" if correction.stage == "again" else ""
     return f"Iteration {correction.iteration}{again}"
 
@@ -195,10 +192,8 @@ def name_of(step: Step, trace: StepTrace) -> str:
 
 def same_step(steps: tuple[Step, ...], like: Step) -> int:
     """Index of the step of another frame that corresponds to this one, or the nearest."""
-    for index, step in enumerate(steps):
-        if (step.kind, step.correction) == (like.kind, like.correction):
-            return index
-    return len(steps) - 1
+    alike = ((one.kind, one.correction) == (like.kind, like.correction) for one in steps)
+    return next((index for index, same in enumerate(alike) if same), len(steps) - 1)
 
 
 def _step(
@@ -262,13 +257,9 @@ def correlations_table(correction: Correction, names: tuple[str, ...]) -> Table:
     title = "Strongest correlation of a state with a pair of each part"
     limbs = tuple(state.limb for state in states)
     words = [part_words(one) for one in parts]
+    brief = (one.replace("left ", "L ").replace("right ", "R ") for one in words)
     tips = ("", *(f"Pairs of the {one}" for one in words))
-    return Table(title, ("State", *map(_brief, words)), rows, limbs, tips=tips)
-
-
-def _brief(words: str) -> str:
-    """``L upper arm`` for ``left upper arm``."""
-    return words.replace("left ", "L ").replace("right ", "R ")
+    return Table(title, ("State", *brief), rows, limbs, tips=tips)
 
 
 def deviations_table(

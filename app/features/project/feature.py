@@ -16,16 +16,6 @@ from .importing.wizard import ImportController
 from .projects import ProjectController
 
 
-def commands(
-    session: Session,
-    files: FileController,
-    projects: ProjectController,
-    importing: ImportController,
-) -> list[Command]:
-    """Commands of the menus File and Edit."""
-    return [*_files(session, files, projects, importing), *_edits(session, projects)]
-
-
 def _files(
     session: Session,
     files: FileController,
@@ -70,7 +60,6 @@ def _files(
 
 
 def _recents(session: Session, files: FileController) -> list[Command]:
-    """One command for each place in the list of what was opened last."""
     none = "Nothing was opened yet."
 
     def says(place: int) -> str:
@@ -123,7 +112,8 @@ def register(context: Context) -> FileController:
     """Offer files and edits."""
     files = FileController(context)
     projects, importing = ProjectController(context), ImportController(context)
-    context.actions.add(commands(context.session, files, projects, importing))
+    context.actions.add(_files(context.session, files, projects, importing))
+    context.actions.add(_edits(context.session, projects))
     # keys that follow an edit at once find them ready
     context.session.edits.changed.connect(lambda: context.actions.refresh("&Edit"))
     return files

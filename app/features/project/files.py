@@ -16,9 +16,16 @@ from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context
 from ...services.tasks.task import Task
+from ...session.opening import Opening
 from ...session.runs import RunEntry, entry_of_run
 from ...widgets.forms.form_dialog import ask_for_folder, ask_to_export, ask_to_open
 from ...widgets.forms.message import Message
+
+
+def recent_folder(opening: Opening) -> Path:
+    """Folder of what was opened last, where dialogs start."""
+    recent = opening.recents()
+    return recent[0].parent if recent else Path.home()
 
 
 class FileController(QObject):
@@ -42,31 +49,25 @@ class FileController(QObject):
         return self._demo_places.run if self._demo_places is not None else None
 
     def ask_for_recording(self) -> None:
-        """Let the person choose a recording folder."""
-        recent = self._session.opening.recents()
-        start = str(recent[0].parent) if recent else str(Path.home())
-        parent = self._context.docks.dialog_parent
-        ask_for_folder(parent, "Open a recording folder", start, self._session.opening.open)
+        parent, opening = self._context.docks.dialog_parent, self._session.opening
+        ask_for_folder(parent, "Open a recording folder", recent_folder(opening), opening.open)
 
     def close_recording(self) -> None:
-        """Go back to the welcome page."""
         self._session.track.stop()
         self._demo_places = None
         self._context.tasks.after_writes(self._session.document.close)
 
     def begin_demo(self, folder: Path | None = None) -> None:
         """Copy the demo recording unless it is there, open it and track it."""
-        try:
-            places = copied_demo(folder)
-        except InputError as error:
-            self._context.notifier.error(error)
-            return
-        self._demo_places = places
-        self._session.opening.open(places.recording, workspace="track", tracks=True)
+
+        def begin() -> None:
+            self._demo_places = places = copied_demo(folder)
+            self._session.opening.open(places.recording, workspace="track", tracks=True)
+
+        self._context.notifier.attempt(begin)
 
     @Slot()
     def _on_ready(self) -> None:
-        """Do what was asked for together with opening."""
         asked = self._session.opening.due()
         if asked.run is not None:
             self.open_run(asked.run)
@@ -81,7 +82,6 @@ class FileController(QObject):
         self._context.actions.refresh_soon()
 
     def open_recent(self, place: int) -> None:
-        """Open again what was opened last, or the one before it, and so on."""
         if place < len(self.recents):
             self._session.opening.open(self.recents[place])
 
@@ -92,26 +92,17 @@ class FileController(QObject):
         parent, opening = self._context.docks.dialog_parent, self._session.opening
         title, start = f"Where is the recording of {path.name}?", path.parent
         ask = partial(ask_for_folder, parent, title, start, partial(opening.open, run=path))
-        self._context.notifier.show(
-            Message(
-                "warning",
-                "the recording of this run was not found",
-                path.name,
-                "Choose its folder to see the run over its images.",
-                button="Choose folder …",
-                do=ask,
-            )
-        )
+        what = "the recording of this run was not found"
+        remedy = "Choose its folder to see the run over its images."
+        message = Message("warning", what, path.name, remedy, "Choose folder …", ask)
+        self._context.notifier.show(message)
 
     def ask_for_run(self) -> None:
-        """Let the person choose a stored run."""
-        parent = self._context.docks.dialog_parent
-        opening = self._session.opening
-        ask_to_open(parent, "Open a run", "", "Run (*.npz *.part)", opening.open)
+        parent, use = self._context.docks.dialog_parent, self._session.opening.open
+        ask_to_open(parent, "Open a run", "", "Run (*.npz *.part)", use)
 
     @Slot(object)
     def open_run(self, path: Path) -> None:
-        """Show a stored run over the recording."""
         try:
             entry = entry_of_run(read_run(path), path)
         except InputError as error:
@@ -121,28 +112,18 @@ class FileController(QObject):
         assert entry.stored is not None  # noqa: S101 - it was read a moment ago
         made_of = entry.stored.meta.get("recording")
         if recording is not None and made_of not in {None, recording.name}:
-            self._context.notifier.show(
-                Message(
-                    "warning",
-                    f"this run was tracked in the recording {made_of}, not in {recording.name}",
-                    path.name,
-                    "Its curves may be meaningless here.",
-                )
-            )
+            what = f"this run was tracked in the recording {made_of}, not in {recording.name}"
+            remedy = "Its curves may be meaningless here."
+            self._context.notifier.show(Message("warning", what, path.name, remedy))
         if entry.stored.meta.get(INCOMPLETE):
-            self._context.notifier.show(
-                Message(
-                    "note",
-                    f"this run was stopped after {len(entry.frames)} frames",
-                    path.name,
-                    "If its .part file still exists, `stereotrack track --resume` continues the "
-                    "run.",
-                )
+            what = f"this run was stopped after {len(entry.frames)} frames"
+            remedy = (
+                "If its .part file still exists, `stereotrack track --resume` continues the run."
             )
+            self._context.notifier.show(Message("note", what, path.name, remedy))
         self._session.runs.add(entry)
 
     def ask_where_to_save(self) -> None:
-        """Let the person choose where the active run is kept."""
         active = self._session.runs.active
         if active is None:
             return
@@ -151,7 +132,6 @@ class FileController(QObject):
         ask_to_export(parent, "Save run", name, [first, *others], partial(self.export, active))
 
     def export(self, entry: RunEntry, path: Path, form: ExportFormat) -> None:
-        """Write a run in any format, in the background; says so when it is done."""
         held = entry.now()
 
         def write(_task: Task) -> Exported:
@@ -168,7 +148,6 @@ class FileController(QObject):
         self._context.tasks.begin(f"saving {path.name}", write, done, promised=True)
 
     def save_run(self, entry: RunEntry, path: Path) -> None:
-        """Write a run; says so when it is done."""
         run = entry.run()
         if run is None:
             return

@@ -14,6 +14,7 @@ from stereotrack_core.project.whereabouts import SUFFIX
 from ...context import Context
 from ...session.edits import Moved
 from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
+from .files import recent_folder
 
 _FILTER = f"Projects (*{SUFFIX})"
 _WITH_FRAMES = ("click", "repeat_click", "frame_flag", "keyframe")
@@ -38,14 +39,10 @@ class ProjectController(QObject):
         context.session.edits.moved.connect(self._show_what_moved)
 
     def ask_for_project(self) -> None:
-        """Let the person choose a project file."""
-        recent = self._session.opening.recents()
-        start = str(recent[0].parent) if recent else str(Path.home())
-        parent = self._context.docks.dialog_parent
-        ask_to_open(parent, "Open project", start, _FILTER, self._session.opening.open)
+        parent, opening = self._context.docks.dialog_parent, self._session.opening
+        ask_to_open(parent, "Open project", recent_folder(opening), _FILTER, opening.open)
 
     def ask_for_copy(self) -> None:
-        """Let the person choose where a copy of the project goes, and write it."""
         project = self._session.project.project
         if project is None:
             return
@@ -60,7 +57,6 @@ class ProjectController(QObject):
         ask_to_save(parent, "Save a copy of the project", proposed, _FILTER, save)
 
     def take_over(self) -> None:
-        """Open for writing what another program is said to have, if the person is sure."""
         path = self._session.project.path
         if path is None:
             return
@@ -74,21 +70,17 @@ class ProjectController(QObject):
             self._session.project.open_file(path, self._session.document.frame, take_over=True)
 
     def ask_for_home(self) -> None:
-        """Let the person choose where new projects go."""
         home = self._session.project.wishes().home or Path.home()
         parent, keep = self._context.docks.dialog_parent, self._session.project.set_home
         ask_for_folder(parent, "Folder for new projects", home, keep)
 
     def keep_beside(self) -> None:
-        """Let new projects lie beside their recordings."""
         self._session.project.set_home(None)
 
     def kept_beside(self) -> bool:
-        """Whether new projects lie beside their recordings."""
         return self._session.project.wishes().home is None
 
     def ask_annotator(self) -> None:
-        """Let the person say whose name edits get."""
         dialog = QInputDialog(self._context.docks.dialog_parent)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setWindowTitle("Annotator")
@@ -120,13 +112,15 @@ class ProjectController(QObject):
     def _ask_about_another(self, path: Path, folder: Path, error: InputError) -> None:
         """Where the folder holds another recording: take it all the same, or look elsewhere."""
         button = QMessageBox.StandardButton
-        answer = QMessageBox.question(
-            self._context.docks.dialog_parent,
-            "Different recording",
+        question = (
             f"{folder.name}: {error.what}.\n\nUse this folder anyway? Clicks that do not fit its "
-            "images are kept as they are.",
+            "images are kept as they are."
+        )
+        parent, buttons = (
+            self._context.docks.dialog_parent,
             button.Yes | button.Retry | button.Cancel,
         )
+        answer = QMessageBox.question(parent, "Different recording", question, buttons)
         if answer == button.Retry:
             self._ask_where_recording_is(path)
             return
@@ -144,9 +138,7 @@ class ProjectController(QObject):
         """Go to where what was undone or redone can be seen, and say what it was."""
         edit, changed = moved.edit, moved.changed
         frames = frozenset[int]()
-        workspace = panel = ""
-        if edit is not None:
-            workspace, panel = edit.workspace, edit.panel
+        workspace, panel = ("", "") if edit is None else (edit.workspace, edit.panel)
         if changed is not None:
             frames = frozenset(k for name in _WITH_FRAMES for k in changed.frames(name))
             places = (_SEEN_IN[name] for name in sorted(changed.tables) if name in _SEEN_IN)

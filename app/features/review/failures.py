@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import partial
+from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QObject, Slot
+from PySide6.QtCore import QObject, QTimer, Slot
 from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
-from stereotrack_core.evaluation.failure_segments.drawing import Paper
-from stereotrack_core.evaluation.failure_segments.export import evidence_picture
+from stereotrack_core.counting import counted
+from stereotrack_core.evaluation.failure_segments.drawing import Paper, evidence_picture
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
@@ -22,26 +25,30 @@ from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
 from ...services.tasks.newest import LatestOnly, Shared
+from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
+from ...session.runs import RunEntry
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
-from .failure_list import FailurePresenter, Filter, Found, lanes_of_failures
+from .failure_list import Filter, Found, beside, found_in, lanes_of_failures, looked_at
+
+_DELAY_MS = 200
+_FINDING, _EXPLAINING = "detecting failures", "classifying causes of failures"
 
 
 @dataclass(frozen=True, eq=False)
 class _Wanted:
+    """A picture of a failure that is to be drawn."""
+
     search: FailureSearch
     recording: Recording
     failure: FailureSegment
     reader: Shared[FrameReader]
     paper: Paper
 
-
-def _drawn(wanted: _Wanted) -> ImageArray:
-    with wanted.reader.used() as reader:
-        return evidence_picture(
-            wanted.search, wanted.recording, wanted.failure, reader, wanted.paper
-        )
+    def drawn(self) -> ImageArray:
+        with self.reader.used() as reader:
+            return evidence_picture(self.search, self.recording, self.failure, reader, self.paper)
 
 
 def _bgr(colour: str) -> tuple[int, int, int]:
@@ -59,68 +66,83 @@ _NOT_JUDGED = (
 
 
 class FailureController(QObject):
-    """What the window does with failures."""
+    """The failures of the active run: found when a fact changes, listed, shown and gone to."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        session = context.session
         self.panel = FailuresPanel()
-        context.docks.add("failures", "Failures", self.panel)
+        self._dock = context.docks.add("failures", "Failures", self.panel)
         self._lanes: tuple[FailureSegment, ...] = ()
-        self.presenter = FailurePresenter(
-            session, context.tasks, wants_pictures=self._is_seen, threshold=self._threshold
+        self._known: WeakKeyDictionary[RunEntry, Found] = WeakKeyDictionary()
+        self._asked: WeakKeyDictionary[RunEntry, Hashable] = WeakKeyDictionary()
+        self._work: tuple[RunEntry, Task] | None = None
+        self.chosen: FailureSegment | None = None
+        """The failure that is chosen, if it is listed."""
+        self._filter = Filter()
+        self._told: tuple[Found | None, bool] = None, False
+        self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
+        self._timer.timeout.connect(self._look)
+        self._pictures = LatestOnly(
+            _Wanted.drawn, "draw failures", self._on_picture, self._on_no_picture
         )
-        self._pictures = LatestOnly(_drawn, "draw failures")
         self._pictured: _Wanted | None = None
+        self._connect()
+        self.show()
+
+    def _connect(self) -> None:
+        context, session, panel = self._context, self._session, self.panel
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
-        self.panel.set_choices(MEASURED_LIMBS, causes, found)
-        self.panel.chosen.connect(self._on_chosen)
-        self.panel.activated.connect(self._on_activated)
-        self.panel.filtered.connect(self._on_filtered)
-        self.presenter.changed.connect(self.show)
-        self._pictures.answered.connect(self._on_picture)
-        self._pictures.failed.connect(self._on_no_picture)
-        context.docks.dock("failures").visibilityChanged.connect(self._on_seen)
-        context.view_state.threshold_changed.connect(self.presenter.ask_soon)
+        panel.set_choices(MEASURED_LIMBS, causes, found)
+        panel.chosen.connect(lambda place: self._choose(self._at(place)))
+        panel.activated.connect(self._on_activated)
+        panel.filtered.connect(self._on_filtered)
+        for signal in (
+            session.judging.judged, session.runs.active_changed, session.track.finished,
+            context.view_state.threshold_changed,
+        ):  # fmt: skip
+            signal.connect(self._look_soon)
+        self._dock.visibilityChanged.connect(self._on_seen)
         context.docks.workspace_changed.connect(self.show)
-        context.session.closed.connect(self._forget_pictures)
-        context.session.closing.connect(self._forget_pictures)
-        context.tasks.watch(lambda: not self.presenter.working and self._pictures.settled())
-        self.show()
+        for signal in (session.closed, session.closing):
+            signal.connect(self._forget_pictures)
+        context.tasks.watch(lambda: not self._working() and self._pictures.settled())
 
     # ---- facts
 
-    def _search(self) -> FailureSearch | None:
-        """What the failures belong to."""
-        found = self.presenter.found
-        return found.search if found is not None else None
+    @property
+    def found(self) -> Found | None:
+        active = self._session.runs.active
+        return self._known.get(active) if active is not None else None
 
-    def _is_seen(self) -> bool:
-        return self._context.docks.is_seen("failures")
+    @property
+    def listed(self) -> tuple[FailureSegment, ...]:
+        every = self.found.failures if self.found is not None else ()
+        return tuple(failure for failure in every if self._filter.takes(failure))
+
+    def _working(self) -> bool:
+        return self._work is not None or self._timer.isActive()
 
     def none_listed(self) -> str:
-        """Why there is no failure to do something with."""
         if self._session.runs.active is None:
             return "There is no run yet. Run the tracker or open a run."
-        if self.presenter.working and self.presenter.found is None:
+        if self._working() and self.found is None:
             return "Failures are still being detected. Wait for the list."
-        return "" if self.presenter.listed else "No failure is listed."
+        return "" if self.listed else "No failure is listed."
 
     def looping(self) -> bool:
-        """Whether a failure is played again and again."""
         return self._session.document.loop is not None
 
     # ---- what commands do
 
     def go(self, direction: int) -> None:
         """Go to the worst frame of the next (1) or previous (-1) listed failure."""
-        listed, frame = self.presenter.listed, self._session.document.frame
-        beside = self.presenter.beside(frame, direction)
-        if beside is None:
+        listed = self.listed
+        there = beside(listed, self.chosen, self._session.document.frame, direction)
+        if there is None:
             return
-        found, wrapped = beside
+        found, wrapped = there
         self._jump(found)
         place = f"Failure {listed.index(found) + 1} of {len(listed)}"
         ends = "the last one" if direction > 0 else "the first one"
@@ -134,36 +156,100 @@ class FailureController(QObject):
             document.set_loop(None)
             document.pause()
             return
-        if self.presenter.chosen is None:
-            at = [e for e in self.presenter.listed if document.frame in e.frames]
+        if self.chosen is None:
+            at = [e for e in self.listed if document.frame in e.frames]
             if not at:
                 context.notifier.say("Select a failure, or go to a frame inside one.", 4000)
                 return
-            self.presenter.choose(at[0])
+            self._choose(at[0])
         document.set_loop(self._stretch())
         document.play()
 
-    # ---- following
+    # ---- finding
+
+    @Slot()
+    def _look_soon(self) -> None:
+        self._timer.start()
+
+    @Slot()
+    def _look(self) -> None:
+        """Find the failures again if a fact has changed, and show what is known."""
+        session, entry = self._session, self._session.runs.active
+        recording, truth = session.document.recording, session.judging.truth
+        grows = entry is session.track.entry and session.track.running
+        if recording is not None and entry is not None and entry.frames and not grows:
+            threshold = self._threshold()
+            state = len(entry.frames), truth, threshold, recording
+            known = self._known.get(entry)
+            if known is None or known.state != state:
+                find = partial(found_in, entry.now(), recording, truth, threshold, state)
+                self._begin(entry, (state, False), _FINDING, lambda _: find())
+            elif (
+                known.search and known.failures and not known.looked
+                and self._context.docks.is_seen("failures")  # images take seconds
+            ):  # fmt: skip
+                self._begin(entry, (state, True), _EXPLAINING, partial(looked_at, known))
+        told = self.found, self._looking()
+        if told != self._told:
+            self._told = told
+            self._keep_choice()
+
+    def _looking(self) -> bool:
+        return self._work is not None and self._work[1].title == _EXPLAINING
+
+    def _threshold(self) -> float:
+        """Error in degrees from which a failure begins."""
+        judgement = self._session.judging.of(self._session.runs.active)
+        if judgement is not None and judgement.measure == "error":
+            return self._context.view_state.threshold
+        return FailureRules().episode_error
+
+    def _begin(
+        self, entry: RunEntry, what: Hashable, title: str, work: Callable[[Task], Found]
+    ) -> None:
+        """Begin a task unless one runs; a task stopped by the person is not repeated."""
+        if self._asked.get(entry) == what:
+            return
+        if self._work is not None:
+            if self._work[0] is entry:
+                self._work[1].cancel()  # what comes of it holds no longer
+            return
+        task = self._context.tasks.begin(title, work, partial(self._known.__setitem__, entry))
+        self._asked[entry], self._work = what, (entry, task)
+        task.ended.connect(self._on_ended)
+
+    @Slot()
+    def _on_ended(self) -> None:
+        self._work = None
+        self._look()
+
+    def _keep_choice(self) -> None:
+        """Choose the same failure among those that are listed now, and show them."""
+        old = self.chosen
+        if old is not None:
+            same = [e for e in self.listed if e.found == old.found and e.overlaps(old)]
+            self.chosen = same[0] if same else None
+        self.show()
+
+    # ---- showing
 
     @Slot()
     def show(self) -> None:
-        """Show what is known in the panel and on the timeline."""
-        presenter = self.presenter
-        listed = presenter.listed
-        place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
-        self.panel.show_rows(listed, self._fps(), place, self._words(presenter.found))
-        self._ask_for_picture(presenter.chosen if self._is_seen() else None)
-        self._show_lanes()
+        listed, chosen, docks = self.listed, self.chosen, self._context.docks
+        place = listed.index(chosen) if chosen in listed else -1
+        self.panel.show_rows(listed, self._fps(), place, self._words(self.found))
+        self._ask_for_picture(chosen if docks.is_seen("failures") else None)
+        lanes = () if docks.workspace == "annotate" else listed
+        if lanes != self._lanes:
+            self._lanes = lanes
+            docks.timeline.set_lanes(lanes_of_failures(lanes), "failures")
         if self.looping():
-            if presenter.chosen is None:
-                self._session.document.set_loop(None)
-            else:
-                self._session.document.set_loop(self._stretch())
+            self._session.document.set_loop(self._stretch())
         self._context.actions.refresh_soon()
 
     def _ask_for_picture(self, failure: FailureSegment | None) -> None:
-        """Draw a failure, unless that is drawn; None shows nothing."""
-        reader, search = self._session.document.reader, self._search()
+        reader, found = self._session.document.reader, self.found
+        search = found.search if found is not None else None
         recording = search.recording if search is not None else None
         if search is None or failure is None or reader is None or recording is None:
             self._pictured = None
@@ -191,29 +277,21 @@ class FailureController(QObject):
         self._pictures.close()
         self._pictured = None
 
-    def _show_lanes(self) -> None:
-        listed = () if self._context.docks.workspace == "annotate" else self.presenter.listed
-        if listed != self._lanes:
-            self._lanes = listed
-            self._context.docks.timeline.set_lanes(lanes_of_failures(listed), "failures")
-
     def _words(self, found: Found | None) -> str:
         if self._session.runs.active is None:
             return "Run the tracker to see the failures of a run."
         if found is None:
             return "Detecting failures …"
-        every, listed = found.failures, self.presenter.listed
+        every, listed = found.failures, self.listed
         if found.search is None:
             return "The source recording of the run is not known, so failures cannot be detected."
         if not every:
             judged = found.search.reference is not None or has_signs(found.search.run)
             return "No failure was detected." if judged else _NOT_JUDGED
-        words = (
-            f"{len(listed)} of {len(every)} failures"
-            if len(listed) < len(every)
-            else (f"{len(every)} failure{'s' if len(every) != 1 else ''}")
-        )
-        if self.presenter.looking:
+        words = counted(len(every), "failure")
+        if len(listed) < len(every):
+            words = f"{len(listed)} of {len(every)} failures"
+        if self._looking():
             words += "; images are being analysed for causes"
         return f"{words}."
 
@@ -222,45 +300,44 @@ class FailureController(QObject):
         return recording.fps if recording is not None else 1.0
 
     def _stretch(self) -> range | None:
-        chosen = self.presenter.chosen
+        chosen = self.chosen
         if chosen is None:
             return None
         around = round(_AROUND * self._fps())
         last = min(chosen.last + around, self._session.document.frame_count - 1)
         return range(max(0, chosen.first - around), last + 1)
 
-    def _threshold(self) -> float:
-        judgement = self._session.judging.of(self._session.runs.active)
-        if judgement is not None and judgement.measure == "error":
-            return self._context.view_state.threshold
-        return FailureRules().episode_error
-
     @Slot(bool)
     def _on_seen(self, seen: bool) -> None:
         if seen:
-            self.presenter.ask_soon()
+            self._look_soon()
             self.show()
 
     # ---- what a person does in the panel
 
-    @Slot(int)
-    def _on_chosen(self, place: int) -> None:
-        listed = self.presenter.listed
-        self.presenter.choose(listed[place] if 0 <= place < len(listed) else None)
+    def _at(self, place: int) -> FailureSegment | None:
+        listed = self.listed
+        return listed[place] if 0 <= place < len(listed) else None
+
+    def _choose(self, failure: FailureSegment | None) -> None:
+        if failure is not self.chosen:
+            self.chosen = failure
+            self.show()
 
     @Slot(int)
     def _on_activated(self, place: int) -> None:
-        listed = self.presenter.listed
-        if 0 <= place < len(listed):
-            self._jump(listed[place])
+        failure = self._at(place)
+        if failure is not None:
+            self._jump(failure)
 
     @Slot(str, str, str)
     def _on_filtered(self, limb: str, cause: str, found: str) -> None:
-        self.presenter.set_filter(Filter(limb, cause, found))
+        self._filter = Filter(limb, cause, found)
+        self._keep_choice()
 
     def _jump(self, failure: FailureSegment) -> None:
-        self.presenter.choose(failure)
-        self.panel.choose(self.presenter.listed.index(failure))  # whatever is selected there
+        self._choose(failure)
+        self.panel.choose(self.listed.index(failure))  # whatever is selected there
         if not self.looping():
             self._session.document.pause()
         self._session.document.go_to(failure.peak_frame)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Slot
-from PySide6.QtWidgets import QLabel, QStackedWidget
+from PySide6.QtWidgets import QStackedWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.recording.description import Segment
@@ -25,6 +26,7 @@ from ...session.judgement import (
 from ...session.runs import RunEntry
 from ...widgets.plots.limb_plots import ErrorPlot
 from ...widgets.plots.plots import Curve, Emphasis
+from ...widgets.style.building import label
 from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, limb_words
 from ...widgets.timeline.lanes import Lane, Span
 
@@ -46,11 +48,8 @@ class ErrorCurves(QObject):
         self.plot = ErrorPlot()
         self._drawn: tuple[list[DrawnRun], int] = [], 0
         self._lanes_of: tuple[object, ...] = ()
-        self._no_curves = QLabel(_NO_CURVES)
+        self._no_curves = label(_NO_CURVES, "muted", margins=(16, 0, 16, 0))
         self._no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._no_curves.setProperty("role", "muted")
-        self._no_curves.setWordWrap(True)
-        self._no_curves.setContentsMargins(16, 0, 16, 0)
         self.stack = QStackedWidget()
         """The plot, or words while there is nothing to draw."""
         self.stack.addWidget(self.plot)
@@ -76,12 +75,10 @@ class ErrorCurves(QObject):
 
     @Slot()
     def show(self) -> None:
-        """Curves and lanes of the runs as they are now."""
         judging, runs, document = self._session.judging, self._session.runs, self._session.document
         recording, count = document.recording, document.frame_count
         judgement, every = judging.of(runs.active), judging.all()
         if judgement is not None:
-            self.plot.set_title(judgement.words)
             self.plot.set_heading(*heading_words(judgement))
         self.stack.setCurrentWidget(self.plot if every else self._no_curves)
         front = runs.front if runs.front in every else None
@@ -110,13 +107,11 @@ class ErrorCurves(QObject):
         return f"Run the tracker ({keys}) to see a lane for each limb."
 
     def move_threshold(self, degrees: float) -> None:
-        """Raise or lower the threshold of the plot."""
         state = self._context.view_state
         state.set_threshold(min(max(state.threshold + degrees, 0.0), 180.0))
         self._context.notifier.say(f"Threshold: {state.threshold:.0f}°.", 3000)
 
     def go_above(self, direction: int) -> None:
-        """Go to the next or previous stretch above the threshold."""
         here, frame = self._session.document.frame, self.plot.crossing(direction)
         if frame is None:
             self._context.notifier.say("No limb exceeds the threshold.", 4000)
@@ -137,29 +132,16 @@ def _emphasis(run: RunEntry, front: RunEntry | None) -> Emphasis:
 
 
 def curves_of(runs: Iterable[DrawnRun], count: int) -> tuple[Curve, ...]:
-    """One curve per limb and run.
-
-    All curves have all `count` frames of the recording, so that the plot stays under the
-    timeline's frames while a run grows.
-    """
+    """One curve per limb and run, over all `count` frames, so that it stays under the timeline."""
     curves: list[Curve] = []
     every = np.arange(count)
     for name, style, emphasis, judgement in runs:
         values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}
         for extra, colour in EXTRA_COLOURS.items():
             values[extra] = (colour, 100.0 * judgement.unexplained_fraction)
-        curves.extend(
-            Curve(
-                name=name,
-                limb=limb,
-                colour=colour,
-                style=style,
-                frame=every,
-                value=_spread(judgement, value, count),
-                emphasis=emphasis,
-            )
-            for limb, (colour, value) in values.items()
-        )
+        for limb, (colour, value) in values.items():
+            spread = _spread(judgement, value, count)
+            curves.append(Curve(name, limb, colour, style, every, spread, emphasis=emphasis))
     return tuple(curves)
 
 
@@ -172,8 +154,7 @@ def lanes_of(
     """Lanes of the recording and of the active run.
 
     The recording's segments, and where its reference is known unless that is everywhere; then a
-    heat strip per limb, what the cloud has that the model has not, and stretches that are not
-    tracked.
+    heat strip per limb, the share of the cloud that is not explained, and untracked stretches.
     """
     lanes = []
     if segments:
@@ -210,10 +191,8 @@ def _doubted(judgement: Judgement) -> list[Span]:
         limbs = [limb_words(limb) for limb, lost in chances.items() if lost[place]]
         if limbs:
             named.setdefault(", ".join(limbs), []).append(int(frame))
-    found = [
-        span for words, frames in named.items() for span in _stretches(np.array(frames), words)
-    ]
-    return sorted(found, key=lambda span: span.first)
+    spans = (_stretches(np.array(frames), words) for words, frames in named.items())
+    return sorted(chain(*spans), key=lambda span: span.first)
 
 
 def _spread(judgement: Judgement, values: FloatArray, count: int) -> FloatArray:
@@ -224,6 +203,5 @@ def _spread(judgement: Judgement, values: FloatArray, count: int) -> FloatArray:
 
 
 def _stretches(frames: IntArray, label: str) -> list[Span]:
-    """Successive frame numbers as spans."""
     breaks = np.flatnonzero(np.diff(frames) > 1) + 1
     return [Span(int(part[0]), int(part[-1]), label) for part in np.split(frames, breaks)]

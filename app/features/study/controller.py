@@ -29,10 +29,11 @@ from stereotrack_core.study.store import stored_results
 from stereotrack_core.study.workers import LocalWorkers
 
 from ...context import Context
-from ...services.actions import Command
+from ...services.actions import Menu
 from ...services.tasks.task import Task
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
-from .settings_form import apply_to_panel, panel_settings, study_of_open
+from .results import ResultsPanel
+from .settings_form import SettingsForm, apply_to_panel, panel_settings, study_of_open
 from .window import StudyWindow
 
 _FILTER = f"Study (*{SUFFIX})"
@@ -41,29 +42,18 @@ _FILTER = f"Study (*{SUFFIX})"
 def register(context: Context) -> StudyController:
     """Offer studies."""
     studies = StudyController(context)
-    context.actions.add(
-        [
-            Command(
-                "new_study", "&File", "New study …",
-                "Make a study file (.study.toml): recordings with their subjects and conditions, "
-                "and the settings that all are tracked with.",
-                studies.ask_for_new, "Ctrl+Alt+Shift+N", "add", section=True,
-            ),
-            Command(
-                "open_study", "&File", "Open a study …",
-                "Show the recordings of a study file (.study.toml) in one table: annotation, runs, "
-                "errors, failures and problems. Track and evaluate them together.",
-                studies.ask_for_study, "Ctrl+Alt+Shift+O", "table",
-            ),
-            Command(
-                "sweep", "&Track", "Sweep …",
-                "Track the open recording with several parameter values and seeds in the "
-                "background, and compare the results: a study of one recording.",
-                studies.sweep, "Ctrl+Alt+S", "grid", section=True,
-                why_not=context.session.no_recording,
-            ),
-        ]
-    )  # fmt: skip
+    file, track = Menu("&File").command, Menu("&Track", context.session.no_recording).command
+    context.actions.add([
+        file("new_study", "New study …", "Make a study file (.study.toml): recordings with their "
+             "subjects and conditions, and the settings that all are tracked with.",
+             studies.ask_for_new, "Ctrl+Alt+Shift+N", "add", section=True),
+        file("open_study", "Open a study …", "Show the recordings of a study file (.study.toml) "
+             "in one table: annotation, runs, errors, failures and problems. Track and evaluate "
+             "them together.", studies.ask_for_study, "Ctrl+Alt+Shift+O", "table"),
+        track("sweep", "Sweep …", "Track the open recording with several parameter values and "
+              "seeds in the background, and compare the results: a study of one recording.",
+              studies.sweep, "Ctrl+Alt+S", "grid", section=True),
+    ])  # fmt: skip
     return studies
 
 
@@ -81,18 +71,15 @@ class StudyController(QObject):
 
     @property
     def working(self) -> bool:
-        """Whether something is being read or tracked."""
         return self._task is not None
 
     @property
     def _busy(self) -> bool:
-        """Whether something is being done that reading has to wait for."""
         return self._task is not None and not self._reads
 
     # ---- which study
 
     def ask_for_study(self) -> None:
-        """Let the person choose a study file."""
         parent = self._context.docks.dialog_parent
         ask_to_open(parent, "Open a study", self._folder(), _FILTER, self.open_study)
 
@@ -103,7 +90,6 @@ class StudyController(QObject):
         ask_to_save(parent, "New study", proposed, _FILTER, self.new_study, goes_on=True)
 
     def new_study(self, path: Path) -> None:
-        """Write a study without recordings and show it."""
         path = path.with_name(path.name.removesuffix(".toml").removesuffix(".study") + SUFFIX)
         study = Study(path, settings=panel_settings(self._session, StudySettings()))
         if path.exists() or self._context.notifier.attempt(lambda: write_study(study)):
@@ -125,12 +111,16 @@ class StudyController(QObject):
 
     @Slot(object)
     def open_study(self, path: Path) -> None:
-        """Show a study, and read its recordings."""
         if self._busy:
             words = "A study is at work. Wait, or stop it before another one is opened."
             self._context.notifier.say(words, 6000)
-        elif self._context.notifier.attempt(partial(self._read, path.resolve())):
-            self._show()
+            return
+        shown = self._context.notifier.attempt(partial(self._read, path.resolve()))
+        if shown and self.window is not None:
+            self.window.say("")
+            self.window.show()
+            self.window.raise_()
+            self.refresh()
 
     def _read(self, path: Path) -> None:
         study = read_study(path)
@@ -139,30 +129,21 @@ class StudyController(QObject):
             self.window = self._made()
         self.window.show_study(study, [RowStatus(row) for row in study.rows])
 
-    def _show(self) -> None:
-        if self.window is not None:
-            self.window.say("")
-            self.window.show()
-            self.window.raise_()
-            self.refresh()
-
     def _folder(self) -> Path:
-        """Where studies are, as far as that is known."""
         if self.window is not None:
             return self.window.study.folder
         recording = self._session.document.recording
         return Path.home() if recording is None else recording.folder.resolve().parent
 
     def _made(self) -> StudyWindow:
-        window = StudyWindow(self._context.docks.dialog_parent)
         do: dict[str, Callable[[], object]] = {
             "open": self._open_row, "track": lambda: self.track(window.chosen()),
             "refresh": self.refresh, "stop": self.stop, "add": self._ask_for_folders,
             "remove": lambda: self.remove([row.row.recording for row in window.selected()]),
         }  # fmt: skip
-        window.wanted.connect(lambda name: do[name]())
-        window.form.panel_wanted.connect(self._take_panel)
-        window.results.applied.connect(partial(apply_to_panel, self._context))
+        form = SettingsForm(self._take_panel)
+        results = ResultsPanel(partial(apply_to_panel, self._context))
+        window = StudyWindow(do, form, results, self._context.docks.dialog_parent)
         return window
 
     # ---- edits
@@ -196,12 +177,9 @@ class StudyController(QObject):
         return True
 
     def remove(self, recordings: Sequence[str]) -> None:
-        """Take recordings out of the study; their files stay."""
-
         def without(study: Study) -> Study:
-            return replace(
-                study, rows=tuple(r for r in study.rows if r.recording not in recordings)
-            )
+            left = [row for row in study.rows if row.recording not in recordings]
+            return replace(study, rows=tuple(left))
 
         if self.edit(without) and self.window is not None:
             count = counted(len(recordings), "recording")
@@ -222,7 +200,6 @@ class StudyController(QObject):
         dialog.open()
 
     def add(self, folders: Sequence[Path]) -> None:
-        """Look for the recordings in and below folders, and list them."""
         window = self.window
         if window is None or self._busy:
             return
@@ -248,7 +225,6 @@ class StudyController(QObject):
 
     @Slot()
     def refresh(self) -> None:
-        """Read the recordings of the study and the results of its runs, row by row."""
         window = self.window
         if window is None or self._busy:
             return
@@ -262,18 +238,13 @@ class StudyController(QObject):
 
         def read(task: Task) -> None:
             study_status(
-                study,
-                study.rows,
-                stored_results(study.table),
-                on_row=task.tell,
-                on_progress=task.report,
-                cancelled=task.token.cancelled,
-            )
+                study, study.rows, stored_results(study.table), on_row=task.tell,
+                on_progress=task.report, cancelled=task.token.cancelled,
+            )  # fmt: skip
 
         self._begin("reading the study", read, reads=True)
 
     def track(self, recordings: Sequence[str]) -> None:
-        """Track recordings with the settings of the form, in processes of their own."""
         window = self.window
         if window is None or self._busy:
             return
@@ -319,7 +290,7 @@ class StudyController(QObject):
         *,
         reads: bool = False,
     ) -> None:
-        """Start the one thing that is done for the study; what was being read is left."""
+        """Start the one task of the study; reading is stopped for it."""
         self.stop()
 
         def if_wanted(do: Callable[..., object]) -> Callable[..., None]:
@@ -341,7 +312,6 @@ class StudyController(QObject):
 
     @Slot()
     def stop(self) -> None:
-        """Ask the work to stop; what it has finished is kept."""
         if self._task is not None:
             self._task.cancel()
 
@@ -368,7 +338,6 @@ class StudyController(QObject):
                 self.refresh()
 
     def _open_row(self) -> None:
-        """Open the project of the selected row, or its recording if there is none."""
         rows = self.window.selected() if self.window is not None else []
         if self.window is not None and rows:
             row, study = rows[0].row, self.window.study

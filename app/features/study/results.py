@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Signal, Slot
+from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
 
 from stereotrack_core.counting import counted
@@ -35,13 +36,10 @@ _EMPTY = "No run is finished yet. Track the recordings to see their results here
 
 
 class ResultsPanel(QWidget):
-    """Plots a table; a click on a point shows its values, which can be applied."""
+    """Plots a table; a click on a point shows its values by name, which can be applied."""
 
-    applied = Signal(object)
-    """Dictionary of the values of a point, by name."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, apply: Callable[[Mapping[str, str]], object]) -> None:
+        super().__init__()
         self.table: RunTable | None = None
         self.path: Path | None = None
         self._read_at = 0
@@ -51,21 +49,16 @@ class ResultsPanel(QWidget):
         self.plot.rows_chosen.connect(self.choose)
         self.chosen_label = label("")
         self.take_button = push_button(
-            "Apply to &parameter panel", lambda: self.applied.emit(dict(self._chosen))
+            "Apply to &parameter panel", lambda: apply(dict(self._chosen))
         )
         tip = "Select the point with the best mean over recordings and seeds"
         self.best_button = push_button("&Best point", self.choose_best, tip)
         chosen = hbox((self.chosen_label, 1), self.best_button, self.take_button)
-        self.setLayout(
-            vbox(
-                self.file_label, self._choices(), (self.plot, 1), self.averaged_label, chosen,
-                margins=(6, 6, 6, 6),
-            )
-        )  # fmt: skip
+        parts = (self.file_label, self._choices(), (self.plot, 1), self.averaged_label, chosen)
+        self.setLayout(vbox(*parts, margins=(6, 6, 6, 6)))
         self._allow()
 
     def show_table(self, path: Path) -> None:
-        """Show a table, or what has been added to it. Raises InputError if it is none."""
         table, first = read_table(path), path != self.path
         self._read_at = path.stat().st_mtime_ns
         self.path, self.table = path, table
@@ -93,24 +86,21 @@ class ResultsPanel(QWidget):
 
     @Slot()
     def draw(self) -> None:
-        """Draw what the choices say."""
         table, across, second, up = self._wanted()
         if table is None or not across or not up:
             self.plot.clear()
             return
         self.plot.show_curves(axis_of(table, across), up, curves_of(table, across, up, second))
         over = [one.replace("_", " ") for one in table.varied if one not in (across, second)]
-        named = " and ".join(filter(None, (", ".join(over[:-1]), *over[-1:])))
-        self.averaged_label.setText(
-            "Each faint point is one run; lines and error bars are the mean and standard deviation "
-            f"over {named}."
-            if over
-            else "Each point is one run."
-        )
+        words = "Each point is one run."
+        if over:
+            named = " and ".join(filter(None, (", ".join(over[:-1]), over[-1])))
+            words = "Each faint point is one run; lines and error bars are the mean and standard "
+            words += f"deviation over {named}."
+        self.averaged_label.setText(words)
 
     @Slot(object)
     def choose(self, rows: tuple[int, ...]) -> None:
-        """Show the values of some runs."""
         table = self.table
         if table is None:
             return
@@ -126,7 +116,6 @@ class ResultsPanel(QWidget):
 
     @Slot()
     def choose_best(self) -> None:
-        """Show the point that has the best mean of the measure that is drawn."""
         if self.table is not None:
             self.choose(self.table.best(str(self.measure.currentData())))
 
@@ -146,7 +135,6 @@ class ResultsPanel(QWidget):
         self.take_button.setEnabled(bool(self._chosen))
 
     def _wanted(self) -> tuple[RunTable | None, str, str, str]:
-        """The table, the name across, the name of the colours, and the measure."""
         across, second = self.across.currentData() or "", self.second.currentData() or ""
         up = self.measure.currentData() or ""
         return self.table, across, second if second != across else "", up
@@ -164,7 +152,6 @@ class ResultsPanel(QWidget):
         return row
 
     def _fill(self, table: RunTable, *, keep: bool) -> None:
-        """Offer what the table has; what was chosen stays if it can."""
         boxes = (self.across, self.second, self.measure)
         old = [box.currentData() if keep else None for box in boxes]
         names = table.varied or tuple(table.settled)[:1]

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QFormLayout,
-    QGridLayout,
-    QGroupBox,
-    QLineEdit,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QGridLayout, QGroupBox, QLineEdit, QWidget
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import value_text
@@ -39,35 +32,27 @@ _EXAMPLES = {
 
 
 class SettingsForm(QWidget):
-    """Shows the settings of a study and lets a person change them."""
+    """Shows the settings of a study and lets a person change them.
+
+    `take_panel` takes preset and parameters of the parameter panel.
+    """
 
     changed = Signal()
-    panel_wanted = Signal()
-    """The person wants preset and parameters of the parameter panel."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, take_panel: Callable[[], object]) -> None:
+        super().__init__()
         self._settings = StudySettings()
         self._fields: dict[str, QLineEdit] = {}
         self._lines: dict[str, list[QWidget]] = {}
         self.base = label("")
-        self._take = push_button(
-            "&Use parameter panel",
-            self.panel_wanted.emit,
-            "Track with the preset and the parameters of the parameter panel",
-        )
+        tip = "Track with the preset and the parameters of the parameter panel"
+        self._take = push_button("&Use parameter panel", take_panel, tip)
         box = QGroupBox("Values to try")
         box.setLayout(vbox((self._values(), 1), self._adder(), margins=(9, 9, 9, 9)))
-        right = vbox(self._runs(), None)
-        self.setLayout(
-            vbox(
-                hbox((self.base, 1), self._take), (hbox((box, 3), (right, 2)), 1),
-                margins=(6, 6, 6, 6),
-            )
-        )  # fmt: skip
+        top, below = hbox((self.base, 1), self._take), hbox((box, 3), (vbox(self._runs(), None), 2))
+        self.setLayout(vbox(top, (below, 1), margins=(6, 6, 6, 6)))
 
     def show_settings(self, settings: StudySettings) -> None:
-        """Show the settings of a study."""
         self._settings = settings
         changes = ", ".join(one.replace("_", " ").replace("=", " ") for one in settings.changes)
         self.base.setText(f"All runs use {settings.preset}{f' with {changes}' if changes else ''}.")
@@ -83,23 +68,19 @@ class SettingsForm(QWidget):
         self.smooth.setChecked(settings.smooth)
 
     def settings(self) -> StudySettings:
-        """The settings as the fields say. Raises InputError if they make no sense."""
         typed = {name: field.text().strip() for name, field in self._fields.items()}
-        found = StudySettings(
-            **{
-                **vars(self._settings),
-                "grid": tuple(f"{name}={values}" for name, values in typed.items() if values),
-                "seeds": self.seeds.text().replace(" ", "") or "0",
-                "frames": self.frames.text().strip() or None,
-                "views": self.views.text().strip() or None,
-                "smooth": self.smooth.isChecked(),
-            }
+        found = replace(
+            self._settings,
+            grid=tuple(f"{name}={values}" for name, values in typed.items() if values),
+            seeds=self.seeds.text().replace(" ", "") or "0",
+            frames=self.frames.text().strip() or None,
+            views=self.views.text().strip() or None,
+            smooth=self.smooth.isChecked(),
         )
         found.check()
         return found
 
     def field(self, name: str) -> QLineEdit:
-        """Where the values of a name are typed."""
         return self._fields[name]
 
     def add(self, name: str, values: str = "") -> None:
@@ -174,9 +155,9 @@ class SettingsForm(QWidget):
         self.smooth = QCheckBox("S&mooth the runs")
         self.processes = WholeNumberField(minimum=1, maximum=256, value=usable_cores())
         self.processes.setAccessibleName("Processes")
-        for name, field in (("Seeds", self.seeds), ("Frames", self.frames), ("Views", self.views)):
+        for field in (self.seeds, self.frames, self.views):
             field.textEdited.connect(self.changed)
-            form.addRow(name, field)
+            form.addRow(field.accessibleName(), field)
         form.addRow("Processes", self.processes)
         self.smooth.toggled.connect(self.changed)
         form.addRow(self.smooth)
@@ -198,11 +179,7 @@ def panel_settings(session: Session, settings: StudySettings) -> StudySettings:
 def study_of_open(context: Context, path: Path) -> Study:
     """A study of the open recording alone, with the parameter panel's settings."""
     session, study = context.session, Study(path)
-    recording, project, seen = (
-        session.document.recording,
-        session.project.path,
-        session.keypoints,
-    )
+    recording, project, seen = session.document.recording, session.project.path, session.keypoints
     own = "" if project is None else study.relative(project)
     folder = "" if recording is None else study.relative(recording.folder.resolve())
     row = StudyRecording(folder, own, own if seen.wanted and seen.cameras else "")
@@ -234,12 +211,10 @@ def apply_to_panel(context: Context, values: Mapping[str, str]) -> None:
 
 
 def _about(name: str) -> str:
-    """A sentence about something that can be varied."""
     return SPECIAL[name] if name in SPECIAL else parameter_rows()[name].help
 
 
 def _hint(name: str) -> str:
-    """Which values a name takes, and its default."""
     if name in SPECIAL:
         return _EXAMPLES.get(name, "")
     row = parameter_rows()[name]

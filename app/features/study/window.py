@@ -2,24 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from PySide6.QtCore import (
-    QItemSelection,
-    QItemSelectionModel,
-    Qt,
-    Signal,
-    Slot,
-)
-from PySide6.QtWidgets import (
-    QDialog,
-    QHBoxLayout,
-    QLineEdit,
-    QPushButton,
-    QTabWidget,
-    QWidget,
-)
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt, Slot
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLineEdit, QPushButton, QTabWidget, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -41,7 +28,6 @@ _UNKNOWN = float("-inf")
 
 
 def _columns(factors: tuple[str, ...]) -> tuple[Column, ...]:
-    """Columns of a study, one for each factor among them."""
     known = (
         Column(one.label, one.help, align=LEFT if one.name == "views" else RIGHT) for one in COLUMNS
     )
@@ -52,15 +38,21 @@ def _columns(factors: tuple[str, ...]) -> tuple[Column, ...]:
 
 
 class StudyWindow(QDialog):
-    """Shows one study."""
+    """Shows one study.
 
-    wanted = Signal(str)
-    """A button was pressed: open, track, refresh, stop, add or remove."""
+    `do`: functions of the buttons open, track, refresh, stop, add and remove.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        do: Mapping[str, Callable[[], object]],
+        form: SettingsForm,
+        results: ResultsPanel,
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent, Qt.WindowType.Window)
+        self._do, self.form, self.results = do, form, results
         self.study, self.rows = Study(Path()), list[RowStatus]()
-        self.form, self.results = SettingsForm(), ResultsPanel()
         self.count, self.words = label("", "muted"), label("")
         self.progress = thin_progress()
         self.progress.setMaximum(1000)
@@ -108,12 +100,11 @@ class StudyWindow(QDialog):
         return hbox(self.open_button, self.track_button, None, *buttons)
 
     def _button(self, text: str, name: str) -> QPushButton:
-        return push_button(text, lambda: self.wanted.emit(name))
+        return push_button(text, self._do[name])
 
     # ---- what is shown
 
     def show_study(self, study: Study, rows: list[RowStatus]) -> None:
-        """Show a study and what is known of its recordings."""
         other, same = study.path != self.study.path, study.settings == self.study.settings
         selected = {row.row.recording for row in self.selected()}
         self.study, self.rows = study, rows
@@ -129,7 +120,6 @@ class StudyWindow(QDialog):
         self._follow_table()
 
     def show_row(self, row: RowStatus) -> None:
-        """Show what is now known of one recording."""
         for k, one in enumerate(self.rows):
             if one.row.recording == row.row.recording:
                 self.rows[k] = row
@@ -138,11 +128,9 @@ class StudyWindow(QDialog):
         self._show_messages()
 
     def say(self, words: str, *, error: bool = False) -> None:
-        """Say what was done, or why it could not be."""
         say_in(self.words, words, error=error)
 
     def show_progress(self, words: str, share: float) -> None:
-        """Show how far the work is."""
         self.say(words)
         self.progress.setValue(round(1000 * share))
         self._follow_table()
@@ -174,14 +162,12 @@ class StudyWindow(QDialog):
         ]
 
     def _hide_unknown(self) -> None:
-        """Hide columns that say nothing about any recording."""
         first = 1 + len(self.study.factors)
         for k, one in enumerate(COLUMNS, start=first):
             self.view.setColumnHidden(k, all(one.value(row) is None for row in self.rows))
 
     @Slot()
     def _count(self) -> None:
-        """Say how many runs the settings come to."""
         try:
             settings = self.form.settings()
             points = len(settings.all_points())
@@ -212,18 +198,15 @@ class StudyWindow(QDialog):
     # ---- what is selected
 
     def selected(self) -> list[RowStatus]:
-        """Rows that are selected."""
         return [self.rows[k] for k in self.view.selected()]
 
     def chosen(self) -> tuple[str, ...]:
-        """Recordings that are selected, or all that are shown."""
         shown = range(self.proxy.rowCount())
         places = (self.proxy.mapToSource(self.proxy.index(k, 0)).row() for k in shown)
         rows = self.selected() or [self.rows[k] for k in places]
         return tuple(row.row.recording for row in rows)
 
     def select(self, recordings: Iterable[str]) -> None:
-        """Select these recordings."""
         wanted, selection = set(recordings), QItemSelection()
         for k, row in enumerate(self.rows):
             if row.row.recording in wanted:
@@ -235,6 +218,5 @@ class StudyWindow(QDialog):
 
 
 def _allow(button: QPushButton, why_not: str, tip: str) -> None:
-    """Enable a button, or say on it why it cannot be pressed."""
     button.setEnabled(not why_not)
     button.setToolTip(f"{tip}. Unavailable: {why_not}" if why_not else tip)

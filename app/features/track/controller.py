@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
+from typing import TypeAlias
 from weakref import ref
 
 import numpy as np
@@ -12,7 +13,6 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted, spread_words
-from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import RunFacts
@@ -47,8 +47,8 @@ class RunsController(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        session, docks = context.session, context.docks
-        self.keeper = RunKeeper(session, context.tasks, self)
+        docks = context.docks
+        self.keeper = RunKeeper(context)
         self.panel, self.numbers = RunsPanel(), NumbersPanel()
         self.comparison = ComparisonPanel()
         docks.add("runs", "Runs", self.panel)
@@ -61,8 +61,7 @@ class RunsController(QObject):
         context.tasks.watch(self.keeper.settled)
 
     def _connect(self) -> None:
-        session, runs, notifier = self._session, self._session.runs, self._context.notifier
-        self.keeper.message.connect(notifier.show)
+        session, runs = self._session, self._session.runs
         self.panel.activated.connect(lambda i: runs.activate(runs.entries[i]))
         self.panel.shown.connect(lambda i, shown: runs.show(runs.entries[i], visible=shown))
         self.panel.renamed.connect(lambda i, name: self.keeper.rename(runs.entries[i], name))
@@ -80,7 +79,6 @@ class RunsController(QObject):
 
     @Slot()
     def show(self) -> None:
-        """Show the runs and their numbers as they are now."""
         self._show_runs()
         self._show_numbers()
         self.show_comparison()
@@ -110,11 +108,9 @@ class RunsController(QObject):
         arms = f", arms {whose} {score} (median)" if score else ""
         frames = counted(len(entry.frames), "frame")
         self._context.notifier.say(f"{entry.name}: {frames} tracked{arms}.", 8000)
-        self._context.actions.refresh_soon()
 
     @Slot()
     def _on_project(self) -> None:
-        """Measure errors as the project says."""
         project = self._session.project.project
         if project is not self._project:
             self._project = project
@@ -122,7 +118,6 @@ class RunsController(QObject):
             self._session.judging.judge_against("project" if stored == "project" else None)
 
     def judge_against(self, against: Against) -> None:
-        """Measure errors against another reference, and keep that with the project."""
         project = self._session.project.project
         if project is not None and not project.read_only:
             project.view_settings.set(_AGAINST, against)
@@ -132,22 +127,16 @@ class RunsController(QObject):
     # ---- the list
 
     def row(self, entry: RunEntry) -> RunRow:
-        """What the list says about a run."""
         judgement, facts = self._session.judging.of(entry), self.keeper.facts(entry)
         seconds = entry.wall_seconds or (facts.wall_seconds if facts is not None else None)
         return RunRow(
-            name=entry.name,
-            style=self._session.runs.style(entry),
-            visible=entry.visible,
-            active=entry is self._session.runs.active,
-            frames=self._frames(entry, facts),
-            score=score_words(judgement, short=True),
-            hint=self._hint(entry),
+            name=entry.name, style=self._session.runs.style(entry), visible=entry.visible,
+            active=entry is self._session.runs.active, frames=self._frames(entry, facts),
+            score=score_words(judgement, short=True), hint=self._hint(entry),
             time=_duration(seconds),
             seed="" if facts is None or facts.seed is None else str(facts.seed),
-            when=_when(facts.made) if facts is not None else "",
-            made=self._made(entry, facts),
-        )
+            when=_when(facts.made) if facts is not None else "", made=self._made(entry, facts),
+        )  # fmt: skip
 
     def _frames(self, entry: RunEntry, facts: RunFacts | None) -> str:
         if entry is self._session.track.entry:
@@ -182,28 +171,19 @@ class RunsController(QObject):
             words.append("smoothed")
         if facts.detector:
             words.append(f"pose detector {facts.detector}")
-        return f"{'; '.join(words)}.{self._detector_hint(facts)}"
-
-    def _detector_hint(self, facts: RunFacts) -> str:
-        """Say that the pose detector would have helped a run; empty where it is installed."""
-        wanted = self._session.track.settings.uses_detector
-        if facts.detector or not wanted or is_installed():
-            return ""
-        return f"\n{_DETECTOR_HELPS}"
+        helps = self._session.track.settings.uses_detector and not facts.detector
+        hint = f"\n{_DETECTOR_HELPS}" if helps and not is_installed() else ""
+        return f"{'; '.join(words)}.{hint}"
 
     # ---- commands
 
     def with_active(self, do: Callable[[RunEntry], None]) -> None:
         """Do something with the active run, where there is one; say why it cannot be done."""
         active = self._session.runs.active
-        try:
-            if active is not None:
-                do(active)
-        except InputError as error:
-            self._context.notifier.error(error)
+        if active is not None:
+            self._context.notifier.attempt(lambda: do(active))
 
     def why_not_keep(self) -> str:
-        """Why the active run cannot be put into the project now."""
         active = self._session.runs.active
         if active is not None and active.kept:
             return "The run is already stored in the project."
@@ -215,7 +195,6 @@ class RunsController(QObject):
 
     @Slot()
     def show_comparison(self) -> None:
-        """Show the numbers of the active run beside those of all others that are shown."""
         shown = shown_beside_each_other(
             self._session.runs.entries, self._session.runs.active, self._session.judging.all()
         )
@@ -227,7 +206,6 @@ class RunsController(QObject):
         self.comparison.show_numbers(found.words, found.runs, found.rows, found.how)
 
     def _found(self, shown: tuple[RunEntry, ...], judgement: Judgement) -> ComparedRuns:
-        """The comparison, worked out anew only where something about it has changed."""
         selection = self._context.view_state.selection
         runs = tuple((ref(one), one.name, len(one.frames)) for one in shown)
         key = runs, judgement.truth, selection
@@ -262,97 +240,54 @@ def _when(made: str) -> str:
     return f"{then:%H:%M}" if then.date() == today else f"{then:%Y-%m-%d}"
 
 
-def number_rows(
-    tracked: TrackedFrame | None, judgement: Judgement | None
-) -> list[tuple[str, str, str, str]]:
-    """Rows of the numbers panel: limb, label, value, hint."""
+_NumberRow: TypeAlias = tuple[str, str, str, str]
+"""Limb, label, value and hint."""
+
+
+def number_rows(tracked: TrackedFrame | None, judgement: Judgement | None) -> list[_NumberRow]:
+    """Rows of the numbers panel."""
     if tracked is None:
         return []
-    rows = []
-    place = _place(judgement, tracked.frame)
-    quality = _quality(judgement, tracked.frame)
-    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
-    errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
-    for index, limb in enumerate(LIMBS):
-        sigma = tracked.estimate.limb_sigma_deg[index]
+    frame, estimate, rows = tracked.frame, tracked.estimate, list[_NumberRow]()
+    quality = {} if judgement is None else judgement.quality_over(np.array([frame]))
+    unsure = doubts(tracked)
+    angles = judgement.errors_at(frame) if judgement is not None else {}
+    for limb, sigma, chance in zip(LIMBS, estimate.limb_sigma_deg, estimate.limb_lost, strict=True):
         value = spread_words(sigma)
         value = f"± {value}" if value != "unknown" else value
-        error = errors.get(limb)
+        error = angles.get(limb)
         if error is not None:
             stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
             value = f"{stated}  ({value})"
-        chance = tracked.estimate.limb_lost[index]
         if chance == chance:
             value += f", failure probability {100.0 * chance:.0f} %"
         missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
-        hint = unsure.get(limb, missed)
-        rows.append((limb, limb_words(limb), value, hint))
-    rows += _frame_rows(tracked, judgement, place)
-    return rows
+        rows.append((limb, limb_words(limb), value, unsure.get(limb, missed)))
+    errors = None if judgement is None else judgement.errors
+    for off in () if errors is None else errors.torso_position[errors.frame == frame]:
+        value = with_quality(f"{1000.0 * off:.0f} mm", quality.get(TORSO_POSITION), digits=0)
+        hint = "Distance of the hip midpoint from the reference."
+        rows.append(("torso", "torso position", value, hint))
+    return [*rows, *_frame_rows(tracked)]
 
 
-def _frame_rows(
-    tracked: TrackedFrame, judgement: Judgement | None, place: int | None
-) -> list[tuple[str, str, str, str]]:
-    rows = []
-    if judgement is not None and judgement.errors is not None and place is not None:
-        errors = judgement.errors
-        at = {int(k): i for i, k in enumerate(errors.frame)}.get(tracked.frame)
-        if at is not None:
-            good = _quality(judgement, tracked.frame).get(TORSO_POSITION)
-            value = with_quality(f"{1000.0 * errors.torso_position[at]:.0f} mm", good, digits=0)
-            rows.append(
-                (
-                    "torso",
-                    "torso position",
-                    value,
-                    "Distance of the hip midpoint from the reference.",
-                )
-            )
+def _frame_rows(tracked: TrackedFrame) -> list[_NumberRow]:
+    estimate = tracked.estimate
     if not tracked.tracked:
-        return [*rows, ("", "not tracked", tracked.reason, "Why this frame has no pose.")]
-    total = 1000.0 * sum(tracked.seconds.values())
-    time = ("", "time", f"{total:.0f} ms", _stages(tracked))
-    if not np.isfinite(tracked.estimate.unexplained_fraction):
+        return [("", "not tracked", tracked.reason, "Why this frame has no pose.")]
+    stages = ", ".join(f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items())
+    hint = f"Stages: {stages}. Processing of consecutive frames overlaps."
+    time = ("", "time", f"{1000.0 * sum(tracked.seconds.values()):.0f} ms", hint)
+    if not np.isfinite(estimate.unexplained_fraction):
         none = "Without depth there is no cloud. The pose is measured by keypoints and contours."
-        return [*rows, ("", "points", "none", none), time]
+        return [("", "points", "none", none), time]
     return [
-        *rows,
-        (
-            "",
-            "unexplained fraction",
-            f"{100.0 * tracked.estimate.unexplained_fraction:.1f} %",
-            "Fraction of the measured points that the model does not explain; 0 is ideal.",
-        ),
-        (
-            "",
-            "residual",
-            f"{1000.0 * tracked.estimate.residual:.1f} mm",
-            "Weighted root mean square distance between points and model.",
-        ),
-        (
-            "",
-            "normalised innovation",
-            f"{tracked.estimate.innovation:.2f}",
-            "Distance of the points from the prediction, relative to its predicted standard "
-            "deviation; 1 is expected.",
-        ),
+        ("", "unexplained fraction", f"{100.0 * estimate.unexplained_fraction:.1f} %",
+         "Fraction of the measured points that the model does not explain; 0 is ideal."),
+        ("", "residual", f"{1000.0 * estimate.residual:.1f} mm",
+         "Weighted root mean square distance between points and model."),
+        ("", "normalised innovation", f"{estimate.innovation:.2f}",
+         "Distance of the points from the prediction, relative to its predicted standard "
+         "deviation; 1 is expected."),
         time,
-    ]
-
-
-def _stages(tracked: TrackedFrame) -> str:
-    stages = [f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items()]
-    return "Stages: " + ", ".join(stages) + ". Processing of consecutive frames overlaps."
-
-
-def _quality(judgement: Judgement | None, frame: int) -> Mapping[str, float]:
-    """How good the reference is in one frame."""
-    return judgement.quality_over(np.array([frame])) if judgement is not None else {}
-
-
-def _place(judgement: Judgement | None, frame: int) -> int | None:
-    if judgement is None:
-        return None
-    found = (judgement.frame == frame).nonzero()[0]
-    return int(found[0]) if len(found) else None
+    ]  # fmt: skip

@@ -5,39 +5,42 @@ from __future__ import annotations
 from functools import partial
 
 from ...context import Context
-from ...services.actions import Command
+from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...session.judgement import Against
 from ...session.session import Session
 from ...session.tracker import FIRST_POSES
 from .controller import RunsController
 
-_MENU = "&Track"
+_REFERENCES: dict[Against, tuple[str, str]] = {
+    "recording": (
+        "Recording's reference",
+        "Measure errors against the reference that comes with the recording.",
+    ),
+    "project": (
+        "Project's reference",
+        "Measure errors against the trajectory fitted to the clicks, and state its accuracy.",
+    ),
+}
+"""What errors can be measured against."""
 
 
 def register(context: Context) -> RunsController:
     """Offer the workspace Track, its panels and its commands."""
     runs = RunsController(context)
-    context.docks.add_workspace(
-        Workspace(
-            "track",
-            "Track",
-            "Run the tracker and watch it: views, 3-D scene, settings and runs.",
-            "run-tracker",
-            side=(("scene",), ("runs", "parameters", "numbers", "inside", "findings")),
-            bottom=("plot", "timeline"),
-            side_share=0.37,
-            bottom_shares=(0.15, 0.17),
-            side_heights=(2, 1),
-            why_not=context.session.not_tracked,
-        )
-    )
+    space = Workspace(
+        "track", "Track", "Run the tracker and watch it: views, 3-D scene, settings and runs.",
+        "run-tracker",
+        side=(("scene",), ("runs", "parameters", "numbers", "inside", "findings")),
+        bottom=("plot", "timeline"), side_share=0.37, bottom_shares=(0.15, 0.17),
+        side_heights=(2, 1), why_not=context.session.not_tracked,
+    )  # fmt: skip
+    context.docks.add_workspace(space)
     context.actions.add(_commands(context, runs))
     return runs
 
 
 def _commands(context: Context, runs: RunsController) -> list[Command]:
-    """Commands of the menu Track."""
     session = context.session
     track, tracker, keypoints = session.track, session.tracker, session.keypoints
 
@@ -45,11 +48,8 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         return session.not_tracked() or session.tracker_works()
 
     def no_selection() -> str:
-        return (
-            ""
-            if context.view_state.selection
-            else "No frames are selected. Select some in the timeline with Shift+drag."
-        )
+        none = "No frames are selected. Select some in the timeline with Shift+drag."
+        return "" if context.view_state.selection else none
 
     def in_progress() -> str:
         active = session.runs.active is track.entry
@@ -58,94 +58,60 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
     def not_removed() -> str:
         return "" if runs.keeper.removed else "No run was removed from the project."
 
+    command = Menu("&Track").command
+    first_poses = [
+        Menu("&Track/Initial pose", session.no_depth).command(
+            f"first_pose_{name.replace(' ', '_')}", title, tip,
+            partial(tracker.choose_first_pose, name), checked=partial(tracker.begins_with, name),
+        )
+        for name, (title, tip) in FIRST_POSES.items()
+    ]  # fmt: skip
     return [
-        Command(
-            "run", _MENU, "Run", "Track the recording from the first frame, or resume a paused "
-            "run.", tracker.run, "F8", "run-tracker", idle,
-        ),
-        Command(
-            "pause", _MENU, "Pause", "Pause the tracker after the current frame.", track.pause,
-            "Shift+F8", "pause",
-            lambda: "" if track.running else "The tracker is not running.",
-        ),
-        Command(
-            "step", _MENU, "Track one frame", "Track one frame, then pause.", tracker.step,
-            "F10", "step-tracker", idle,
-        ),
-        Command(
-            "stop", _MENU, "Stop run", "Stop the run in progress and keep the frames tracked "
-            "so far.",
-            track.stop, "Ctrl+.", "stop",
-            lambda: "" if track.entry is not None else "No run is in progress.",
-        ),
-        Command(
-            "run_here", _MENU, "Run from current frame",
-            "Start a new run at this frame, from the pose of "
-            "the active run if it has one here.", tracker.run_from_here, "Ctrl+F8", "next",
-            idle, section=True,
-        ),
-        Command(
-            "run_selection", _MENU, "Run on selection", "Track the selected frames as a new run.",
-            tracker.run_selection, "Ctrl+Shift+F8", "selection",
-            lambda: idle() or no_selection(),
-        ),
-        *(
-            Command(
-                f"first_pose_{name.replace(' ', '_')}", f"{_MENU}/Initial pose", title, tip,
-                partial(tracker.choose_first_pose, name), why_not=session.no_depth,
-                checked=partial(tracker.begins_with, name),
-            )
-            for name, (title, tip) in FIRST_POSES.items()
-        ),
-        Command(
-            "use_keypoints", _MENU, "Use keypoints",
-            "Track the next run with the keypoints that a detector has predicted, beside the "
-            "point cloud or, in mono views, in its place.", keypoints.toggle,
-            why_not=lambda: session.no_project() or keypoints.why_none(),
-            checked=lambda: keypoints.wanted,
-        ),
-        Command(
-            "follow", _MENU, "Follow tracker", "Show each frame as soon as it is tracked.",
-            tracker.toggle_follow, "F", checked=lambda: tracker.follow,
-        ),
-        Command(
-            "hide_run", _MENU, "Show active run",
-            "Show or hide the model and the curves of the active run.", tracker.toggle_run,
-            "H", "model", session.no_run, section=True,
-        ),
-        Command(
-            "next_run", _MENU, "Next run", "Make the next run the active one.",
-            tracker.activate_next_run, "T", "compare",
-            lambda: session.no_run()
-            or ("" if len(session.runs.entries) > 1 else "There is only one run."),
-        ),
-        Command(
-            "keep_run", _MENU, "Store run in project",
-            "Store a run that was opened from a file in the project. Runs tracked here are stored "
-            "automatically.",
-            partial(runs.with_active, runs.keeper.keep), icon="save",
-            why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep(),
-        ),
-        Command(
-            "remove_run", _MENU, "Remove run",
-            "Remove the active run from the list and from the project; Restore run brings it "
-            "back. Files are not deleted.",
-            partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
-            lambda: session.no_run() or in_progress(),
-        ),
-        Command(
-            "restore_run", _MENU, "Restore run",
-            "Bring back the run that was removed last from the project.",
-            runs.keeper.restore, icon="undo",
-            why_not=lambda: session.no_edit() or not_removed(),
-        ),
+        command("run", "Run", "Track the recording from the first frame, or resume a paused run.",
+                tracker.run, "F8", "run-tracker", why_not=idle),
+        command("pause", "Pause", "Pause the tracker after the current frame.", track.pause,
+                "Shift+F8", "pause",
+                why_not=lambda: "" if track.running else "The tracker is not running."),
+        command("step", "Track one frame", "Track one frame, then pause.", tracker.step, "F10",
+                "step-tracker", why_not=idle),
+        command("stop", "Stop run", "Stop the run in progress and keep the frames tracked so far.",
+                track.stop, "Ctrl+.", "stop",
+                why_not=lambda: "" if track.entry is not None else "No run is in progress."),
+        command("run_here", "Run from current frame", "Start a new run at this frame, from the "
+                "pose of the active run if it has one here.", tracker.run_from_here, "Ctrl+F8",
+                "next", why_not=idle, section=True),
+        command("run_selection", "Run on selection", "Track the selected frames as a new run.",
+                tracker.run_selection, "Ctrl+Shift+F8", "selection",
+                why_not=lambda: idle() or no_selection()),
+        *first_poses,
+        command("use_keypoints", "Use keypoints", "Track the next run with the keypoints that a "
+                "detector has predicted, beside the point cloud or, in mono views, in its place.",
+                keypoints.toggle, why_not=lambda: session.no_project() or keypoints.why_none(),
+                checked=lambda: keypoints.wanted),
+        command("follow", "Follow tracker", "Show each frame as soon as it is tracked.",
+                tracker.toggle_follow, "F", checked=lambda: tracker.follow),
+        command("hide_run", "Show active run", "Show or hide the model and the curves of the "
+                "active run.", tracker.toggle_run, "H", "model", why_not=session.no_run,
+                section=True),
+        command("next_run", "Next run", "Make the next run the active one.",
+                tracker.activate_next_run, "T", "compare", why_not=lambda: session.no_run()
+                or ("" if len(session.runs.entries) > 1 else "There is only one run.")),
+        command("keep_run", "Store run in project", "Store a run that was opened from a file in "
+                "the project. Runs tracked here are stored automatically.",
+                partial(runs.with_active, runs.keeper.keep), icon="save",
+                why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep()),
+        command("remove_run", "Remove run", "Remove the active run from the list and from the "
+                "project; Restore run brings it back. Files are not deleted.",
+                partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
+                why_not=lambda: session.no_run() or in_progress()),
+        command("restore_run", "Restore run", "Bring back the run that was removed last from the "
+                "project.", runs.keeper.restore, icon="undo",
+                why_not=lambda: session.no_edit() or not_removed()),
         *_against(session, runs),
     ]  # fmt: skip
 
 
 def _against(session: Session, runs: RunsController) -> list[Command]:
-    """What errors of runs are measured against."""
-
     def why_not(against: Against) -> str:
         if session.no_recording() or session.judging.has(against):
             return session.no_recording()
@@ -156,17 +122,10 @@ def _against(session: Session, runs: RunsController) -> list[Command]:
     def measured(against: Against) -> bool:
         return session.judging.truth is not None and session.judging.truth.against == against
 
-    rows: tuple[tuple[Against, str, str], ...] = (
-        ("recording", "Recording's reference", "Measure errors against the reference that "
-        "comes with the recording."),
-        ("project", "Project's reference", "Measure errors against the trajectory fitted to "
-        "the clicks, and state its accuracy."),
-    )  # fmt: skip
+    command = Menu("&Track/Errors against").command
     return [
-        Command(
-            f"errors_against_{against}", f"{_MENU}/Errors against", text, tip,
-            partial(runs.judge_against, against), icon="reference",
-            why_not=partial(why_not, against), checked=partial(measured, against),
-        )
-        for against, text, tip in rows
+        command(f"errors_against_{against}", text, tip, partial(runs.judge_against, against),
+                icon="reference", why_not=partial(why_not, against),
+                checked=partial(measured, against))
+        for against, (text, tip) in _REFERENCES.items()
     ]  # fmt: skip

@@ -1,8 +1,4 @@
-"""Runs of the window and runs of the project are the same ones.
-
-A run that has come to its end goes into the project by itself; what the project has is in the
-list, and is read when it is to be shown.
-"""
+"""Runs are stored in the project when they end; stored runs are listed, and read when shown."""
 
 from __future__ import annotations
 
@@ -12,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary, WeakSet
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, QTimer, Slot
 
 from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.errors import InputError
@@ -38,10 +34,9 @@ from stereotrack_core.project.runs import (
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.stored import body_of_run
 
-from ...services.failures import message_of
-from ...services.tasks.task import Task, TaskList
+from ...context import Context
+from ...services.tasks.task import Task
 from ...session.runs import RunEntry, frames_of_run
-from ...session.session import Session
 from ...widgets.forms.message import Message
 
 _SHOWN = "runs_shown"
@@ -50,16 +45,14 @@ _SHOWN = "runs_shown"
 class RunKeeper(QObject):
     """Keeps runs in the project, and lists those that it has.
 
-    Work in other threads gets what a run holds, and gives what the project says; entries are
-    changed in the window's thread alone.
+    Entries are changed in the window's thread alone.
     """
 
-    message = Signal(object)
-    """Message: what stood against keeping or reading a run."""
-
-    def __init__(self, session: Session, tasks: TaskList, parent: QObject) -> None:
-        super().__init__(parent)
-        self._document, self._tasks = session.document, tasks
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        session = context.session
+        self._document, self._tasks = session.document, context.tasks
+        self._notifier = context.notifier
         self._project, self._runs, self._track = session.project, session.runs, session.track
         self._busy: dict[RunEntry, Task] = {}
         self._tried: WeakSet[RunEntry] = WeakSet()
@@ -82,11 +75,11 @@ class RunKeeper(QObject):
     # ---- facts
 
     def settled(self) -> bool:
-        """Whether every run that is to be kept or shown is."""
-        return not self._soon.isActive() and not self._busy and self._taking is None
+        return (
+            not self._soon.isActive() and not self._busy and self._taking not in self._tasks.tasks
+        )
 
     def why_not_kept(self, entry: RunEntry) -> str:
-        """Why a run is not in the project, as a sentence; empty where it is."""
         if entry.kept:
             return ""
         if entry is self._track.entry:
@@ -98,7 +91,6 @@ class RunKeeper(QObject):
         return self._project.why_no_edit() or "The run is not stored yet."
 
     def facts(self, entry: RunEntry) -> RunFacts | None:
-        """What a run was made with; None while that is not known."""
         if entry.facts is not None:
             return entry.facts
         if entry is self._track.entry:
@@ -106,10 +98,11 @@ class RunKeeper(QObject):
         known = self._facts.get(entry)
         if known is not None and known[0] == len(entry.frames):
             return known[1]
-        meta = entry.stored.meta if entry.stored is not None else None
-        if meta is None and entry.origin is not None:
+        if entry.stored is not None:
+            meta = entry.stored.meta
+        elif entry.origin is not None:
             meta = {**entry.origin.meta(), "wall_seconds": entry.wall_seconds}
-        if meta is None:
+        else:
             return None
         tracked = sum(frame.tracked for frame in entry.frames.values())
         facts = run_facts(facts_of_meta(meta, entry.numbers(), tracked))
@@ -119,13 +112,11 @@ class RunKeeper(QObject):
     # ---- what a person does
 
     def keep(self, entry: RunEntry) -> None:
-        """Put a run into the project, wherever it comes from."""
         self._tried.discard(entry)
         self._wanted.add(entry)
         self._look_soon()
 
     def rename(self, entry: RunEntry, name: str) -> None:
-        """Give a run another name, in the project too."""
         name = name.strip()
         if not name or name == entry.name:
             return
@@ -148,11 +139,9 @@ class RunKeeper(QObject):
 
     @property
     def removed(self) -> bool:
-        """Whether a run was removed from the project, and can be restored."""
         return bool(self._removed)
 
     def restore(self) -> None:
-        """Bring back the run that was removed last."""
         project = self._project.project
         if project is not None and self._removed:
             name = self._removed.pop()
@@ -189,18 +178,13 @@ class RunKeeper(QObject):
         self._remember_shown(project)
 
     def _to_keep(self) -> list[RunEntry]:
-        return [
-            entry
-            for entry in self._runs.entries
-            if entry.frames
-            and not entry.kept
-            and (entry.kind == "run" or entry in self._wanted)
-            and (not _from_file(entry) or entry in self._wanted)
-            and not self._track.holds(entry)
-            and entry not in self._tried
-            and entry not in self._busy
-            and (entry.origin is not None or entry.stored is not None)
-        ]
+        def is_due(entry: RunEntry) -> bool:
+            wanted = entry in self._wanted or (entry.kind == "run" and not _from_file(entry))
+            known = entry.origin is not None or entry.stored is not None
+            free = entry not in self._tried and entry not in self._busy
+            return wanted and known and free and not entry.kept and not self._track.holds(entry)
+
+        return [entry for entry in self._runs.entries if entry.frames and is_due(entry)]
 
     def _begin(
         self,
@@ -221,14 +205,11 @@ class RunKeeper(QObject):
         if project is not self._project.project:
             return  # closed meanwhile; the next time it is opened it has the run
         wanted = entry.name
-        self._take_row(entry, row)
+        _take_row(entry, row)
         self._tried.discard(entry)
         self._runs.tell()
         if wanted != asked:  # a person has renamed it meanwhile
             self.rename(entry, wanted)
-
-    def _take_row(self, entry: RunEntry, row: KeptRun) -> None:
-        entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
 
     def _on_read(
         self, entry: RunEntry, read: tuple[Run, BodyModel, dict[int, TrackedFrame]]
@@ -276,32 +257,27 @@ class RunKeeper(QObject):
         self._taking = self._tasks.write(
             "storing interrupted runs", lambda _task: _taken_in(project), self._on_taken_in
         )
-        self._taking.ended.connect(self._on_taking_ended)
+        self._taking.ended.connect(self._look_soon)
 
     @Slot(object)
     def _on_taken_in(self, taken: tuple[list[TakenIn], list[InputError]]) -> None:
         runs, refusals = taken
         for refusal in refusals:
-            self.message.emit(message_of(refusal))
+            self._notifier.error(refusal)
         project = self._project.project
         if runs and project is not None:
             self._list(project, shown=[one.name for one in runs])
             count = "a run" if len(runs) == 1 else f"{len(runs)} runs"
             what = f"the program ended during {count}; the frames tracked so far were stored"
             remedy = "To continue a run, go to its last frame and run the tracker from there."
-            self.message.emit(Message("note", what, ", ".join(one.name for one in runs), remedy))
-
-    @Slot()
-    def _on_taking_ended(self) -> None:
-        self._taking = None
-        self._look_soon()
+            self._notifier.show(Message("note", what, ", ".join(one.name for one in runs), remedy))
 
     def _kept(self, project: Project) -> tuple[KeptRun, ...]:
         try:
             self._removed = list(removed_runs(project.runs))
             return kept_runs(project.runs)
         except InputError as error:
-            self.message.emit(message_of(error))
+            self._notifier.error(error)
             return ()
 
     def _entry_of(self, kept: KeptRun, *, visible: bool) -> RunEntry:
@@ -325,7 +301,7 @@ class RunKeeper(QObject):
 
     @Slot()
     def _keep_what_is_left(self) -> None:
-        """Keep before the project is closed what has come to its end just now, or comes to it."""
+        """Store finished and stopped runs before the project is closed."""
         self._track.stop(at_once=True)
         project = self._project.project
         for task in list(self._busy.values()):
@@ -334,15 +310,19 @@ class RunKeeper(QObject):
             return
         for entry in self._to_keep():
             try:
-                self._take_row(entry, _kept(project, entry.name, entry.now()))
+                _take_row(entry, _kept(project, entry.name, entry.now()))
             except InputError as error:
-                self.message.emit(message_of(error))
+                self._notifier.error(error)
         self._remember_shown(project)
 
     @Slot()
     def _forget(self) -> None:
         self._listed, self._removed = None, []
         self._tried.clear()
+
+
+def _take_row(entry: RunEntry, row: KeptRun) -> None:
+    entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
 
 
 def _from_file(entry: RunEntry) -> bool:

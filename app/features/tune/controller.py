@@ -14,7 +14,6 @@ from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...context import Context
-from ...services.actions import ActionRegistry
 from ...session.comparison import LOST_DEG
 from ...session.judgement import Judgement
 from ...session.runs import RunEntry
@@ -25,8 +24,6 @@ from .presets import PresetWork
 from .runner import TrialRunner
 from .trials import TrialPresenter
 
-_TRIAL_BUTTONS = ("trial_use", "trial_run", "trial_adopt", "trial_dismiss")
-_PRESET_BUTTONS = ("preset_save", "preset_load", "preset_export", "preset_delete")
 _SECONDS = 2.0
 """Length of the stretch around the frame where neither a selection nor the zoom says another."""
 
@@ -55,52 +52,41 @@ class TuneController(QObject):
         self.parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
         self._compared = "preset"
         self._connect()
-        self._follow()
         self.show_settings()
 
     def _connect(self) -> None:
-        """What a person does in the panels."""
         parameters, panel = self.parameters, self.panel
         parameters.settings_changed.connect(self._session.tracker.use)
-        parameters.preset_requested.connect(self.presets.use)
-        parameters.against_requested.connect(self._on_compared)
         keep = self._context.settings.setValue
-        parameters.touched.connect(lambda name: keep(_TOUCHED, name))
+        parameters.settings_changed.connect(lambda _: keep(_TOUCHED, parameters.last_touched))
+        parameters.preset_box.textActivated.connect(self.presets.use)
+        parameters.against_box.activated.connect(self._on_compared)
         panel.chosen.connect(self._on_trial_chosen)
         panel.dismissed.connect(lambda row: self.trials.discard(self._entry(row)))
-
-    def _follow(self) -> None:
-        """What the panels show."""
         context, session = self._context, self._session
         docks, selected = context.docks, context.view_state.selection_changed
-        self.trials.changed.connect(self.show)
-        self.trials.grew.connect(self.show_progress)
-        self.runner.changed.connect(self.show)
+        for changed in (
+            self.trials.changed, self.runner.changed, docks.dock("trials").visibilityChanged,
+        ):  # fmt: skip
+            changed.connect(self.show)
         for changed in (session.runs.active_changed, selected, docks.workspace_changed):
             changed.connect(self.runner.make_clouds_soon)
-        self.trials.changed.connect(context.actions.refresh_soon)
+        for changed in (session.runs.grew, selected, session.document.frame_changed):
+            changed.connect(lambda: docks.redraw.soon(self.show_progress))
         session.track.settings_changed.connect(self._on_settings)
         session.judging.judged.connect(lambda: docks.redraw.soon(self.show))
         session.runs.active_changed.connect(self.show_settings)
-        selected.connect(self.show_progress)
-        session.document.frame_changed.connect(lambda: docks.redraw.soon(self.show_progress))
         docks.workspace_changed.connect(self._on_workspace)
-        docks.dock("trials").visibilityChanged.connect(self.show)
         docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
         session.leaving.connect(self.stop)
         session.opened.connect(self._show_acting)
-        context.tasks.watch(self.settled)
+        context.tasks.watch(self.trials.settled)
 
     # ---- facts
 
     @property
     def active(self) -> bool:
-        """Whether the Tune workspace is shown, where changes are tried."""
         return self._context.docks.workspace == "tune"
-
-    def settled(self) -> bool:
-        """Whether everything that was changed has been tried."""
-        return self.trials.settled()
 
     def stretch(self) -> range:
         """Frames to try on: the selection, else what is visible, else two seconds here."""
@@ -125,18 +111,15 @@ class TuneController(QObject):
             self._context.view_state.select(stretch)
 
     def selected(self) -> RunEntry | None:
-        """The trial that is selected in the table; else the newest."""
         trials, chosen = self.trials.entries, self._entry(self.panel.row)
         return chosen if chosen in trials else (trials[-1] if trials else None)
 
     def with_selected(self, do: Callable[[RunEntry], None]) -> None:
-        """Do something with the selected trial, where there is one."""
         entry = self.selected()
         if entry is not None:
             do(entry)
 
     def _entries(self) -> tuple[RunEntry, ...]:
-        """The run and its trials, as the table has them."""
         run = self._session.runs.active
         trials = tuple(entry for entry in self.trials.entries if entry is not run)
         return (run, *trials) if run is not None else trials
@@ -146,15 +129,13 @@ class TuneController(QObject):
         return entries[row] if 0 <= row < len(entries) else None
 
     def _to_prepare(self) -> Trial | None:
-        """What is going to be tried, if nothing else is being done."""
-        idle = self.active and self.settled() and not self._session.track.running
+        idle = self.active and self.trials.settled() and not self._session.track.running
         return self.trials.wanted() if idle and self.trials.base() is not None else None
 
     # ---- showing
 
     @Slot()
     def show(self, _what: object = None) -> None:
-        """Say what is tried, and how good it is."""
         self.show_progress()
         if not self.panel.isVisible() or self._session.document.recording is None:
             return
@@ -164,7 +145,6 @@ class TuneController(QObject):
 
     @Slot()
     def show_progress(self, _what: object = None) -> None:
-        """Say what is tried, and how far it is."""
         context, panel = self._context, self.panel
         if not context.docks.is_seen("trials") or context.session.document.recording is None:
             return
@@ -181,7 +161,6 @@ class TuneController(QObject):
 
     @Slot()
     def show_settings(self) -> None:
-        """Show the settings, and how they differ from what they are compared with."""
         track, panel = self._session.track, self.parameters
         base, against = track.base, "preset"
         if self._compared == "thesis":
@@ -204,9 +183,9 @@ class TuneController(QObject):
         else:
             self.parameters.set_acting(acts_without_depth, _WITHOUT_DEPTH)
 
-    @Slot(str)
-    def _on_compared(self, word: str) -> None:
-        self._compared = word
+    @Slot()
+    def _on_compared(self) -> None:
+        word = self._compared = self.parameters.against_box.currentData()
         self.show_settings()
         if self.parameters.against_box.currentData() != word:
             self._context.notifier.say("No run with known settings. Run the tracker first.", 4000)
@@ -220,7 +199,6 @@ class TuneController(QObject):
 
     @Slot()
     def _on_settings(self) -> None:
-        """Show and try other settings, whoever has chosen them."""
         if self.parameters.settings is not self._session.track.settings:
             self.show_settings()
         self._context.actions.refresh_soon()
@@ -238,30 +216,21 @@ class TuneController(QObject):
         self.show()
 
     def toggle_live(self) -> None:
-        """Try changes at once, or only when asked to."""
         self.trials.live = not self.trials.live
         self._context.settings.setValue("tune/live", self.trials.live)
         self.show()
 
     def use_settings_of(self, entry: RunEntry) -> None:
-        """Go on with the settings of a trial."""
         if entry.settings is not None:
             self._session.tracker.use(entry.settings, f"use settings of trial {entry.name}")
 
     # ---- coming and going
 
-    def offer(self, actions: ActionRegistry) -> None:
-        """Put the commands where they are needed."""
-        self.panel.set_actions([actions.action(name) for name in _TRIAL_BUTTONS])
-        self.parameters.set_menu([actions.action(name) for name in _PRESET_BUTTONS])
-
     def search_parameters(self) -> None:
-        """Show the parameters, and let the person type what is looked for."""
         self._context.docks.bring_up("parameters")
         self.parameters.focus_search()
 
     def stop(self) -> None:
-        """End everything, as another recording comes or the window closes; waits for nothing."""
         self.runner.cancel()
         self.trials.stop()
 
@@ -276,15 +245,7 @@ def trial_table(
     trials: Sequence[RunEntry],
     judgements: Mapping[RunEntry, Judgement],
 ) -> tuple[tuple[str, ...], list[CellRow]]:
-    """Headings, and cells of the run and of each trial, with differences from the run.
-
-    Without trials there is nothing to show.
-
-    Parameters
-    ----------
-    run : RunEntry or None
-        Whose settings were changed.
-    """
+    """Headings, and cells of the run and of each trial, with differences from the run, if any."""
     entries = [entry for entry in (run, *trials) if entry is not None]
     other = judgements.get(run) if run is not None else None
     truth = all(j.measure == "error" for e in entries if (j := judgements.get(e)) is not None)
@@ -297,14 +258,13 @@ def trial_table(
         judgement, is_run = judgements.get(entry), entry is run
         frames = common if is_run else _frames(judgement)
         both = np.intersect1d(frames, _frames(other))
-        here, there = _values(judgement, both, truth), _values(other, both, truth)
+        here = _values(None if is_run else judgement, both, truth)
+        there = _values(other, both, truth)
         name = _two_lines(entry, is_run=is_run)
         values = _values(judgement, frames, truth)
         unknown = Cell("–", _UNKNOWN, "muted") if len(frames) else None
         numbers = [
-            unknown
-            if unknown is not None and np.isnan(value)
-            else number_cell(value, np.nan if is_run else a - b, digits)
+            unknown if unknown and np.isnan(value) else number_cell(value, a - b, digits)
             for value, a, b, digits in zip(values, here, there, (*ones, 0), strict=True)
         ]
         rows.append((Cell(name, f"{entry.name}. {TRIAL_TIP}", bold=is_run), *numbers))
@@ -312,7 +272,7 @@ def trial_table(
 
 
 def _two_lines(entry: RunEntry, *, is_run: bool) -> str:
-    """What differs, or the run, and below it the frames."""
+    """Changed parameters or name of the run, and the frames below."""
     if is_run:
         return f"{entry.name}\nin these frames"
     done, wanted = len(entry.frames), entry.wanted

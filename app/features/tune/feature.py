@@ -7,45 +7,33 @@ from functools import partial
 from stereotrack_core.tracking.presets import PRESETS
 
 from ...context import Context
-from ...services.actions import Command
+from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...session.session import Session
 from .controller import TuneController
 from .presets import PresetWork
 
-_MENU = "T&une"
-_PRESETS = f"{_MENU}/Presets"
-
 
 def register(context: Context) -> TuneController:
     """Offer the workspace Tune, its panels and its commands."""
     tuning = TuneController(context)
-    context.docks.add_workspace(
-        Workspace(
-            "tune",
-            "Tune",
-            "Change settings, run trials on a stretch of frames, and compare them.",
-            "settings",
-            side=(
-                ("scene",),
-                ("parameters",),
-                ("trials", "comparison", "runs", "inside"),
-            ),
-            bottom=("plot", "timeline"),
-            side_share=0.40,
-            bottom_shares=(0.20, 0.16),
-            side_heights=(2, 4, 3),
-            tall_side=True,
-            why_not=context.session.not_tracked,
-        )
-    )
+    space = Workspace(
+        "tune", "Tune", "Change settings, run trials on a stretch of frames, and compare them.",
+        "settings", side=(("scene",), ("parameters",), ("trials", "comparison", "runs", "inside")),
+        bottom=("plot", "timeline"), side_share=0.40, bottom_shares=(0.20, 0.16),
+        side_heights=(2, 4, 3), tall_side=True, why_not=context.session.not_tracked,
+    )  # fmt: skip
+    context.docks.add_workspace(space)
     context.actions.add(_commands(context.session, tuning))
-    tuning.offer(context.actions)
+    action = context.actions.action
+    names = ("use", "run", "adopt", "dismiss")
+    tuning.panel.set_actions([action(f"trial_{name}") for name in names])
+    names = ("save", "load", "export", "delete")
+    tuning.parameters.set_menu([action(f"preset_{name}") for name in names])
     return tuning
 
 
 def _commands(session: Session, tuning: TuneController) -> list[Command]:
-    """Commands of the menu Tune."""
     chosen = tuning.with_selected
 
     def no_try() -> str:
@@ -60,50 +48,31 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
             return "This trial is still running. Wait for it to finish."
         return no_trial()
 
+    command = Menu("T&une", no_trial).command
+    trials = tuning.trials
     return [
-        Command(
-            "trial_now", _MENU, "Run trial", "Track the selected frames with the present "
-            "settings and show the result beside the run.",
-            tuning.trials.run, "F9", "iterate", no_try,
-        ),
-        Command(
-            "trial_live", _MENU, "Run trials automatically", "In the Tune workspace, track the "
-            "selected frames again shortly after each parameter change.", tuning.toggle_live,
-            checked=lambda: tuning.trials.live,
-        ),
-        Command(
-            "trial_use", _MENU, "Use trial settings",
-            "Use the settings of the selected trial from now on.",
-            partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings", no_trial,
-            section=True,
-        ),
-        Command(
-            "trial_run", _MENU, "Make trial the active run",
-            "Make the selected trial the active run, for "
-            "the frames it covers.", partial(chosen, tuning.trials.make_run), "Alt+F9", "model",
-            unfinished,
-        ),
-        Command(
-            "trial_adopt", _MENU, "Save trial as preset …",
-            "Save the settings of the selected trial as a preset of the project.",
-            partial(chosen, tuning.presets.adopt), "Ctrl+Shift+F9", "accept",
-            lambda: no_trial() or session.no_edit(),
-        ),
-        Command(
-            "trial_dismiss", _MENU, "Discard trial",
-            "Discard the selected trial.",
-            partial(chosen, tuning.trials.discard), "Alt+Del", "delete", no_trial, section=True,
-        ),
-        Command(
-            "trial_dismiss_all", _MENU, "Discard all trials",
-            "Discard all trials.",
-            tuning.trials.discard_all, "Alt+Shift+Del", "delete", no_trial,
-        ),
-        Command(
-            "parameter_search", _MENU, "Search parameters", "Search parameters by name or "
-            "description.", tuning.search_parameters, "Ctrl+F", "search", session.not_tracked,
-            section=True,
-        ),
+        command("trial_now", "Run trial", "Track the selected frames with the present settings "
+                "and show the result beside the run.", trials.run, "F9", "iterate",
+                why_not=no_try),
+        command("trial_live", "Run trials automatically", "In the Tune workspace, track the "
+                "selected frames again shortly after each parameter change.", tuning.toggle_live,
+                why_not=lambda: "", checked=lambda: trials.live),
+        command("trial_use", "Use trial settings", "Use the settings of the selected trial from "
+                "now on.", partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings",
+                section=True),
+        command("trial_run", "Make trial the active run", "Make the selected trial the active "
+                "run, for the frames it covers.", partial(chosen, trials.make_run), "Alt+F9",
+                "model", why_not=unfinished),
+        command("trial_adopt", "Save trial as preset …", "Save the settings of the selected trial "
+                "as a preset of the project.", partial(chosen, tuning.presets.adopt),
+                "Ctrl+Shift+F9", "accept", why_not=lambda: no_trial() or session.no_edit()),
+        command("trial_dismiss", "Discard trial", "Discard the selected trial.",
+                partial(chosen, trials.discard), "Alt+Del", "delete", section=True),
+        command("trial_dismiss_all", "Discard all trials", "Discard all trials.",
+                lambda: trials.discard(*trials.entries), "Alt+Shift+Del", "delete"),
+        command("parameter_search", "Search parameters", "Search parameters by name or "
+                "description.", tuning.search_parameters, "Ctrl+F", "search",
+                why_not=session.not_tracked, section=True),
         *_presets(session, tuning.presets),
     ]  # fmt: skip
 
@@ -116,22 +85,14 @@ def _presets(session: Session, presets: PresetWork) -> list[Command]:
         known = name in presets.own
         return session.no_edit() if known else f"The project has no preset {name}."
 
+    command = Menu("T&une/Presets", session.no_edit).command
     return [
-        Command(
-            "preset_save", _PRESETS, "Save as preset …", "Save the present settings as a preset "
-            "of the project.", presets.save, "", "save", session.no_edit,
-        ),
-        Command(
-            "preset_load", _PRESETS, "Load preset …", "Load a preset from a file into the "
-            "project.", presets.load, "", "open", session.no_edit,
-        ),
-        Command(
-            "preset_export", _PRESETS, "Export preset …", "Save the settings to a file for "
-            "stereotrack track --preset.", presets.export, "", "export",
-        ),
-        Command(
-            "preset_delete", _PRESETS, "Delete preset",
-            "Delete the selected preset from the project. The present settings are kept.",
-            presets.delete, "", "delete", not_own,
-        ),
+        command("preset_save", "Save as preset …", "Save the present settings as a preset of the "
+                "project.", presets.save, "", "save"),
+        command("preset_load", "Load preset …", "Load a preset from a file into the project.",
+                presets.load, "", "open"),
+        command("preset_export", "Export preset …", "Save the settings to a file for stereotrack "
+                "track --preset.", presets.export, "", "export", why_not=lambda: ""),
+        command("preset_delete", "Delete preset", "Delete the selected preset from the project. "
+                "The present settings are kept.", presets.delete, "", "delete", why_not=not_own),
     ]  # fmt: skip

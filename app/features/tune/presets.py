@@ -36,19 +36,14 @@ _FILES = "Preset (*.toml)"
 
 
 class PresetWork(QObject):
-    """Presets by name; a person's own are entries of the project, and every change is an edit.
-
-    Attributes
-    ----------
-    own : tuple of str
-        Names of the project's presets, the oldest first.
-    """
+    """Presets by name; a person's own are entries of the project, and every change is an edit."""
 
     def __init__(self, context: Context, parameters: ParameterPanel) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
         self._parameters = parameters
         self.own: tuple[str, ...] = ()
+        """Names of the project's presets, the oldest first."""
         project = context.session.project
         for signal in (project.opened, project.closed, project.changed):
             signal.connect(self._look)
@@ -63,13 +58,7 @@ class PresetWork(QObject):
             self._parameters.set_preset(self._session.track.preset)
 
     def settings(self, name: str) -> Settings:
-        """Values of a preset.
-
-        Raises
-        ------
-        InputError
-            Where there is none of that name, or a value is not accepted by this version.
-        """
+        """Values of a preset. Raises InputError if there is none, or a value is not accepted."""
         return preset(name) if name in PRESETS else self._stored(name).settings
 
     def _stored(self, name: str) -> UserPreset:
@@ -82,7 +71,6 @@ class PresetWork(QObject):
         return UserPreset(name, stored.preset, dict(stored.values))
 
     def _base(self) -> str:
-        """The program's preset that the present one is based on."""
         name = self._session.track.preset
         try:
             return name if name in PRESETS else self._stored(name).base
@@ -91,21 +79,18 @@ class PresetWork(QObject):
 
     @Slot(str)
     def use(self, name: str) -> None:
-        """Take all values from a preset."""
-        try:
+
+        def take() -> None:
             settings = self.settings(name)
-            chosen = Chosen(name, settings, settings)
-            self._session.tracker.take(chosen, f"use preset {name}")
-        except InputError as error:
-            self._context.notifier.error(error)
+            self._session.tracker.take(Chosen(name, settings, settings), f"use preset {name}")
+
+        self._context.notifier.attempt(take)
         self._parameters.set_preset(self._session.track.preset)
 
     def save(self) -> None:
-        """Keep the settings under a name, in the project."""
         self._ask_name("Save as preset", "Present settings", self._session.track.settings)
 
     def adopt(self, entry: RunEntry) -> None:
-        """Keep the settings of a trial under a name, and go on with them."""
         if entry.settings is not None:
             self._ask_name("Save trial as preset", f"Settings of {entry.name}", entry.settings)
 
@@ -123,10 +108,8 @@ class PresetWork(QObject):
         dialog.open()
 
     def keep(self, name: str, settings: Settings) -> None:
-        """Save settings as a preset of the project, and use it from now on."""
-        if self._context.notifier.attempt(
-            lambda: self._keep_and_use(named(name, settings, self._base()))
-        ):
+        keep = lambda: self._keep_and_use(named(name, settings, self._base()))  # noqa: E731
+        if self._context.notifier.attempt(keep):
             self._context.notifier.say(f"Preset {name} saved in the project.", 4000)
 
     def _keep_and_use(self, own: UserPreset, where: str = "") -> None:
@@ -139,31 +122,25 @@ class PresetWork(QObject):
             self.use(own.name)
 
     def load(self) -> None:
-        """Take a preset from a file into the project."""
         parent = self._context.docks.dialog_parent
         ask_to_open(parent, "Load preset", "", _FILES, self.take_file)
 
     def take_file(self, path: Path) -> None:
-        """Take a preset from this file into the project, and use it."""
         self._context.notifier.attempt(lambda: self._keep_and_use(read_preset(path), str(path)))
 
     def export(self) -> None:
-        """Write the settings to a file that the command line takes as a preset."""
         parent = self._context.docks.dialog_parent
         ask_to_save(parent, "Export preset", "preset.toml", _FILES, self.write_file)
 
     def write_file(self, path: Path) -> None:
-        """Write the settings to this file."""
         track = self._session.track
         path = path if path.suffix else path.with_suffix(".toml")
-        name = (
-            path.stem if track.settings != track.base or track.preset in PRESETS else track.preset
-        )
+        own_name = track.settings == track.base and track.preset not in PRESETS
+        name = track.preset if own_name else path.stem
         own = named(name, track.settings, self._base())
         if self._context.notifier.attempt(lambda: write_preset(path, own)):
             remedy = f"stereotrack track … --preset {path}"
             self._context.notifier.show(Message("note", f"Saved to {path.name}", remedy=remedy))
 
     def delete(self) -> None:
-        """Take the preset away that is chosen; its values stay as own settings."""
         self._session.project.apply(DeleteEntry(PARAMETER_SET.name, self._session.track.preset))

@@ -29,22 +29,11 @@ _PAUSE_MS = 400
 class TrialRunner(QObject):
     """Has trials tracked in the process, and knows what that keeps for the next ones.
 
-    Attributes
-    ----------
-    kept : Holdings
-
-    Parameters
-    ----------
-    wanted : callable
-        What would be tried now; None where no clouds are to be made ahead.
+    `wanted`: the next trial, or None if no clouds are to be made ahead.
     """
 
     changed = Signal()
     """More is kept than before."""
-    grown = Signal(object, object)
-    """An entry and the numbers of the frames that have come, some of them again."""
-    ended = Signal(object)
-    """An entry of which nothing more comes; why it failed, if it did, the window has told."""
 
     def __init__(
         self, session: Session, tasks: TaskList, wanted: Callable[[], Trial | None]
@@ -64,42 +53,45 @@ class TrialRunner(QObject):
         deep = any(view.kind != "mono" for view in views)
         self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"), deep)
 
-    def track(self, title: str, entry: RunEntry, trial: Trial) -> Task:
+    def track(
+        self,
+        title: str,
+        entry: RunEntry,
+        trial: Trial,
+        grown: Callable[[RunEntry, list[int]], object],
+        ended: Callable[[RunEntry], object],
+    ) -> Task:
         """Have a trial tracked, when the one before has ended; its entry gets the frames.
 
-        Of a task that is cancelled nothing more is told.
+        `grown` is told the numbers of the frames that have come, some of them again, and `ended`
+        that nothing more comes; neither is called once the task is cancelled.
         """
         self.cancel()
         kept = self._session.kept
         assert kept is not None  # noqa: S101 - there are no trials without
         todo, process = TrackTrials(kept, (trial,)), self._session.processes.trials
         task = self._tasks.begin(title, lambda task: process(todo, task.tell, task.token.cancelled))
-        task.told.connect(partial(self._remember, kept))
-        task.told.connect(partial(self._take, entry, task))
-        task.ended.connect(partial(self._end, entry, task))
+
+        def take(words: list[Any]) -> None:
+            self._remember(kept, words)
+            if task.token.cancelled():
+                return
+            for begun in (word for word in words if isinstance(word, TrialBegun)):
+                entry.body, entry.origin = begun.body, begun.origin
+            frames = [word for word in words if isinstance(word, TrialFrame)]
+            for word in frames:
+                entry.wall_seconds = word.seconds
+                entry.frames[word.frame.frame] = word.frame
+            if frames:
+                task.report(len(entry.frames) / len(entry.wanted))
+                grown(entry, [word.frame.frame for word in frames])
+
+        task.told.connect(take)
+        task.ended.connect(lambda: None if task.token.cancelled() else ended(entry))
         return task
-
-    def _take(self, entry: RunEntry, task: Task, words: list[Any]) -> None:
-        grown = list[int]()
-        for word in words if not task.token.cancelled() else ():
-            match word:
-                case TrialBegun():
-                    entry.body, entry.origin = word.body, word.origin
-                case TrialFrame():
-                    entry.wall_seconds = word.seconds
-                    entry.frames[word.frame.frame] = word.frame
-                    grown.append(word.frame.frame)
-        if grown:
-            task.report(len(entry.frames) / len(entry.wanted))
-            self.grown.emit(entry, grown)
-
-    def _end(self, entry: RunEntry, task: Task) -> None:
-        if not task.token.cancelled():
-            self.ended.emit(entry)
 
     @Slot()
     def make_clouds_soon(self, _what: object = None) -> None:
-        """Make the clouds when nothing has changed for a moment."""
         self.cancel()
         self._pause.start()
 
@@ -129,5 +121,5 @@ class TrialRunner(QObject):
 
 
 def _on_failed(error: Exception) -> None:
-    """Whoever tries the stretch meets the same, and tells the person."""
+    """Log the error; a trial of the same stretch shows it to the person."""
     logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)

@@ -30,36 +30,24 @@ _PAUSE_MS = 100
 class TrialPresenter(QObject):
     """Trials as entries of the list of runs, drawn beside the active run until dismissed.
 
-    Parameters
-    ----------
-    runner : TrialRunner
-    stretch : callable
-        Frames that are to be tracked.
-
-    Attributes
-    ----------
-    live : bool
-        Whether a change is tried at once.
+    `stretch`: frames that are to be tracked.
     """
 
     changed = Signal()
     """What is said of the trials is different."""
-    grew = Signal()
-    """The trial in progress has more frames."""
 
     def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
         super().__init__()
         self._session, self._runs = session, session.runs
         self._runner, self._stretch = runner, stretch
         self.live = True
+        """Whether a change is tried at once."""
         self.running: RunEntry | None = None
         self._task: Task | None = None
         self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self.run)
         self._runs.changed.connect(self._on_runs)
-        runner.grown.connect(self._on_grown)
-        runner.ended.connect(self._on_ended)
 
     # ---- facts
 
@@ -70,20 +58,16 @@ class TrialPresenter(QObject):
 
     @property
     def waits(self) -> bool:
-        """Whether a change waits for the pause to be over."""
         return self._pause.isActive()
 
     def settled(self) -> bool:
-        """Whether everything that was changed has been tried."""
         return self._task is None and not self.waits
 
     def base(self) -> RunEntry | None:
-        """The run that trials are compared with; None where there is none."""
         entry = self._runs.active
         return entry if entry is not None and entry.frames else None
 
     def wanted(self) -> Trial | None:
-        """Trial of the present settings; None if there is nothing to track."""
         stretch, base = self._stretch(), self.base()
         settings, preset = self._session.track.settings, self._session.track.preset
         if self._session.not_tried() or not len(stretch):
@@ -97,7 +81,6 @@ class TrialPresenter(QObject):
         return Trial(spec) if base is None else _trial_beside(base, made, spec, views)
 
     def words(self) -> str:
-        """What is being tracked, or what a further trial would compute."""
         entry = self.running
         if entry is not None:
             done, count = len(entry.frames), len(entry.wanted)
@@ -110,7 +93,7 @@ class TrialPresenter(QObject):
         return self._known(trial) or f"To compute: {trial.work(self._runner.kept)}."
 
     def unlike(self, entry: RunEntry | None) -> tuple[str, ...]:
-        """What besides parameters makes a trial, or the next one, differ from the run."""
+        """Differences from the run, besides parameters, of a trial or the next one."""
         trial = self._made.get(entry) if entry is not None else None
         trial = trial or (self.wanted() if self.base() is not None else None)
         return () if trial is None or trial.start is None else trial.start.unlike
@@ -119,7 +102,6 @@ class TrialPresenter(QObject):
 
     @Slot()
     def on_settings(self) -> None:
-        """Try the settings when they have stood for a moment; what is being tried ends."""
         self.cancel()
         if self.live:
             self._pause.start()
@@ -127,7 +109,6 @@ class TrialPresenter(QObject):
 
     @Slot()
     def run(self) -> None:
-        """Track the stretch with the settings as they are."""
         self.cancel()
         trial = self.wanted()
         if trial is not None and not self._known(trial):
@@ -136,27 +117,21 @@ class TrialPresenter(QObject):
             self._runs.add(entry, active=self._runs.active is None)
             self.running = entry
             title = f"tracking the trial {entry.name}"
-            self._task = self._runner.track(title, entry, trial)
+            self._task = self._runner.track(title, entry, trial, self._on_grown, self._on_ended)
         self.changed.emit()
 
     def cancel(self) -> None:
-        """End the trial in progress, and forget it."""
         entry = self._leave()
         if entry is not None:
             self._runs.remove(entry)
 
-    def discard(self, entry: RunEntry | None) -> None:
-        """Take a trial away; what is none stays."""
-        if entry is not None and entry in self.entries:
-            self._runs.remove(entry)
-
-    def discard_all(self) -> None:
-        """Take all trials away."""
+    def discard(self, *entries: RunEntry | None) -> None:
+        """Take trials away; other runs stay."""
         for entry in self.entries:
-            self._runs.remove(entry)
+            if entry in entries:
+                self._runs.remove(entry)
 
     def make_run(self, entry: RunEntry) -> None:
-        """Make a trial the active run, over the frames that it has."""
         if entry is not self.running and entry in self.entries:
             if entry.settings is not None:
                 entry.name = self._runs.next_name(self._session.track.name_of(entry.settings))
@@ -165,7 +140,6 @@ class TrialPresenter(QObject):
             self._runs.tell()
 
     def stop(self) -> None:
-        """Forget everything, as another recording comes."""
         self.cancel()
         self._made.clear()
 
@@ -188,19 +162,19 @@ class TrialPresenter(QObject):
 
     def _new_entry(self, trial: Trial) -> RunEntry:
         base, as_run = self.base(), self._session.track.name_of(trial.settings)
-        if base is None:
-            entry = entry_of(self._session, self._runs.next_name(as_run), trial)
-            entry.kind = "run"
-        else:
-            own = base.made_with()
-            changes = changes_in_words(own, trial.settings) if own is not None else ""
-            name = self._runs.free_name(changes or as_run)
-            entry = entry_of(self._session, name, trial)
+        own = None if base is None else base.made_with()
+        changes = "" if own is None else changes_in_words(own, trial.settings)
+        runs, recording = self._runs, self._session.document.recording
+        name = runs.next_name(as_run) if base is None else runs.free_name(changes or as_run)
+        subject = recording.subject if recording is not None else None
+        body = body_of_subject(subject, trial.settings.body)
+        entry = RunEntry(name, trial.spec.preset, trial.settings, body, trial.stretch)
+        entry.kind = "run" if base is None else "trial"
         self._made[entry] = trial
         return entry
 
     def _leave(self) -> RunEntry | None:
-        """Want no more of the trial in progress; its entry."""
+        """Give up the trial in progress, and return its entry."""
         self._pause.stop()
         task, entry = self._task, self.running
         self._task = self.running = None
@@ -210,12 +184,11 @@ class TrialPresenter(QObject):
 
     @Slot()
     def _on_runs(self) -> None:
-        """Somebody may have taken the trial away that is being made."""
+        """Stop the trial in progress if its entry was removed."""
         if self.running is not None and self.running not in self._runs.entries:
             self._leave()
         self.changed.emit()
 
-    @Slot(object, object)
     def _on_grown(self, entry: RunEntry, frames: list[int]) -> None:
         if self._session.document.frame in frames:
             self._session.instant.tell_soon()
@@ -223,9 +196,7 @@ class TrialPresenter(QObject):
             # the first frame is shown at once, those after it now and then
             self._session.judging.judge()
         self._runs.grew.emit()
-        self.grew.emit()
 
-    @Slot(object)
     def _on_ended(self, entry: RunEntry) -> None:
         self._leave()
         if entry.frames:
@@ -239,14 +210,8 @@ class TrialPresenter(QObject):
 def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Sequence[str]) -> Trial:
     """The trial to track a stretch from where a run was; by itself where it was nowhere near.
 
-    Parameters
-    ----------
-    made : Trial or None
-        The trial that the run was, if it was one.
-    spec : RunSpec
-        Settings, stretch and the first pose where the run does not say any.
-    views : sequence of str
-        That trials use.
+    `made` is the trial that the run was, if any; `spec` has settings, stretch and the first pose if
+    the run states none; `views` are those that trials use.
     """
     known = run.spec()
     learned = made.known if made is not None else (known and known.frames) or run.wanted
@@ -272,7 +237,6 @@ def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Seque
 
 
 def _starts_alike(trial: Trial, other: Trial) -> bool:
-    """Whether two trials track the same frames from the same pose."""
     if trial.reach != other.reach or trial.stretch != other.stretch:
         return False
     if trial.start is None or other.start is None:
@@ -295,7 +259,7 @@ def _body_of(run: RunEntry, settings: Settings) -> tuple[BodyShape | None, Propo
 def _unlike(
     run: RunEntry, known: RunSpec | None, spec: RunSpec, views: Sequence[str], *, from_first: bool
 ) -> tuple[str, ...]:
-    """What besides parameters makes a trial differ from its run, as far as a run says it."""
+    """Known differences of a trial from its run, besides parameters."""
     stored = {} if run.stored is None else run.stored.meta
     p = spec.settings.tracking
     if known is None:
@@ -316,12 +280,3 @@ def _unlike(
     if not from_first and p.matching == "model_to_data" and p.sampling == "random":
         found.append("The run had drawn other random points by then.")
     return tuple(found)
-
-
-def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:
-    """An entry of the list of runs for the frames of a trial."""
-    recording = session.document.recording
-    subject = recording.subject if recording is not None else None
-    body = body_of_subject(subject, trial.settings.body)
-    preset = trial.spec.preset
-    return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="trial")

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Slot
 
-from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
 from ...context import Context
-from ...services.failures import message_of
 from ...services.layout import stored_texts
 from ...session.pictures import Instant, pictures_of
 from ...widgets.camera.click_marks import CLICK_OVERLAYS
@@ -51,7 +49,8 @@ class ViewController(QObject):
         session.opened.connect(self._show_recording)
         session.closed.connect(self._show_recording)
         session.instant.ready.connect(self._on_instant)
-        session.document.frame_changed.connect(self._on_frame_changed)
+        session.document.frame_changed.connect(docks.timeline.set_frame)
+        session.document.frame_changed.connect(docks.transport.set_frame)
         session.document.count_changed.connect(self._on_count_changed)
         state.display_changed.connect(self._on_display)
         state.light_changed.connect(self._on_display)
@@ -66,9 +65,8 @@ class ViewController(QObject):
         docks.scene.limb_clicked.connect(state.highlight)
         docks.timeline.frame_requested.connect(session.document.visit)
         docks.timeline.selection_changed.connect(state.select)
-        docks.transport.frame_requested.connect(session.document.visit)
+        docks.transport.number.valueChanged.connect(session.document.visit)
         docks.dock("scene").visibilityChanged.connect(session.instant.tell_soon)
-        docks.panel_toggled.connect(session.instant.tell_soon)
         docks.workspace_changed.connect(self._on_workspace)
         self.light.changed.connect(self._on_light)
 
@@ -76,7 +74,6 @@ class ViewController(QObject):
 
     @Slot()
     def _show_recording(self) -> None:
-        """Show another recording, or none."""
         recording = self._session.document.recording
         aspects = _aspects(recording) if recording is not None else {}
         self._docks.views.set_views(tuple(self._state.views.values()), aspects)
@@ -99,11 +96,6 @@ class ViewController(QObject):
         self._docks.views.arrange(self._state.arrangement)
         self._session.instant.tell_soon()
         self._context.actions.refresh_soon()
-
-    @Slot(int)
-    def _on_frame_changed(self, frame: int) -> None:
-        self._docks.timeline.set_frame(frame)
-        self._docks.transport.set_frame(frame)
 
     @Slot(int)
     def _on_count_changed(self, count: int) -> None:
@@ -142,7 +134,6 @@ class ViewController(QObject):
 
     @Slot()
     def _show_scene_soon(self) -> None:
-        """Draw the scene when the views are painted."""
         self._docks.redraw.soon(self._show_scene)
 
     @Slot()
@@ -152,32 +143,30 @@ class ViewController(QObject):
             return
         if state.hidden:  # nobody shall see what is known already, but who asks for it
             shown = state.displayed.overlays
-            reference = instant.reference if "reference" in shown else None
             instant = dataclasses.replace(
                 instant,
-                reference=reference,
+                reference=instant.reference if "reference" in shown else None,
                 meshes=instant.meshes if "outline" in shown else (),
                 ghosts=instant.ghosts if "others" in shown else (),
             )
-        entry = self._session.runs.active
-        tracked = entry.at(instant.frame_set.index) if entry is not None else None
+        frame, entry, meshes = instant.frame_set.index, self._session.runs.active, instant.meshes
+        tracked = entry.at(frame) if entry is not None else None
         ellipsoids: tuple[Ellipsoid, ...] = ()
         if entry is not None and tracked is not None and scene.layer_visible("ellipsoids"):
             ellipsoids = ellipsoids_of(entry, tracked)
+        if (
+            self._docks.workspace == "annotate"
+            and state.fit is not None
+            and state.fit.frame == frame
+        ):
+            meshes = state.fit.meshes
         highlighted, dark = state.display.highlighted, current_theme().is_dark
-        meshes = self._meshes(instant)
         scene.show_scene(
             scene_of(instant, meshes, state.point_colour, highlighted, ellipsoids, dark=dark)
         )
 
-    def _meshes(self, instant: Instant) -> tuple[PartMesh, ...]:
-        """The body fitted to clicks while annotating, else the active run's."""
-        fit = self._state.fit if self._docks.workspace == "annotate" else None
-        fits = fit is not None and fit.frame == instant.frame_set.index
-        return fit.meshes if fit is not None and fits else instant.meshes
-
     def _look_at(self, *, cameras: bool) -> None:
-        """Let the scene hold the whole rig, or the person."""
+        """Point the scene at the whole rig or at the person."""
         recording = self._session.document.recording
         if cameras and recording is not None:
             rig = tuple(recording.cameras.values())
@@ -190,7 +179,6 @@ class ViewController(QObject):
         self._rig_held = cameras
 
     def toggle_layer(self, layer: str) -> None:
-        """Show or hide a part of the scene."""
         scene = self._docks.scene
         scene.set_layer_visible(layer, not scene.layer_visible(layer))
         self._session.instant.tell_soon()
@@ -208,7 +196,6 @@ class ViewController(QObject):
     # ---- what commands do
 
     def _switch_on_as_stored(self) -> None:
-        """Switch on what was on last time; overlays that came since are as usual."""
         names = stored_texts(self._context.settings, "overlays_shown")
         keep = bool(self._context.settings.value("keep_person", False, type=bool))
         self._state.change_display(keep_person=keep)
@@ -217,12 +204,10 @@ class ViewController(QObject):
             self._state.change_display(overlays=known)
 
     def toggle_overlay(self, name: str) -> None:
-        """Switch an overlay."""
         self._state.toggle_overlay(name)
         self._context.settings.setValue("overlays_shown", sorted(self._state.display.overlays))
 
     def toggle_keep_person(self) -> None:
-        """Enlarge and follow the person, or show whole pictures."""
         keep = not self._state.display.keep_person
         self._state.change_display(keep_person=keep)
         self._context.settings.setValue("keep_person", keep)
@@ -231,17 +216,14 @@ class ViewController(QObject):
             self._context.notifier.say(_NOBODY_KNOWN)
 
     def toggle_single(self) -> None:
-        """Show the active view alone, or all."""
         self._state.arrange("grid" if self._state.arrangement == "single" else "single")
 
     def zoom(self, factor: float) -> None:
-        """Zoom the active view about its middle."""
         camera = self._docks.views.active_camera()
         if camera is not None:
             camera.zoom_by(factor)
 
     def zoom_fit(self) -> None:
-        """Show whole pictures."""
         if self._state.display.keep_person:
             self.toggle_keep_person()
         self._docks.views.fit()
@@ -268,7 +250,7 @@ class ViewMemory(QObject):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
-        self._context, self._session = context, context.session
+        self._context, self._session, self._state = context, context.session, context.view_state
         self._project: Project | None = None
         self._kept: Any = None
         self._now: dict[str, Any] | None = None
@@ -301,12 +283,7 @@ class ViewMemory(QObject):
 
     @Slot()
     def _note(self, *_what: object) -> None:
-        """Remember what is shown now; it is written when nothing has changed for a second."""
-        document, docks, state = (
-            self._session.document,
-            self._context.docks,
-            self._context.view_state,
-        )
+        document, docks, state = self._session.document, self._context.docks, self._state
         if self._project is None or document.recording is None or not docks.workspace:
             return
         self._now = {
@@ -328,18 +305,12 @@ class ViewMemory(QObject):
         try:
             project.view_settings.set(_SETTING, now)
         except InputError as error:
-            self._context.notifier.say(
-                f"Display settings could not be saved: {message_of(error).what}.", 6000
-            )
+            self._context.notifier.say(f"Display settings could not be saved: {error.what}.")
         self._kept = now
 
     def _show(self, kept: Mapping[str, Any]) -> None:
         """Show what was shown last, but for what was asked for when opening."""
-        document, docks, state = (
-            self._session.document,
-            self._context.docks,
-            self._context.view_state,
-        )
+        document, docks, state = self._session.document, self._context.docks, self._state
         asked, frame = self._session.opening.asked, kept.get("frame")
         if not asked.frame and document.frame == 0 and type(frame) is int:
             document.go_to(frame)
@@ -350,10 +321,7 @@ class ViewMemory(QObject):
         for name, kind in _pairs(kept.get("pictures")):
             if kind in PICTURE_KINDS:
                 state.choose_kind(kind, name)
-        self._show_light(dict(_pairs(kept.get("light"))))
-
-    def _show_light(self, lights: Mapping[str, Any]) -> None:
-        state = self._context.view_state
+        lights = dict(_pairs(kept.get("light")))
         for name in (_ALL, *state.views):  # that of all first: it takes away the views' own
             light = _light(lights.get(name))
             if light is not None:

@@ -65,19 +65,6 @@ SCENE_SIDES = {
 """Text, tip and keys of the directions that the scene is looked at from."""
 
 
-def commands(context: Context, view: ViewController, first_zoom: FirstZoom) -> list[Command]:
-    """Commands of the menu View."""
-    session, docks, state = context.session, context.docks, context.view_state
-    return [
-        *_pictures(session, state),
-        *_overlays(session, state, view),
-        *_arrangements(session, state, view),
-        *_zoom(session, state, view, first_zoom),
-        *_light(session, view.light),
-        *_scene(session, state, docks.scene, view),
-    ]
-
-
 def _pictures(session: Session, state: ViewState) -> list[Command]:
     def why_not(kind: PictureKind) -> str:
         if kind == "image":
@@ -213,8 +200,7 @@ def _scene(
     return [*colours, *layers, *sides]
 
 
-def playback_commands(session: Session, transport: Transport) -> list[Command]:
-    """Commands of the menu Go."""
+def _playback(session: Session, transport: Transport) -> list[Command]:
     document, command = session.document, Menu("&Go", session.no_frames).command
 
     def step(by: int) -> Callable[[], None]:
@@ -245,16 +231,20 @@ def register(context: Context) -> ViewController:
     """Let views and scene follow what is open, and offer what can be chosen of them."""
     view = ViewController(context)
     ViewMemory(context)
-    context.actions.add(commands(context, view, FirstZoom(context)))
-    context.actions.add(playback_commands(context.session, context.docks.transport))
-    _add_scene_bar(context)
-    return view
-
-
-def _add_scene_bar(context: Context) -> None:
+    session, docks, state = context.session, context.docks, context.view_state
+    context.actions.add([
+        *_pictures(session, state),
+        *_overlays(session, state, view),
+        *_arrangements(session, state, view),
+        *_zoom(session, state, view, FirstZoom(context)),
+        *_light(session, view.light),
+        *_scene(session, state, docks.scene, view),
+        *_playback(session, docks.transport),
+    ])  # fmt: skip
     action, dock = context.actions.action, context.docks.dock("scene")
     layers = [action(f"scene_{layer}") for layer in SCENE_LAYERS]
     colours = [action(f"points_{kind}") for kind in POINT_COLOURS]
     sides = [action(f"scene_from_{side}") for side in SCENE_SIDES]
     menus = [("Point colours", "theme", colours), ("Standard views", "scene", sides)]
     dock.setTitleBarWidget(SceneBar(dock.windowTitle(), layers, menus))
+    return view

@@ -28,11 +28,9 @@ class FirstZoom(QObject):
         context.docks.views.activated.connect(self._stop)
 
     def chosen(self) -> bool:
-        """Whether recordings open zoomed."""
         return bool(self._context.settings.value(_SETTING, True, type=bool))
 
     def toggle(self) -> None:
-        """Open recordings zoomed, or with whole images."""
         self._context.settings.setValue(_SETTING, not self.chosen())
 
     @Slot()

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.manifold import displaced
@@ -23,7 +23,7 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from ...session.pictures import Instant
 from ...session.runs import RunEntry
 from ...session.view_state import PointColour
-from ...widgets.scene.content import Ellipsoid, GhostBody, PointLegend, SceneContent
+from ...widgets.scene.content import Ellipsoid, PointLegend, SceneContent
 from ...widgets.style.colours import LANDMARK_LIMBS, limb_rgb, limb_words
 
 POINT_COLOURS: dict[PointColour, str] = {
@@ -72,7 +72,7 @@ def scene_of(
         ellipsoids=tuple(ellipsoids),
         inside=instant.inside,
         run=instant.runs[0][0] if instant.runs else "",
-        ghosts=tuple(GhostBody(one.name, one.style, one.meshes) for one in instant.ghosts),
+        ghosts=instant.ghosts,
     )
 
 
@@ -81,9 +81,7 @@ def point_colours(
 ) -> ImageArray:
     """Colours (N, 3) of a cloud; without a model they go by view."""
     if colour == "view" or not meshes:
-        palette = _VIEW_COLOURS if dark else _VIEW_COLOURS_ON_LIGHT
-        result: ImageArray = palette[cloud.view % len(palette)]
-        return result
+        return _by_view(cloud.view, dark=dark)
     distance, limb = _nearest(cloud.points, meshes)
     if colour == "limb":
         by_limb = np.array([limb_rgb(name) for name in LIMBS], dtype=np.uint8)
@@ -96,8 +94,7 @@ def point_legend(
 ) -> PointLegend:
     """What :func:`point_colours` mean."""
     if colour == "view" or not meshes:
-        palette = _VIEW_COLOURS if dark else _VIEW_COLOURS_ON_LIGHT
-        colours = palette[np.arange(len(cloud.view_names)) % len(palette)]
+        colours = _by_view(np.arange(len(cloud.view_names)), dark=dark)
         return _legend("Points by view:", cloud.view_names, colours)
     if colour == "limb":
         names = [limb_words(limb) for limb in LIMBS]
@@ -109,10 +106,14 @@ def point_legend(
 
 
 def _legend(title: str, names: Sequence[str], colours: ArrayLike) -> PointLegend:
-    rows = np.asarray(colours).tolist()
-    return PointLegend(
-        title, tuple((n, (r, g, b)) for n, (r, g, b) in zip(names, rows, strict=True))
-    )
+    rows = zip(names, np.asarray(colours).tolist(), strict=True)
+    return PointLegend(title, tuple((name, (r, g, b)) for name, (r, g, b) in rows))
+
+
+def _by_view(view: IntArray, *, dark: bool) -> ImageArray:
+    palette = _VIEW_COLOURS if dark else _VIEW_COLOURS_ON_LIGHT
+    result: ImageArray = palette[view % len(palette)]
+    return result
 
 
 def _by_distance(distance: FloatArray) -> ImageArray:
@@ -123,9 +124,7 @@ def _by_distance(distance: FloatArray) -> ImageArray:
     return np.ascontiguousarray(mapped, dtype=np.uint8)
 
 
-def _nearest(
-    points: FloatArray, meshes: Sequence[PartMesh]
-) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+def _nearest(points: FloatArray, meshes: Sequence[PartMesh]) -> tuple[FloatArray, IntArray]:
     """Distance to the nearest corner of the model, and the limb it belongs to."""
     corners = np.concatenate([mesh.vertices for mesh in meshes])
     limbs = np.repeat(

@@ -5,16 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
-
-from PySide6.QtCore import QObject, Signal, SignalInstance, Slot
 
 from stereotrack_core.errors import Cancelled
 
-from .task import Task
+from .task import CancelToken, Task
 
 
-class LatestOnly(QObject):
+class LatestOnly:
     """Answers questions in the background, one at a time; of those that wait only the newest.
 
     A question that is overtaken while it is being answered is answered all the same. Asking twice
@@ -26,18 +25,20 @@ class LatestOnly(QObject):
         From a question to its answer; called in another thread.
     name : str
         Name of the thread.
+    answered, failed : callable
+        Called in this thread with a question and its answer, or why it has none.
     """
 
-    answered = Signal(object, object)
-    """A question and its answer."""
-    failed = Signal(object, object)
-    """A question and why it has no answer."""
-
-    def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        answer: Callable[[Any], Any],
+        name: str,
+        answered: Callable[[Any, Any], object],
+        failed: Callable[[Any, Exception], object],
+    ) -> None:
         self._answer, self._name = answer, name
+        self._answered, self._failed = answered, failed
         self._asked: Hashable | None = None
-        self._busy_with: Hashable | None = None
         self._task: Task | None = None
 
     def settled(self) -> bool:
@@ -52,38 +53,27 @@ class LatestOnly(QObject):
 
     def close(self) -> None:
         """Forget what was asked, and what is being answered; returns at once."""
-        self._asked = self._busy_with = self._task = None
+        self._asked = self._task = None
 
     def _begin(self, question: Hashable) -> None:
         answer = self._answer
-        task = Task(self._name, lambda _task: answer(question))
-        self._task, self._busy_with = task, question
-        task.finished.connect(self._on_answer)
-        task.failed.connect(self._on_failure)
-        task.stopped.connect(self._on_stopped)
+        task = self._task = Task(self._name, lambda _task: answer(question))
+        task.ended.connect(partial(self._on_ended, task.token, question))
         task.start()
 
-    @Slot(object)
-    def _on_answer(self, answer: object) -> None:
-        self._tell(self.answered, answer)
-
-    @Slot(object)
-    def _on_failure(self, error: Exception) -> None:
-        self._tell(self.failed, error)
-
-    @Slot()
-    def _on_stopped(self) -> None:
-        self._tell(self.failed, Cancelled())
-
-    def _tell(self, signal: SignalInstance, what: object) -> None:
-        if self.sender() is not self._task:
+    def _on_ended(self, token: CancelToken, question: Hashable) -> None:
+        task = self._task
+        if task is None or task.token is not token:
             return  # it was closed meanwhile
-        question, self._task, self._busy_with = self._busy_with, None, None
+        self._task = None
         if question == self._asked:
             self._asked = None
         else:
             self._begin(self._asked)
-        signal.emit(question, what)
+        if task.error is None:
+            self._answered(question, task.result)
+        else:
+            self._failed(question, task.error)
 
 
 class Question(Hashable, Protocol):
@@ -105,7 +95,7 @@ class Answer(Protocol):
 A = TypeVar("A", bound=Answer)
 
 
-class NewestAnswer(QObject, Generic[A]):
+class NewestAnswer(Generic[A]):
     """Asks in a thread of its own; the newest question wins.
 
     Until the new answer is there, the one before of the same frame holds, so that nothing flickers.
@@ -118,27 +108,24 @@ class NewestAnswer(QObject, Generic[A]):
         From a question to its answer; called in the thread.
     name : str
         Name of the thread.
-
-    Signals
-    -------
-    changed : ()
-        Another answer holds now, or none.
-    failed : Exception
+    changed : callable
+        Called when another answer holds, or none.
+    failed : callable
+        Called with why there is no answer.
     """
 
-    changed = Signal()
-    failed = Signal(object)
-
     def __init__(
-        self, question: Callable[[], Question | None], answer: Callable[[Any], A], name: str
+        self,
+        question: Callable[[], Question | None],
+        answer: Callable[[Any], A],
+        name: str,
+        changed: Callable[[], object],
+        failed: Callable[[Exception], object],
     ) -> None:
-        super().__init__()
-        self._question = question
+        self._question, self._changed, self._tell = question, changed, failed
         self._asked: Question | None = None
         self._known: A | None = None
-        self._worker = LatestOnly(answer, name)
-        self._worker.answered.connect(self._on_answered)
-        self._worker.failed.connect(self._on_failed)
+        self._worker = LatestOnly(answer, name, self._on_answered, self._on_failed)
 
     def at(self, frame: int) -> A | None:
         """The answer about a frame, be it to the question before the newest; None without one."""
@@ -150,34 +137,30 @@ class NewestAnswer(QObject, Generic[A]):
         asked = self._asked
         return asked is None or (self._known is not None and self._known.question is asked)
 
-    @Slot()
     def ask(self) -> None:
         """Ask about what is shown now."""
         self._asked = self._question()
-        if self._asked is None:
-            if self._known is not None:
-                self._known = None
-                self.changed.emit()
-            return
-        self._worker.ask(self._asked)
+        if self._asked is not None:
+            self._worker.ask(self._asked)
+        elif self._known is not None:
+            self._known = None
+            self._changed()
 
     def close(self) -> None:
         """Forget everything, also what is still to be answered; the next question begins anew."""
         self._asked = self._known = None
         self._worker.close()
 
-    @Slot(object, object)
     def _on_answered(self, question: Question, answer: A) -> None:
         if self._asked is not None and question.frame == self._asked.frame:
             self._known = answer
-            self.changed.emit()
+            self._changed()
 
-    @Slot(object, object)
     def _on_failed(self, question: Question, error: Exception) -> None:
         if question is self._asked:
             self._asked = self._known = None
-            self.changed.emit()
-        self.failed.emit(error)
+            self._changed()
+        self._tell(error)
 
 
 R = TypeVar("R")

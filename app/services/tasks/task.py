@@ -129,7 +129,9 @@ class Task(QObject):
     words : str
         What is being done of it just now.
     error : Exception or None
-        What it failed of.
+        What it failed of; :class:`Cancelled` where it was stopped.
+    result : object
+        What it has come to.
 
     Signals
     -------
@@ -155,6 +157,7 @@ class Task(QObject):
         self.title = title
         self.token = CancelToken()
         self.error: Exception | None = None
+        self.result: Any = None
         self._lock = threading.Lock()
         self._waiting: list[Any] = []
         self.share = 0.0
@@ -205,7 +208,8 @@ class Task(QObject):
         return ", ".join(part for part in (self.title, self.words, far) if part)
 
     def _run(self) -> None:
-        how, what = "stopped", None
+        how: str = "stopped"
+        what: Any = Cancelled()
         try:
             how, what = "finished", self._work(self)
         except Cancelled:
@@ -229,11 +233,13 @@ class Task(QObject):
         if self._given_up:
             return
         if how == "stopped":
+            self.error = what
             self.stopped.emit()
         elif how == "failed":
             self.error = what
             self.failed.emit(what)
         else:
+            self.result = what
             self.finished.emit(what)
         self.ended.emit()
 
@@ -263,10 +269,13 @@ class TaskList(QObject):
     """
 
     changed = Signal()
-    failed = Signal(object)
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(
+        self, failed: Callable[[Exception], object], parent: QObject | None = None
+    ) -> None:
         super().__init__(parent)
+        self.failed = failed
+        """Tells a person why work failed."""
         self._tasks: list[Task] = []
         self._promised: list[Task] = []
         self._writes: list[Task] = []

@@ -5,10 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import TypeAlias
 
-from PySide6.QtCore import QRectF, Qt, Signal, Slot
+from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
@@ -36,43 +35,30 @@ def _kind_words(view: View, kind: PictureKind) -> str:
 class CameraTile(QFrame):
     """One view with its name and the choice of what it shows."""
 
-    kind_chosen = Signal(str, str)
-    """The kind of picture that this view, by name, shall show."""
-    activated = Signal(str)
-
-    def __init__(self, view: View, redraw: RedrawQueue, parent: QWidget) -> None:
-        super().__init__(parent)
+    def __init__(self, view: View, grid: CameraGrid) -> None:
+        super().__init__(grid)
         self.view = view
-        self.camera = CameraView(redraw, self)
+        self.camera = CameraView(view.name, grid)
         self.camera.setAccessibleName(f"View {view.name}")
-        self._name = label(view.name, wraps=False)
-        self._name.setObjectName("tileName")
-        font = self._name.font()
-        font.setBold(True)
-        self._name.setFont(font)
+        self._name = label(view.name, "heading", wraps=False)
         kinds = [(kind, _kind_words(view, kind)) for kind in kinds_of(view)]
         name, tip = f"Image shown in view {view.name}", "Image shown in this view"
         self._kind = choice(name, kinds, tip)
         self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._note = label(wraps=False)
-        self._note.setObjectName("tileNote")
         head = hbox(self._name, self._kind, (self._note, 1), margins=(8, 2, 4, 2), spacing=8)
         self.setLayout(vbox(head, (self.camera, 1), spacing=0))
         self._kind.setVisible(self._kind.count() > 1)
-        self._kind.activated.connect(self._on_kind)
-        self.camera.pressed.connect(lambda: self.activated.emit(self.view.name))
+        self._kind.activated.connect(
+            lambda: grid.kind_chosen.emit(self._kind.currentData(), view.name)
+        )
 
     def show_kind(self, kind: PictureKind) -> None:
         """Name the kind of picture that is shown."""
         self._kind.setCurrentIndex(self._kind.findData(kind))
 
-    @Slot()
-    def _on_kind(self) -> None:
-        self.kind_chosen.emit(self._kind.currentData(), self.view.name)
-
     def set_active(self, active: bool) -> None:
         """Mark the view that keys act on."""
-        self.setProperty("active", active)
         self._name.setText(f"▸ {self.view.name}" if active else self.view.name)
 
     def show_picture(self, picture: Picture) -> None:
@@ -89,22 +75,23 @@ class CameraGrid(QWidget):
     kind_chosen = Signal(str, str)
     """A kind of picture that shall be shown, and the name of the view."""
     hovered = Signal(str)
-    """Words about the pixel under the cursor."""
+    """Words about the pixel under the cursor; empty when the cursor leaves."""
     limb_clicked = Signal(str)
-    """A limb was clicked in a view; empty for none."""
+    """A limb was clicked in a view; empty for a click beside the model."""
     activated = Signal(str)
     """Name of the view that keys shall act on."""
     at_hand_changed = Signal(str)
     """Name of the view that a click goes to, and keys about clicks act on."""
     clicked = Signal(object)
-    """What a person did with clicks in a view."""
+    """What a person did with clicks in a view, where :meth:`set_clicking` allows for it."""
     refused = Signal(str)
     """Why a click was not taken."""
     space_tapped = Signal()
+    """The space bar was pressed, but not to move the picture."""
 
     def __init__(self, redraw: RedrawQueue, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._redraw = redraw
+        self.redraw = redraw
         self.tiles: dict[str, CameraTile] = {}
         """Tiles by the name of their view."""
         self.active = self._at_hand = ""
@@ -138,12 +125,7 @@ class CameraGrid(QWidget):
             tile.deleteLater()
         self.tiles, self._whole, self._aspects, self._places = {}, aspects, aspects, {}
         for view in views:
-            tile = CameraTile(view, self._redraw, self)
-            tile.kind_chosen.connect(self.kind_chosen)
-            tile.activated.connect(self.activated)
-            tile.camera.pointed.connect(partial(self._set_at_hand, view.name))
-            for signal in ("hovered", "limb_clicked", "clicked", "refused", "space_tapped"):
-                getattr(tile.camera, signal).connect(getattr(self, signal))
+            tile = CameraTile(view, self)
             tile.camera.set_display(self._display_of(view.name))
             tile.camera.set_clicking(*self._clicking)
             self.tiles[view.name] = tile
@@ -230,9 +212,10 @@ class CameraGrid(QWidget):
         for tile in self.tiles.values():
             tile.set_active(tile.view.name == name and len(self.tiles) > 1)
         self._arrange()
-        self._set_at_hand(name)
+        self.point_at(name)
 
-    def _set_at_hand(self, name: str) -> None:
+    def point_at(self, name: str) -> None:
+        """Let clicks go to the view that the mouse is over."""
         if name != self._at_hand:
             self._at_hand = name
             self.at_hand_changed.emit(name)

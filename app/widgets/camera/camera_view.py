@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QColor,
     QEnterEvent,
@@ -15,9 +17,9 @@ from PySide6.QtGui import (
     QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QRubberBand, QWidget
+from PySide6.QtWidgets import QRubberBand
 
-from ..redraw import RedrawQueue
+from ..redraw import takes_key
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .click_hand import ClickHand
@@ -26,6 +28,9 @@ from .click_painting import paint_marks, paint_notes
 from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
+
+if TYPE_CHECKING:
+    from .camera_grid import CameraGrid
 
 _CLICK_PIXELS, _BAND_PIXELS = 4, 12
 _COMPUTED = (
@@ -42,25 +47,14 @@ _BY_KEYS = {
 
 
 class CameraView(PictureView):
-    """Paints one :class:`Picture`; data are never resampled, only displayed."""
+    """Paints one :class:`Picture`; data are never resampled, only displayed.
 
-    hovered = Signal(str)
-    """Words about the pixel under the cursor; empty when the cursor leaves."""
-    pressed = Signal()
-    """The view was clicked into, or got the keys."""
-    limb_clicked = Signal(str)
-    """A limb's outline was clicked, or empty for a click beside the model."""
-    clicked = Signal(object)
-    """What a person did with clicks; only where :meth:`set_clicking` allows for it."""
-    refused = Signal(str)
-    """Why a click was not taken."""
-    space_tapped = Signal()
-    """The space bar was pressed, but not to move the picture."""
-    pointed = Signal()
-    """The mouse is over this view."""
+    What a person does in it is told by the signals of its grid.
+    """
 
-    def __init__(self, redraw: RedrawQueue, parent: QWidget | None = None) -> None:
-        super().__init__(redraw, parent)
+    def __init__(self, name: str, grid: CameraGrid) -> None:
+        super().__init__(grid.redraw, grid)
+        self._name, self._grid = name, grid
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
         self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
@@ -187,8 +181,8 @@ class CameraView(PictureView):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
-        self.pointed.emit()
-        self.pressed.emit()
+        self._grid.point_at(self._name)
+        self._grid.activated.emit(self._name)
         left = event.button() == Qt.MouseButton.LeftButton
         if left and self._clicking and self._space is None:
             self._press_with_hand(event.position())
@@ -200,14 +194,14 @@ class CameraView(PictureView):
     def _press_with_hand(self, position: QPointF) -> None:
         marks, why_not = self.marks, self.why_no_clicks()
         if why_not or marks is None:
-            self.refused.emit(why_not or "Loading image …")
+            self._grid.refused.emit(why_not or "Loading image …")
             return
         self._hand.press(position, marks)
         self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
-        self.pointed.emit()
+        self._grid.point_at(self._name)
         if self._drag is not None:
             start, last = self._drag
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
@@ -242,9 +236,9 @@ class CameraView(PictureView):
             if marks is not None:
                 done = self._hand.release(event.position(), marks, event.modifiers())
                 if done is not None:
-                    self.clicked.emit(done)
+                    self._grid.clicked.emit(done)
                 elif not dragged and not marks.offer.landmark:
-                    self.refused.emit(f"{marks.offer.words.capitalize()}.")
+                    self._grid.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
             self.update()
         elif self._band.isVisible():
@@ -266,11 +260,11 @@ class CameraView(PictureView):
         """A click that places nothing: it selects a limb, or with the right button a click."""
         marks = self.marks
         if not self._clicking and event.button() == Qt.MouseButton.LeftButton:
-            self.limb_clicked.emit(self._limb_at(event.position()))
+            self._grid.limb_clicked.emit(self._limb_at(event.position()))
         elif self._clicking and event.button() == Qt.MouseButton.RightButton and marks is not None:
             picked = self._hand.picked_at(event.position(), marks)
             if picked is not None:
-                self.clicked.emit(picked)
+                self._grid.clicked.emit(picked)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if self._clicking and event.button() == Qt.MouseButton.LeftButton:
@@ -278,14 +272,7 @@ class CameraView(PictureView):
         self.fit()
 
     def event(self, event: QEvent) -> bool:
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and self._is_space(event)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+        return takes_key(event, self._is_space) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if self._is_space(event):
@@ -301,14 +288,14 @@ class CameraView(PictureView):
                 used, self._space = self._space, None
                 self._show_cursor()
                 if not used:
-                    self.space_tapped.emit()
+                    self._grid.space_tapped.emit()
             return
         super().keyReleaseEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         self._by_keys = event.reason() in _BY_KEYS
         if self._by_keys:
-            self.pressed.emit()
+            self._grid.activated.emit(self._name)
         super().focusInEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
@@ -350,14 +337,14 @@ class CameraView(PictureView):
 
     def enterEvent(self, event: QEnterEvent) -> None:
         self._cursor = event.position()
-        self.pointed.emit()
+        self._grid.point_at(self._name)
         self._show_cursor()
         self._tell_hover()
 
     def leaveEvent(self, _event: QEvent) -> None:
         self._cursor = None
         self._say_offer()
-        self.hovered.emit("")
+        self._grid.hovered.emit("")
         self.update()
 
     def _limb_at(self, position: QPointF) -> str:
@@ -375,9 +362,9 @@ class CameraView(PictureView):
         pixel = self.pixel_at(self._cursor)
         if self.inside(pixel):
             words = self.picture.value_at(pixel.x(), pixel.y())
-            self.hovered.emit(f"{self.picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
+            self._grid.hovered.emit(f"{self._name}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
         else:
-            self.hovered.emit("")
+            self._grid.hovered.emit("")
 
 
 def _come_anew(before: ClickMarks, marks: ClickMarks) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Literal, TypeVar
 
 from PySide6.QtCore import QLineF, QPointF, Qt
 
@@ -15,6 +16,7 @@ HANDLE = 12.0
 """Widget pixels around a click within which it can be dragged."""
 
 _STILL = 3.0
+_Mark = TypeVar("_Mark", ClickMark, PredictionMark)
 
 
 @dataclass(frozen=True)
@@ -113,20 +115,21 @@ class ClickHand:
         """What can be dragged from a place in the widget: a click, else a proposal."""
         clicked = {mark.landmark for mark in marks.clicks}
         open_ones = [m for m in marks.predictions if m.proposed and m.landmark not in clicked]
-        nearest = min(open_ones, key=partial(self._distance, position), default=None)
-        far = nearest is None or self._distance(position, nearest) > HANDLE
-        return self.mark_at(position, marks) or (None if far else nearest)
+        return self.mark_at(position, marks) or self._nearest(position, open_ones)
 
     def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
         """The nearest click whose handle is under a place in the widget."""
-        nearest = min(marks.clicks, key=partial(self._distance, position), default=None)
-        far = nearest is None or self._distance(position, nearest) > HANDLE
-        return None if far else nearest
+        return self._nearest(position, marks.clicks)
 
     def picked_at(self, position: QPointF, marks: ClickMarks) -> ClickAct | None:
         """The click under a place in the widget as picked, whatever is chosen."""
         mark = self.mark_at(position, marks)
         return ClickAct("pick", marks.key(mark.landmark)) if mark is not None else None
+
+    def _nearest(self, position: QPointF, marks: Sequence[_Mark]) -> _Mark | None:
+        nearest = min(marks, key=partial(self._distance, position), default=None)
+        far = nearest is None or self._distance(position, nearest) > HANDLE
+        return None if far else nearest
 
     def _distance(self, position: QPointF, mark: ClickMark | PredictionMark) -> float:
         return QLineF(position, self._ground.place_of(mark.x, mark.y)).length()

@@ -24,6 +24,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.exporting.formats import ExportFormat
 
 from ..style.building import Item, label, vbox
+from ..style.theme import set_look
 from .numbers import NumberField, WholeNumberField, refusal_in
 
 
@@ -219,9 +220,7 @@ def say_in(words: QLabel, text: str, *, error: bool = False) -> None:
     """Say something in a label, as an error or muted; nothing hides it."""
     words.setText(text)
     words.setVisible(bool(text))
-    words.setProperty("role", "error" if error else "muted")
-    words.style().unpolish(words)
-    words.style().polish(words)
+    set_look(words, "role", "error" if error else "muted")
 
 
 def push_button(text: str, do: Callable[[], object], tip: str = "") -> QPushButton:

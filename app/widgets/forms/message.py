@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from stereotrack_core.errors import visible
 
-from ..style.building import hbox, label, tool_button, vbox
-from ..style.theme import Dressed, current_theme, set_icon
+from ..style.building import Raised, hbox, label, tool_button, vbox
+from ..style.theme import set_icon, set_look
 
 
 @dataclass(frozen=True)
@@ -38,27 +38,6 @@ class Message:
 
 
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
-
-
-class _Bar(Dressed):
-    """A raised strip with a coloured edge, in the colours of the theme that is shown."""
-
-    edge = "accent"
-    """Name of the theme's colour for the edge."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-
-    def _dress(self) -> None:
-        theme = current_theme()
-        sheet = (
-            f"{type(self).__name__} {{ background: {theme.raised}; border: none;"
-            f" border-left: 4px solid {getattr(theme, self.edge)};"
-            f" border-top: 1px solid {theme.border}; }}"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
 
 
 class BarsOver(QWidget):
@@ -95,22 +74,17 @@ class BarsOver(QWidget):
         self.raise_()
 
 
-class StateBar(_Bar):
+class StateBar(Raised):
     """Says what state the views are in while it lasts, and ends it with a button."""
 
-    ended = Signal()
-    """The button was pressed."""
-
-    def __init__(self, name: str, button: str, tip: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str, button: str, tip: str) -> None:
+        super().__init__("bar")
         self.words = label()
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.button = QPushButton(button)
         self.button.setToolTip(tip)
-        self.button.clicked.connect(self.ended)
         self.setLayout(hbox((self.words, 1), self.button, margins=(8, 4, 8, 4)))
         self.setAccessibleName(name)
-        self._dress()
         self.hide()
 
     def show_words(self, words: str) -> None:
@@ -119,14 +93,14 @@ class StateBar(_Bar):
         self.setVisible(bool(words))
 
 
-class MessageBar(_Bar):
+class MessageBar(Raised):
     """Shows one message until it is closed; further ones are counted and wait their turn."""
 
     dismissed = Signal(object)
     """A person has closed this :class:`Message` without doing what it offers."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__("bar", parent)
         self._messages: list[Message] = []
         self._icon = tool_button("Message")
         self._icon.setEnabled(False)
@@ -151,7 +125,7 @@ class MessageBar(_Bar):
 
     def text(self) -> str:
         """What is written."""
-        return self._messages[-1].sentence() if self._messages else ""
+        return self.message.sentence() if self.message is not None else ""
 
     def show_message(self, message: Message) -> None:
         """Show a message above those that are there; the same one is not shown twice."""
@@ -159,17 +133,11 @@ class MessageBar(_Bar):
             self._messages.append(message)
         self._refresh()
 
-    def close_message(self) -> None:
-        """Close the message that is shown."""
-        if self._messages:
-            self._messages.pop()
-        self._refresh()
-
     def dismiss(self) -> None:
         """Close the message that is shown, because the person does not want it."""
         message = self.message
-        self.close_message()
         if message is not None:
+            self.take_back(message)
             self.dismissed.emit(message)
 
     def take_back(self, message: Message) -> None:
@@ -185,8 +153,8 @@ class MessageBar(_Bar):
 
     def _do(self) -> None:
         message = self.message
-        self.close_message()
         if message is not None and message.do is not None:
+            self.take_back(message)
             message.do()
 
     def _refresh(self) -> None:
@@ -200,5 +168,4 @@ class MessageBar(_Bar):
         waiting = len(self._messages) - 1
         self._more.setText(f"and {waiting} more" if waiting else "")
         set_icon(self._icon, _ICONS[message.severity])
-        self.edge = message.severity if message.severity in ("error", "warning") else "accent"
-        self._dress()
+        set_look(self, "edge", message.severity)

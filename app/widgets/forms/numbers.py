@@ -15,6 +15,8 @@ from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QSpinBox, QToolT
 
 from stereotrack_core.counting import typed_number, typed_whole_number
 
+from ..style.theme import set_look
+
 _MOST_DECIMALS = 6
 """Decimals that a person may type."""
 _REFUSAL_MS = 10_000
@@ -112,9 +114,7 @@ class _Typed(_SpinBox):  # type: ignore[misc]
             QToolTip.showText(below, self.refusal, self, self.rect(), _REFUSAL_MS)
 
     def _mark(self, *, refused: bool) -> None:
-        if bool(self.property("refused")) != refused:
-            self.setProperty("refused", refused)
-            self.style().polish(self)
+        set_look(self, "refused", refused or None)
 
 
 class NumberField(_Typed, QDoubleSpinBox):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QFont, QKeyEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QWidget
 
@@ -12,23 +13,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow, Value, value_text
 
 from ..style.building import ElidedLabel, label, tool_button
+from ..style.theme import set_look
 
 _EDITOR_WIDTH = 116
 _UNIT_WIDTH = 34
 _TIP_WIDTH = 80
-
-
-class _Number(QLineEdit):
-    """A number as text; nothing is clamped in silence."""
-
-    dropped = Signal()
-    """The person pressed Esc."""
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Escape:
-            self.dropped.emit()
-        else:
-            super().keyPressEvent(event)
 
 
 class ParameterLine(QWidget):
@@ -38,12 +27,12 @@ class ParameterLine(QWidget):
     above it stays in its place then, and so does the field under the mouse.
     """
 
-    value_changed = Signal(str, object)
-    """The person gave a value that the row accepts."""
-
-    def __init__(self, row: ParameterRow, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, row: ParameterRow, changed: Callable[[str, Value], object], parent: QWidget
+    ) -> None:
+        """`changed` is called with the name and a value that the person gave and the row takes."""
         super().__init__(parent)
-        self.row = row
+        self.row, self._changed = row, changed
         self._value: Value = row.default
         self._base: Value = row.default
         self._base_word = "preset"
@@ -80,6 +69,13 @@ class ParameterLine(QWidget):
     def eventFilter(self, _part: QObject, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.MouseButtonPress):
             self.unfold()
+        if (
+            event.type() == QEvent.Type.KeyPress
+            and isinstance(event, QKeyEvent)
+            and event.key() == Qt.Key.Key_Escape
+        ):
+            self._show()
+            return True
         return False
 
     @property
@@ -116,10 +112,9 @@ class ParameterLine(QWidget):
                 box.addItem(choice.replace("_", " "), choice)
             box.activated.connect(lambda: self._on_given(box.currentData()))
             return box
-        field = _Number()
+        field = QLineEdit()  # nothing is clamped in silence
         field.setAlignment(Qt.AlignmentFlag.AlignRight)
         field.editingFinished.connect(lambda: self._on_typed(field))
-        field.dropped.connect(self._show)
         return field
 
     def _on_typed(self, field: QLineEdit) -> None:
@@ -153,12 +148,12 @@ class ParameterLine(QWidget):
         self._value = value
         self._show()
         if changed:
-            self.value_changed.emit(self.row.name, value)
+            self._changed(self.row.name, value)
 
     def _refuse(self, sentence: str) -> None:
         self._refusal.setText(sentence)
         self._refusal.show()
-        self._mark(refused=True)
+        set_look(self.editor, "refused", True)
 
     def _show(self) -> None:
         self._written = True
@@ -173,7 +168,7 @@ class ParameterLine(QWidget):
                 field.setCursorPosition(0)
         self._refusal.clear()
         self._refusal.hide()
-        self._mark(refused=False)
+        set_look(self.editor, "refused", None)
         font = QFont(self.font())
         font.setBold(self.is_changed)
         self._name.setFont(font)
@@ -185,11 +180,6 @@ class ParameterLine(QWidget):
             else f"Nothing to revert: this is the value of the {self._base_word}"
         )
         self._facts.setText(self._facts_text())
-
-    def _mark(self, *, refused: bool) -> None:
-        if self.editor.property("refused") != refused:
-            self.editor.setProperty("refused", refused)
-            self.editor.style().polish(self.editor)
 
     def _facts_text(self) -> str:
         row = self.row

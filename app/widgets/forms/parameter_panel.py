@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PySide6.QtCore import Qt, QTimer, Signal, Slot
+from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QLabel,
-    QLineEdit,
     QMenu,
     QPushButton,
     QToolButton,
@@ -21,7 +20,9 @@ from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 from stereotrack_core.tracking.tuning.search import finds
 
+from ..redraw import later
 from ..style.building import choice, hbox, label, scrolled, tool_button, vbox
+from .form_dialog import line_edit
 from .parameter_line import ParameterLine
 
 _ONE_ROW_WIDTH = 520
@@ -40,17 +41,14 @@ AGAINST: dict[str, str] = {
 
 
 class ParameterPanel(QWidget):
-    """Every parameter by group, with search, presets and a way back for each."""
+    """Every parameter by group, with search, presets and a way back for each.
+
+    Who hears that a person chooses in `preset_box` or `against_box` answers with
+    :meth:`set_settings`.
+    """
 
     settings_changed = Signal(object)
     """New settings after the person gave a value; the panel shows them already."""
-    preset_requested = Signal(str)
-    """The person chose a preset; the caller answers with :meth:`set_settings`."""
-    against_requested = Signal(str)
-    """The person wants differences from something else, a key of :data:`AGAINST`; the caller
-    answers with :meth:`set_settings`."""
-    touched = Signal(str)
-    """The person gave this parameter a value."""
 
     def __init__(self, parent: QWidget | None = None, *, presets: Sequence[str] = PRESETS) -> None:
         super().__init__(parent)
@@ -61,8 +59,7 @@ class ParameterPanel(QWidget):
         self._behind = self._seen = False
         self.last_touched = ""
         """The parameter that the panel opens at."""
-        self._opening = QTimer(self, singleShot=True, interval=0)
-        self._opening.timeout.connect(self._open_at_last)
+        self._opening = later(self, self._open_at_last)
         self._acts: Callable[[str], bool] = lambda _name: True
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
@@ -143,16 +140,14 @@ class ParameterPanel(QWidget):
         self.preset_box.addItems(list(presets))
         self.preset_box.setCurrentIndex(-1)
         self.preset_box.setPlaceholderText("custom settings")
-        self.preset_box.textActivated.connect(self.preset_requested)
         self.revert_all = QPushButton("Revert all", self)
         self.revert_all.clicked.connect(self._on_revert_all)
-        self.search = QLineEdit(self)
-        self.search.setPlaceholderText("Search names, descriptions and topics")
-        self.search.setToolTip(
+        tip = (
             "Type part of a name or description, or what it is about, such as cross, lost, jitter, "
             "noise or speed."
         )
-        self.search.setAccessibleName("Search parameters")
+        placeholder = "Search names, descriptions and topics"
+        self.search = line_edit("Search parameters", placeholder=placeholder, tip=tip)
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._on_search)
         self.only_changed = tool_button("", "filter", "Changed")
@@ -166,9 +161,6 @@ class ParameterPanel(QWidget):
         self.menu_button.hide()
         tip = "The values to compare with and to revert to"
         self.against_box = choice("Compare with", AGAINST.items(), tip)
-        self.against_box.activated.connect(
-            lambda: self.against_requested.emit(self.against_box.currentData())
-        )
         self._rows_above = hbox(
             (hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button), 1),
             (hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all), 1),
@@ -207,8 +199,7 @@ class ParameterPanel(QWidget):
                 heading = label(row.group, "heading", wraps=False, margins=(0, 10, 0, 2))
                 self._groups[row.group] = heading
                 column.addWidget(heading)
-            line = ParameterLine(row, inside)
-            line.value_changed.connect(self._on_value)
+            line = ParameterLine(row, self._on_value, inside)
             self._lines[row.name] = line
             column.addWidget(line)
         column.addStretch(1)
@@ -259,7 +250,6 @@ class ParameterPanel(QWidget):
 
     def _on_value(self, name: str, value: Value) -> None:
         self.last_touched = name
-        self.touched.emit(name)
         if self.settings is not None:
             self._take(self.settings.replaced(**{name: value}))
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QPushButton, QSizePolicy, QWidget
 
-from ..style.building import label, vbox
-from ..style.theme import Dressed, current_theme
+from ..style.building import Raised, label, vbox
+from ..style.theme import set_look
+from .form_dialog import push_button
 
 _DONE, _OLD, _OPEN = "✓", "↻", "\u2003"
 
@@ -26,24 +27,20 @@ class StepShown:
     why_not: str = ""
 
 
-class StepList(Dressed):
+class StepList(QWidget):
     """A button per step, from top to bottom."""
 
-    chosen = Signal(str)
-    """Key of the step that was pressed."""
-
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str, choose: Callable[[str], object]) -> None:
+        super().__init__()
+        self._choose = choose
         self.setAccessibleName(name)
         self.buttons: dict[str, QPushButton] = {}
-        self._steps: tuple[StepShown, ...] = ()
         self._group = QButtonGroup(self)
         self._column = vbox(spacing=2)
         self.setLayout(vbox(self._column, None))
 
     def show_steps(self, steps: Sequence[StepShown], current: str) -> None:
         """Show these, and which one is open."""
-        self._steps = tuple(steps)
         for number, step in enumerate(steps, start=1):
             button = self.buttons.get(step.key) or self._add(step)
             tick = _DONE if step.done else _OLD if step.stale else _OPEN
@@ -54,55 +51,35 @@ class StepList(Dressed):
             button.setToolTip(f"{step.title}. {unavailable}")
             button.setEnabled(not step.why_not)
             button.setChecked(step.key == current)
-        self._dress()
+            set_look(button, "state", "done" if step.done else "stale" if step.stale else "")
 
     def _add(self, step: StepShown) -> QPushButton:
-        button = QPushButton(step.title)
+        button = push_button(step.title, lambda: self._choose(step.key))
         button.setFlat(True)
-        button.setAutoDefault(False)
         button.setCheckable(True)
         button.setMinimumWidth(150)
-        button.clicked.connect(lambda _checked=False, key=step.key: self.chosen.emit(key))
+        button.setProperty("role", "step")
         self._group.addButton(button)
         self._column.addWidget(button)
         self.buttons[step.key] = button
         return button
 
-    def _dress(self) -> None:
-        theme = current_theme()
-        for step in self._steps:
-            colour = theme.good if step.done else theme.warning if step.stale else theme.text
-            colour = theme.disabled if step.why_not else colour
-            chosen = f"background: {theme.selection}; border: 1px solid {theme.accent};"
-            sheet = (
-                f"QPushButton {{ color: {colour}; text-align: left; padding: 6px 8px;"
-                f" border: 1px solid transparent; border-radius: {theme.radius}px; }}"
-                f" QPushButton:hover {{ background: {theme.hover}; }}"
-                f" QPushButton:checked {{ {chosen} }}"
-                f" QPushButton:focus {{ border-color: {theme.accent}; }}"
-            )
-            if self.buttons[step.key].styleSheet() != sheet:
-                self.buttons[step.key].setStyleSheet(sheet)
-
 
 _MOST_REMARKS = 4
 
 
-class VerdictBox(Dressed):
+class VerdictBox(Raised):
     """A raised box whose edge has the verdict's colour."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    def __init__(self) -> None:
+        super().__init__("box")
         self.setAccessibleName("Verdict")
-        self._colour = "muted"
         self.words = label("", "heading")
         self.remarks = label()
         for one in (self.words, self.remarks):
             one.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.setLayout(vbox(self.words, self.remarks, margins=(12, 8, 12, 8), spacing=4))
-        self._dress()
 
     def show_verdict(self, words: str, remarks: Sequence[str], colour: str) -> None:
         """Show a sentence and remarks; `colour` is the theme's: good, warning, error, muted."""
@@ -114,14 +91,4 @@ class VerdictBox(Dressed):
         self.remarks.setToolTip("\n".join(remarks))
         self.remarks.setVisible(bool(shown))
         self.setAccessibleDescription(" ".join((words, *remarks)))
-        self._colour = colour
-        self._dress()
-
-    def _dress(self) -> None:
-        theme = current_theme()
-        sheet = (
-            f"VerdictBox {{ background: {theme.raised}; border: none;"
-            f" border-left: 5px solid {getattr(theme, self._colour)}; }}"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
+        set_look(self, "edge", colour)

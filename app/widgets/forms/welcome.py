@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ..style.building import hbox, label, vbox
 from ..style.theme import set_icon
+from .form_dialog import push_button
 
 _ABOUT = (
     "Track and analyse the movement of a person's upper body in recordings of several stereo or "
@@ -19,42 +21,39 @@ _HINT = (
     "A recording is a folder with a recording.toml, its calibration and its images. Drop one onto "
     "this window to open it, or drop videos to make one of them."
 )
+_WAYS = (
+    ("open", "Open a recording …", "open", "Open a recording folder."),
+    (
+        "import_recording", "Make a recording of videos …", "camera",
+        "Make a recording folder of videos or images of one or more cameras.",
+    ),
+    (
+        "calibrate", "Calibrate cameras …", "calibrate",
+        "Calibrate cameras with pictures of a board.",
+    ),
+    (
+        "demo", "Open and track demo", "run-tracker",
+        "Open four stereo views of a simulated person with known ground truth, and track them.",
+    ),
+)  # fmt: skip
+"""Command, text, icon and tip of each button."""
 
 
 class WelcomePage(QWidget):
     """Ways to begin: a recording of one's own, the demo, or one of the last ones."""
 
-    open_wanted = Signal()
-    demo_wanted = Signal()
-    import_wanted = Signal()
-    calibration_wanted = Signal()
-    recent_chosen = Signal(object)
-    """Its folder."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.open_button = _button("Open a recording …", "open")
-        self.open_button.setToolTip("Open a recording folder.")
-        self.demo_button = _button("Open and track demo", "run-tracker")
-        self.demo_button.setToolTip(
-            "Open four stereo views of a simulated person with known ground truth, and track them."
+    def __init__(self, do: Callable[[str], object], open_recent: Callable[[Path], object]) -> None:
+        super().__init__()
+        self.open_button, self.import_button, self.calibrate_button, self.demo_button = (
+            _button(text, icon, tip, partial(do, name)) for name, text, icon, tip in _WAYS
         )
-        self.import_button = _button("Make a recording of videos …", "camera")
-        self.import_button.setToolTip(
-            "Make a recording folder of videos or images of one or more cameras."
-        )
-        self.calibrate_button = _button("Calibrate cameras …", "calibrate")
-        self.calibrate_button.setToolTip("Calibrate cameras with pictures of a board.")
+        self._open_recent = open_recent
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
         self.recent.setAlternatingRowColors(False)
         self._none = label("No recent recordings.", "muted")
         self._lay_out()
-        self.open_button.clicked.connect(self.open_wanted)
-        self.demo_button.clicked.connect(self.demo_wanted)
-        self.import_button.clicked.connect(self.import_wanted)
-        self.calibrate_button.clicked.connect(self.calibration_wanted)
         self.recent.itemActivated.connect(self._on_recent)
         self.recent.itemClicked.connect(self._on_recent)
 
@@ -99,11 +98,11 @@ class WelcomePage(QWidget):
         self.setLayout(hbox(None, (column, 3), None))
 
     def _on_recent(self, item: QListWidgetItem) -> None:
-        self.recent_chosen.emit(Path(item.data(Qt.ItemDataRole.UserRole)))
+        self._open_recent(Path(item.data(Qt.ItemDataRole.UserRole)))
 
 
-def _button(text: str, icon_name: str) -> QPushButton:
-    button = QPushButton(text)
+def _button(text: str, icon: str, tip: str, do: Callable[[], object]) -> QPushButton:
+    button = push_button(text, do, tip)
     button.setMinimumHeight(36)
-    set_icon(button, icon_name)
+    set_icon(button, icon)
     return button

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 import pyqtgraph as pg
@@ -13,6 +12,7 @@ from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
 
+from ..redraw import takes_key
 from ..style.building import hbox, label, vbox
 from ..style.colours import EXTRA_COLOURS, limb_words
 from ..style.theme import Dressed, current_theme
@@ -23,6 +23,7 @@ _HELP = (
     "Keys: arrows step, 0 shows all frames."
 )
 _TITLE = "angular error"
+_NAME = "Plot of the {} over frames"
 _UNIT = "deg"
 _HALF_STROKE = 0.4
 
@@ -45,7 +46,7 @@ class ErrorPlot(Dressed):
         self._curves: tuple[Curve, ...] = ()
         self._items: list[pg.PlotCurveItem] = []
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.set_title(_TITLE)
+        self.setAccessibleName(_NAME.format(_TITLE))
         self.setAccessibleDescription(_HELP)
         self.setMinimumSize(200, 110)
         self._plot = new_plot(self)
@@ -79,15 +80,12 @@ class ErrorPlot(Dressed):
         """Value of the line."""
         return float(self._threshold.value())
 
-    def set_title(self, title: str) -> None:
-        """Show another measure."""
-        self.setAccessibleName(f"Plot of the {title} over frames")
-
     def set_heading(self, words: str, brief: str = "", tip: str = "") -> None:
         """Say what is shown; `brief` is what stands there where `words` have no room."""
         if (words, brief, tip) != (*self._headings, self._heading.toolTip()):
             self._headings = words, brief
             self._heading.setToolTip(tip)
+            self.setAccessibleName(_NAME.format(words.partition(",")[0]))
             self.setAccessibleDescription(f"{words}. {tip} {_HELP}")
             self._fit_heading()
 
@@ -262,7 +260,7 @@ class ErrorPlot(Dressed):
         theme = current_theme()
         dress_plot(self._plot)
         self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
-        self.legend.refresh()
+        self.legend.write_runs()
         label_axis(self._plot, "left", _UNIT)
         self._threshold.setPen(pg.mkPen(theme.error, width=1.5, style=Qt.PenStyle.DotLine))
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
@@ -292,11 +290,7 @@ class ErrorPlot(Dressed):
 
     def event(self, event: QEvent) -> bool:
         # as in the timeline, what shows a whole image shows all frames here
-        asks = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
-        if asks and _shows_all(cast(QKeyEvent, event)):
-            event.accept()
-            return True
-        return super().event(event)
+        return takes_key(event, _shows_all) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         step = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1

@@ -140,11 +140,7 @@ class LimbLegend(QWidget):
         runs = tuple({(curve.name, curve.style, curve.emphasis): None for curve in curves})
         if runs != self._runs:
             self._runs = runs
-            self._write_runs()
-
-    def refresh(self) -> None:
-        """Draw the runs' line styles in the colours of the theme that is shown now."""
-        self._write_runs()
+            self.write_runs()
 
     def _drop(self, widget: QWidget) -> None:
         widget.hide()
@@ -211,7 +207,8 @@ class LimbLegend(QWidget):
                 button.setChecked(alone or other == limb)
         self.toggled.emit()
 
-    def _write_runs(self) -> None:
+    def write_runs(self) -> None:
+        """Name the runs beside their line styles, in the colours of the theme that is shown."""
         for label in self._labels:
             self._drop(label)
         self._labels = []

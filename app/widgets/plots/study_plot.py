@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QWidget
 
@@ -61,13 +61,6 @@ class StudyPlot(Dressed):
         """Draw nothing."""
         self._shown = None
         self._draw()
-
-    def place_of(self, x: float, y: float) -> QPoint:
-        """Position in this widget of a point of the plot."""
-        across = _place(self._shown[0], x) if self._shown else x
-        scene = self._plot.getViewBox().mapViewToScene(pg.Point(across, y))
-        place: QPoint = self._plot.mapTo(self, self._plot.mapFromScene(scene))
-        return place
 
     def _dress(self) -> None:
         self._draw()

@@ -44,14 +44,6 @@ class Ellipsoid:
     """(3, 3) float64, world, square metres. Drawn at two standard deviations."""
 
 
-def _no_points() -> FloatArray:
-    return np.empty((0, 3))
-
-
-def _no_colours() -> ImageArray:
-    return np.empty((0, 3), dtype=np.uint8)
-
-
 @dataclass(frozen=True, eq=False)
 class GhostBody:
     """The model of a run that is drawn beside the active one, as lines, dots or both."""
@@ -66,9 +58,9 @@ class GhostBody:
 class SceneContent:
     """Everything that the scene draws; arrays are not changed after they were handed on."""
 
-    cloud_points: FloatArray = field(default_factory=_no_points)
+    cloud_points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     """(N, 3) float64, world, metres."""
-    cloud_colours: ImageArray = field(default_factory=_no_colours)
+    cloud_colours: ImageArray = field(default_factory=lambda: np.empty((0, 3), np.uint8))
     """(N, 3) uint8. By view, limb or residual, as the caller chose."""
     point_legend: PointLegend | None = None
     meshes: tuple[PartMesh, ...] = ()
@@ -121,7 +113,7 @@ class SceneContent:
         parts += self.boards
         if self.boards or not parts:
             parts += [camera.position_world[None] for camera in self.cameras]
-        points = np.concatenate(parts) if parts else _no_points()
+        points = np.concatenate(parts) if parts else np.empty((0, 3))
         finite: FloatArray = points[np.isfinite(points).all(axis=1)]
         return finite
 

@@ -65,8 +65,8 @@ def _osmesa_is_there() -> bool:
         return False
 
 
-class SceneWindow:
-    """Renders what its two layers hold into pictures: `scene`, and `above` seen through it.
+class SceneRenderer:
+    """Draws contents one after another with the same actors, what is above seen through the rest.
 
     Raises
     ------
@@ -77,22 +77,35 @@ class SceneWindow:
     def __init__(self) -> None:
         _choose_window()
         self._plotter = pv.Plotter(off_screen=True, lighting="none")
-        window = self._plotter.render_window
-        self.scene = self._plotter.renderer
-        self.scene.add_light(pv.Light(light_type="headlight"))
-        self.above = pv.Renderer(self._plotter, border=False)
-        self.above.layer = window.GetNumberOfLayers()
-        window.SetNumberOfLayers(self.above.layer + 1)
-        window.AddRenderer(self.above)
-        self.above.camera = self.scene.camera
+        window, scene = self._plotter.render_window, self._plotter.renderer
+        scene.add_light(pv.Light(light_type="headlight"))
+        above = pv.Renderer(self._plotter, border=False)
+        above.layer = window.GetNumberOfLayers()
+        window.SetNumberOfLayers(above.layer + 1)
+        window.AddRenderer(above)
+        above.camera = scene.camera
         self._plotter.show(auto_close=False)
+        self._shown = [
+            (Shown(renderer), layer, part)
+            for renderer, parts in ((scene, PARTS), (above, PARTS_ABOVE))
+            for layer, part in parts
+        ]
+        self._scale = 1.0
 
-    def set_background(self, top: str, bottom: str) -> None:
-        """Colours of the gradient behind everything, as #rrggbb."""
-        self._plotter.set_background(bottom, top=top)
+    def set_content(
+        self, content: SceneContent, layers: Mapping[str, bool], theme: Theme, scale: float
+    ) -> None:
+        """Take over what is to be shown, with `scale` pixels for a device-independent one."""
+        self._scale = scale
+        self._plotter.set_background(theme.scene_bottom, top=theme.scene_top)
+        for shown, layer, part in self._shown:
+            shown.show(part(content, theme) if layers.get(layer, True) else [], scale)
 
     def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
         """Render at `width` by `height` pixels; `fine` smooths edges and takes longer."""
+        per_metre = height / (2.0 * orbit.distance * np.tan(FIELD_OF_VIEW / 2))
+        for shown, _, _ in self._shown:
+            shown.set_dots_to(per_metre, self._scale)
         self._plotter.render_window.SetMultiSamples(_FINE_SAMPLES if fine else 0)
         self._place_eye(orbit)
         self._plotter.window_size = (width, height)
@@ -110,42 +123,3 @@ class SceneWindow:
         camera.position = orbit.eye
         camera.up = orbit.up
         camera.clipping_range = (max(0.02, 0.01 * orbit.distance), orbit.distance + 30.0)
-
-
-class SceneRenderer:
-    """Draws contents one after another with the same actors.
-
-    Raises
-    ------
-    SceneUnavailable
-        If no OpenGL is to be had.
-    """
-
-    def __init__(self) -> None:
-        self._window = window = SceneWindow()
-        self._shown = [
-            (Shown(renderer), layer, part)
-            for renderer, parts in ((window.scene, PARTS), (window.above, PARTS_ABOVE))
-            for layer, part in parts
-        ]
-        self._scale = 1.0
-
-    def set_content(
-        self, content: SceneContent, layers: Mapping[str, bool], theme: Theme, scale: float
-    ) -> None:
-        """Take over what is to be shown, with `scale` pixels for a device-independent one."""
-        self._scale = scale
-        self._window.set_background(theme.scene_top, theme.scene_bottom)
-        for shown, layer, part in self._shown:
-            shown.show(part(content, theme) if layers.get(layer, True) else [], scale)
-
-    def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
-        """Render the content at `width` by `height` pixels."""
-        per_metre = height / (2.0 * orbit.distance * np.tan(FIELD_OF_VIEW / 2))
-        for shown, _, _ in self._shown:
-            shown.set_dots_to(per_metre, self._scale)
-        return self._window.picture(width, height, orbit, fine=fine)
-
-    def close(self) -> None:
-        """Give the OpenGL context back."""
-        self._window.close()

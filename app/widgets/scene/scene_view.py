@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
     QImage,
@@ -24,6 +25,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QToolButton, QWidget
 
 from stereotrack_core.arrays import FloatArray
 
+from ..redraw import later, takes_key
 from ..style.building import action_button, hbox, label, tool_button
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
@@ -53,10 +55,7 @@ class SceneBar(QWidget):
         super().__init__(parent)
         self.setProperty("role", "title")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        buttons: list[QToolButton] = []
-        for action in layers:
-            buttons.append(action_button(action))
-            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        buttons = [action_button(action) for action in layers]
         for text, icon, actions in menus:
             buttons.append(tool_button(text, icon, text))
             buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
@@ -130,9 +129,8 @@ class SceneView(QWidget):
         self._last: QPointF | None = None
         self._dragged = False
         self._turning = True
-        self._rest = QTimer(self, singleShot=True)
-        self._rest.timeout.connect(self.update)
-        self.destroyed.connect(_Closer(self))
+        self._rest = later(self, self.update)
+        self.destroyed.connect(partial(_close_renderer, self.__dict__))
 
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
@@ -338,11 +336,8 @@ class SceneView(QWidget):
 
     def event(self, event: QEvent) -> bool:
         # what zooms the active view zooms the scene while that has the focus
-        asks = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
-        if asks and self._orbit_for(cast(QKeyEvent, event)) is not None:
-            event.accept()
-            return True
-        return super().event(event)
+        wants = takes_key(event, lambda key: self._orbit_for(key) is not None)
+        return wants or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         orbit = self._orbit_for(event)
@@ -361,14 +356,7 @@ class SceneView(QWidget):
         return self.orbit.zoomed(_ZOOM_KEYS[key]) if plain and key in _ZOOM_KEYS else None
 
 
-class _Closer:
-    """Gives the OpenGL context back when Qt has destroyed the widget."""
-
-    def __init__(self, view: SceneView) -> None:
-        self._state = view.__dict__
-
-    def __call__(self) -> None:
-        renderer = self._state.get("_renderer")
-        if renderer is not None:
-            renderer.close()
-            self._state["_renderer"] = None
+def _close_renderer(state: dict[str, Any], _view: object = None) -> None:
+    """Give the OpenGL context back when Qt has destroyed the widget, of which this is left."""
+    if (renderer := state.pop("_renderer", None)) is not None:
+        renderer.close()

@@ -64,6 +64,15 @@ class ElidedLabel(QLabel):
         self.setText(shown)
 
 
+class Raised(QWidget):
+    """A strip (role ``bar``) or ``box`` with a coloured edge, see the style sheet's ``edge``."""
+
+    def __init__(self, role: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setProperty("role", role)
+
+
 Margins: TypeAlias = tuple[int, int, int, int]
 Item: TypeAlias = QWidget | QLayout | tuple[QWidget | QLayout, int] | None
 """A widget or layout, alone or with its stretch; None is room that stretches."""
@@ -140,10 +149,13 @@ def tool_button(tip: str, icon: str = "", text: str = "", role: str = "") -> QTo
     return button
 
 
-def action_button(action: QAction) -> QToolButton:
-    """Make a button of a command."""
+def action_button(
+    action: QAction, style: Qt.ToolButtonStyle = Qt.ToolButtonStyle.ToolButtonIconOnly
+) -> QToolButton:
+    """Make a button of a command, with its icon or text."""
     button = QToolButton()
     button.setDefaultAction(action)
+    button.setToolButtonStyle(style)
     return button
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap
 
-from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 
 from .building import shortened
@@ -85,25 +85,16 @@ SHADES = 9
 
 def shade_colours() -> tuple[str, ...]:
     """Colours of residuals over pictures, from far inside the model to far outside of it."""
+    stops = np.array([_LOW_ON_DARK, _PALE, _HIGH_ON_DARK])
     places = np.linspace(-1.0, 1.0, SHADES)
-    mixed = _mixed(places, _LOW_ON_DARK, _PALE, _HIGH_ON_DARK)
-    return tuple("#{:02x}{:02x}{:02x}".format(*row) for row in mixed.tolist())
+    mixed = np.stack([np.interp(places, (-1.0, 0.0, 1.0), one) for one in stops.T], axis=1)
+    return tuple("#{:02x}{:02x}{:02x}".format(*row) for row in np.round(mixed).astype(int).tolist())
 
 
 def shade_of(residual: FloatArray) -> IntArray:
     """Index (m,) into :func:`shade_colours` of residuals in metres."""
     share = np.clip(residual / FULL_RESIDUAL, -1.0, 1.0)
     return np.round((share + 1.0) * 0.5 * (SHADES - 1)).astype(np.int64)
-
-
-def _mixed(
-    values: FloatArray, low: tuple[int, ...], neutral: tuple[int, ...], high: tuple[int, ...]
-) -> ImageArray:
-    share = np.clip(values, -1.0, 1.0)[..., None]
-    towards = np.where(share < 0, np.array(low), np.array(high))
-    mixed = np.array(neutral) + np.abs(share) * (towards - np.array(neutral))
-    result: ImageArray = np.round(mixed).astype(np.uint8)
-    return result
 
 
 __all__ = ["EXTRA_COLOURS", "LANDMARK_LIMBS", "LIMB_COLOURS", "limb_rgb", "limb_words"]

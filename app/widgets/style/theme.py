@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from string import Template
 from typing import Literal, TypeAlias
 
 import pyqtgraph
-from PySide6.QtCore import QByteArray, QEvent, QObject, QRectF, Qt, Slot
+from PySide6.QtCore import QByteArray, QEvent, QObject, QRectF, Qt
 from PySide6.QtGui import (
     QAction,
     QColor,
@@ -178,6 +178,14 @@ class Dressed(QWidget):
         """Take the colours of :func:`current_theme`."""
 
 
+def set_look(widget: QWidget, name: str, value: object) -> None:
+    """Give a widget a property that the style sheet tells looks by, such as ``role``."""
+    if widget.property(name) != value:
+        widget.setProperty(name, value)
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)
+
+
 @cache
 def load_theme(name: str) -> Theme:
     """Tokens of ``dark`` or ``light`` from the resources."""
@@ -212,9 +220,9 @@ def apply_theme(app: QApplication, name: ThemeName) -> None:
     """
     if name not in THEME_NAMES:
         raise ValueError(f"there is no theme {name!r}; available: {', '.join(THEME_NAMES)}")
+    if app.property(_CHOSEN) is None:
+        app.styleHints().colorSchemeChanged.connect(partial(_follow_system, app))
     app.setProperty(_CHOSEN, name)
-    if app.findChild(_SystemFollower) is None:
-        _SystemFollower(app)
     _show(app, load_theme(_system_scheme(app) if name == "system" else name))
 
 
@@ -280,15 +288,7 @@ def _system_scheme(app: QApplication) -> str:
     return "dark" if dark else "light"
 
 
-class _SystemFollower(QObject):
-    """Repeats the system's change of scheme while the system's theme is chosen."""
-
-    def __init__(self, app: QApplication) -> None:
-        super().__init__(app)
-        self._app = app
-        app.styleHints().colorSchemeChanged.connect(self._on_scheme_changed)
-
-    @Slot()
-    def _on_scheme_changed(self) -> None:
-        if chosen_theme() == "system":
-            _show(self._app, load_theme(_system_scheme(self._app)))
+def _follow_system(app: QApplication, _scheme: Qt.ColorScheme) -> None:
+    """Repeat the system's change of scheme while the system's theme is chosen."""
+    if chosen_theme() == "system":
+        _show(app, load_theme(_system_scheme(app)))

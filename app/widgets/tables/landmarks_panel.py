@@ -173,12 +173,10 @@ def _paint_state(painter: QPainter, centre: QPointF, colour: QColor, state: Cell
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(visible)
             painter.drawEllipse(centre, 4.5, 4.5)
-        case "guessed":
-            painter.setPen(QPen(visible, 2.0))
-            painter.drawEllipse(centre, 4.2, 4.2)
-        case "doubted":
+        case "guessed" | "doubted":
             pen = QPen(visible, 2.0)
-            pen.setDashPattern([1.2, 1.0])
+            if state == "doubted":
+                pen.setDashPattern([1.2, 1.0])
             painter.setPen(pen)
             painter.drawEllipse(centre, 4.2, 4.2)
         case "predicted":

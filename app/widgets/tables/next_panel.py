@@ -13,7 +13,7 @@ from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
 from ..forms.numbers import NumberField
 from ..style.building import hbox, label, vbox
-from ..style.theme import Dressed, current_theme
+from ..style.theme import set_look
 from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _COLUMNS = (
@@ -34,17 +34,11 @@ _NARROW = 460
 _KEPT = 1000
 
 
-class NextPanel(Dressed):
+class NextPanel(QWidget):
     """A stop sign in words, the wanted accuracy, and the suggestions below."""
 
     visit_requested = Signal(int, str, str)
     """Frame, camera and landmark."""
-    wanted_changed = Signal(float)
-    """Degrees."""
-    limited = Signal(bool)
-    """Look only at the selected frames."""
-    fit_requested = Signal()
-    """The body shall be fitted to the whole recording."""
     nothing_left = Signal()
     """No click is suggested that one could go to."""
 
@@ -59,15 +53,12 @@ class NextPanel(Dressed):
             minimum=0.1, maximum=45.0, value=3.0, singleStep=0.5, prefix="± ", suffix="°",
             keyboardTracking=False, accessibleName="Target uncertainty", toolTip=tip,
         )  # fmt: skip
-        self.wanted.valueChanged.connect(self.wanted_changed)
         self.limit = QCheckBox("Selected frames only")
         self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")
-        self.limit.toggled.connect(self.limited)
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
         self.fit_button = QPushButton("Fit whole recording")
         self.fit_button.setToolTip("Fit the body model to all clicks")
-        self.fit_button.clicked.connect(self.fit_requested)
         self.reason = label("", "muted", margins=(8, 3, 8, 4))
         self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells)
         self.tree.setSelectionMode(CellTable.SelectionMode.SingleSelection)
@@ -78,7 +69,6 @@ class NextPanel(Dressed):
         self._sign: StopSign | None = None
         self.awaited = False
         """Whether to go to the best place as soon as one is known."""
-        self._doubted = False
         self.show_ranking((), None, {})
 
     def _lay_out(self) -> None:
@@ -123,11 +113,12 @@ class NextPanel(Dressed):
         self.next_button.setEnabled(bool(rows))
         if sign is not None:
             words = sign.words()
-            self._doubted = sign.reached and any(one.click_there for one in rows)
-            if self._doubted:
+            doubted = sign.reached and any(one.click_there for one in rows)
+            if doubted:
                 words += ", once the outlying clicks are corrected"
             self.sign.setText(f"{words[:1].upper()}{words[1:]}.")
-            self._dress()
+            role = "doubted" if doubted else "reached" if sign.reached else "heading"
+            set_look(self.sign, "role", role)
             if self.awaited and rows:
                 self.go_to_next()
 
@@ -139,7 +130,7 @@ class NextPanel(Dressed):
         if row is not None:
             self._go_to(row)
         elif self._sign is None:
-            self.fit_requested.emit()
+            self.fit_button.click()
         else:
             self.nothing_left.emit()
 
@@ -179,15 +170,6 @@ class NextPanel(Dressed):
             cells = (self.tree.cells.cell(row, column).text for column in range(len(_COLUMNS)))
             frame, view, landmark, _, reason = cells
             self.reason.setText(f"{frame}, {landmark} in {view}: {reason}.")
-
-    def _dress(self) -> None:
-        if self._sign is None:
-            return
-        theme, reached = current_theme(), self._sign.reached
-        colour = theme.text if not reached else theme.warning if self._doubted else theme.good
-        sheet = f"color: {colour}; font-weight: 600;"
-        if sheet != self.sign.styleSheet():
-            self.sign.setStyleSheet(sheet)
 
     @Slot(QModelIndex)
     def _on_chosen(self, index: QModelIndex) -> None:

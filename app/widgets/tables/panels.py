@@ -96,8 +96,7 @@ class BodyPanel(QWidget):
     def add_action_buttons(self, actions: Sequence[QAction]) -> None:
         """Offer commands below what the fit says."""
         for action in actions:
-            button = action_button(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button = action_button(action, Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setAutoRaise(True)
             self._buttons.addWidget(button)
 
@@ -230,9 +229,8 @@ class TrialsPanel(QWidget):
     def set_actions(self, actions: Sequence[QAction]) -> None:
         """Offer commands beside the table."""
         for action in actions:
-            button = action_button(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            self._buttons.addWidget(button)
+            style = Qt.ToolButtonStyle.ToolButtonTextOnly
+            self._buttons.addWidget(action_button(action, style))
         self._buttons.addStretch(1)
 
     def show_words(self, words: str, stretch: str, limits: str) -> None:

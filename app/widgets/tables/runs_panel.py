@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,8 +10,8 @@ from PySide6.QtGui import QPen
 from PySide6.QtWidgets import QTreeWidgetItem, QWidget
 
 from ..style.building import empty_label, label, vbox
-from ..style.colours import LIMB_COLOURS, PEN_STYLES, LineStyle, line_pixmap
-from .table import RIGHT, STRETCH, Cell, CellTable, Column
+from ..style.colours import PEN_STYLES, LineStyle, line_pixmap
+from .table import RIGHT, STRETCH, Cell, CellRow, CellTable, Column
 from .trees import CellTree, TreeRow
 
 _RUNS = (
@@ -106,32 +105,6 @@ class RunsPanel(QWidget):
             self.activated.emit(self.tree.indexOfTopLevelItem(item))
 
 
-@dataclass(frozen=True)
-class ComparedCell:
-    """A value of one run, of which less is better."""
-
-    value: float
-    """NaN where not known."""
-    difference: float = math.nan
-    """From the first run; NaN for that itself."""
-    low: float = math.nan
-    high: float = math.nan
-    """`low` and `high`: 95 % interval of the difference; NaN where the frames are too few."""
-    differs: bool = False
-    """Whether the interval leaves 0 out."""
-    verdict: str = ""
-    """What that comes to, in words."""
-
-
-@dataclass(frozen=True)
-class ComparedRow:
-    """A measure: its limb (empty for none), its label with the unit, and a cell for each run."""
-
-    limb: str
-    label: str
-    cells: tuple[ComparedCell, ...]
-
-
 _NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
 _COLOURS = (
     "Green is lower than the first run, so better; orange is higher. Without a colour, these "
@@ -146,76 +119,29 @@ class ComparisonPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.words = label(_NOTHING, "muted", margins=(8, 6, 8, 2))
-        self._two = False
-        self.table = CellTable("Run comparison", (), self._cells, least=280)
+        self.table = CellTable("Run comparison", least=280)
         self._colours = label(_COLOURS, "muted", margins=(8, 2, 8, 4))
         self.setLayout(vbox(self.words, (self.table, 1), self._colours, spacing=2))
         self._colours.hide()
         self.table.hide()
 
     def show_numbers(
-        self, words: str, runs: Sequence[str], rows: Sequence[ComparedRow], how: str = ""
+        self, words: str, runs: Sequence[str], rows: Sequence[CellRow], how: str = ""
     ) -> None:
         """Show the values of `runs`, or that there are none.
 
-        `words` say what is compared, `how` says how the intervals are made, for the tooltip.
+        Of two runs a row has the difference and a conclusion as well. `words` say what is compared,
+        `how` says how the intervals are made, for the tooltip.
         """
         self.words.setText(words if runs else _NOTHING)
         self.words.setToolTip(how)
         self.table.setVisible(bool(runs and rows))
         self._colours.setVisible(bool(rows) and len(runs) > 1)
-        # two runs leave room for words; of more the intervals and verdicts are in the tips
-        self._two = len(runs) == 2
         columns = [Column("measure", "measure"), *(Column(run, run, RIGHT) for run in runs)]
-        if self._two:
+        if len(runs) == 2:
             between = "difference (95 %)"
             columns += [
                 Column(between, between, RIGHT),
                 Column("conclusion", "conclusion", width=STRETCH),
             ]
         self.table.show_rows(rows if runs else (), columns)
-
-    def _cells(self, row: ComparedRow) -> Sequence[Cell]:
-        name = Cell(row.label, swatch=LIMB_COLOURS.get(row.limb, ""))
-        values = [_value(cell, alone=self._two) for cell in row.cells]
-        if not self._two:
-            return (name, *values)
-        cell = row.cells[1]
-        difference = ""
-        if _has_difference(cell):
-            difference = f"{cell.difference:+z.1f}"
-            known = not math.isnan(cell.low)
-            between = f"{cell.low:+z.1f} to {cell.high:+z.1f}" if known else "too few frames"
-            difference += f" ({between})"
-        colour = _colour(cell)
-        return (
-            name,
-            *values,
-            Cell(difference, _sentence(cell.verdict), colour),
-            Cell(cell.verdict, cell.verdict, colour),
-        )
-
-
-def _value(cell: ComparedCell, *, alone: bool) -> Cell:
-    """A value, `alone` or with its difference in brackets."""
-    if math.isnan(cell.value):
-        words = "" if math.isnan(cell.difference) and not cell.verdict else "unknown"
-    else:
-        words = f"{cell.value:.1f}"
-    if not alone and _has_difference(cell):
-        words += f" ({cell.difference:+z.1f})"
-    return Cell(words, _sentence(cell.verdict), _colour(cell))
-
-
-def _has_difference(cell: ComparedCell) -> bool:
-    known = not math.isnan(cell.value) and not math.isnan(cell.difference)
-    return known and not cell.low == cell.high == 0.0
-
-
-def _sentence(words: str) -> str:
-    return f"{words[0].upper()}{words[1:]}." if words else ""
-
-
-def _colour(cell: ComparedCell) -> str:
-    """Only what the frames can show is coloured."""
-    return "" if not cell.differs else "good" if cell.difference < 0 else "warning"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QPoint, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
 
@@ -15,8 +15,6 @@ from ..style.theme import current_theme
 
 class Transport(QWidget):
     """A field for the frame's number with the recording's length and the time beside it."""
-
-    frame_requested = Signal(int)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -33,7 +31,6 @@ class Transport(QWidget):
         self.setLayout(hbox(name, self.number, self._length, margins=(4, 0, 4, 0)))
         self._fps = 1.0
         self._count = 0
-        self.number.valueChanged.connect(self.frame_requested)
         self.number.editingFinished.connect(self.number.clearFocus)
         self.set_range(0, 1.0)
 
@@ -67,9 +64,6 @@ class Transport(QWidget):
 class AnnotationBar(QWidget):
     """One row over the timeline."""
 
-    flagged_requested = Signal(bool)
-    """Go to the next flagged frame; True: the one before."""
-
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.strip = thin_progress()
@@ -78,8 +72,6 @@ class AnnotationBar(QWidget):
         self.progress = label(wraps=False)
         self.previous_button = _button("previous-failure", "Previous frame with a flag")
         self.next_button = _button("next-failure", "Next frame with a flag")
-        self.previous_button.clicked.connect(lambda: self.flagged_requested.emit(True))
-        self.next_button.clicked.connect(lambda: self.flagged_requested.emit(False))
         self.selection_words = label("", "muted", wraps=False)
         self.selection_words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.selection_words.setAlignment(

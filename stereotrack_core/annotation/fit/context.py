@@ -1,4 +1,4 @@
-"""What every fit of one recording and person shares, and the poses that it begins from.
+"""Data that all fits of one recording and person share, and the poses that they begin from.
 
 These show triangulated landmarks, and the usual pose for the rest.
 """
@@ -156,7 +156,7 @@ class FitContext:
         return undistorted_clicks(measurements, self.cameras, self.whole.names)
 
     def data(self, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None) -> FrameData:
-        """What is known of a frame; depth only where it is to be used."""
+        """Clicks of a frame, and its depth where that is used."""
         clicks, s = self.clicks(measurements), self.settings
         if cloud is None or not s.use_depth:
             return FrameData(clicks)

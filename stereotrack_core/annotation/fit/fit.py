@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from stereotrack_core.annotation.click import (
-    USUAL_SIGMA,
-    Click,
-    measurements,
-)
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, measurements
 from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_depth
-from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
+from stereotrack_core.annotation.fit.trajectory import (
+    Clouds,
+    connected_stretches,
+    fitted_stretch,
+    put_together,
+)
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
@@ -49,61 +51,61 @@ class ClickFit(FitContext):
         *,
         clouds: Clouds | None = None,
         gaps: Sequence[range] = (),
-        on_frame: Callable[[int], None] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        on_frame: Callable[[int], None] = lambda _frame: None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> TrajectoryFit:
-        """Follow the clicks over the frames, forward and backward.
+        """Follow the clicks over the frames to be filled, forward and backward, but not over gaps.
 
-        Raises Cancelled when stopped.
-
-        Parameters
-        ----------
-        frames : to be filled
-        clouds : gives the cloud of a frame, or what :func:`measured_depth` kept of it, or None
-        gaps : frames over which nothing is filled in
-        on_frame : told every frame whose clicks and cloud have been taken in
-        cancelled : asked before every frame whether to stop
+        `on_frame` is told every frame whose clicks and cloud have been taken in. Raises Cancelled.
         """
+        clicked = {frame: tuple(measurements_by_frame.get(frame, ())) for frame in frames}
+        clouds = clouds if self.settings.use_depth else None
+        filled = []
         with one_blas_thread():
-            return fitted_trajectory(
-                self, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
-            )
+            for stretch in connected_stretches(self, clicked, gaps, clouds is not None):
+                data = []
+                for frame in stretch:
+                    if cancelled():
+                        raise Cancelled
+                    data.append(self.data(clicked[frame], clouds(frame) if clouds else None))
+                    on_frame(frame)
+                filled.append(fitted_stretch(self, stretch, data, cancelled))
+            return put_together(self, clicked, frames, filled)
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """Frames to fit, and the clicks that count; all frames and views if not given.
+
+    Examples
+    --------
+    >>> FitRequest(range(20, 60), views=("N", "S"), sigma=2.0)
+    """
+
+    frames: range | None = None
+    views: Sequence[str] | None = None
+    settings: FitSettings = field(default_factory=FitSettings)
+    landmarks: LandmarkSet = NINE
+    sigma: Mapping[str, float] | float = USUAL_SIGMA
+    """Standard deviation of a click in pixels per axis, by landmark or of all."""
+    source: str = "clicks"  # of the clicks, for messages
+    gaps: Sequence[range] = ()  # frames that are left unknown
 
 
 def fit_reference(
     recording: Recording,
     clicks: Sequence[Click],
+    request: FitRequest | None = None,
     *,
-    frames: range | None = None,
-    views: Sequence[str] | None = None,
-    settings: FitSettings | None = None,
-    landmarks: LandmarkSet = NINE,
-    sigma: Mapping[str, float] | float = USUAL_SIGMA,
-    source: str = "clicks",
-    gaps: Sequence[range] = (),
-    on_frame: Callable[[int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    on_frame: Callable[[int], None] = lambda _frame: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> TrajectoryFit:
     """Fit the body to clicked landmarks, forward and backward over the frames.
 
     The recording's depth is used where it has any; frames between clicked ones are filled.
+    `on_frame` is told every frame whose depth is read.
 
     Raises InputError where none of these frames is clicked in these views; Cancelled.
-
-    Parameters
-    ----------
-    frames : frames to fit; all when not given
-    views : clicks and depth of these views alone count; all when not given
-    sigma : float, or mapping from landmark to float, pixels; standard deviation of a click along
-        each axis
-    source : where the clicks come from, for messages
-    gaps : frames that are left unknown
-    on_frame : told every frame whose depth is read
-
-    Returns
-    -------
-    TrajectoryFit
-        Landmarks with covariances, and which clicks are probably outliers.
 
     Examples
     --------
@@ -112,26 +114,27 @@ def fit_reference(
     >>> fit.trajectory().points.shape  # frames, nine landmarks, x y z in metres
     (120, 9, 3)
     """
-    settings = FitSettings() if settings is None else settings
+    r = FitRequest() if request is None else request
+    frames = r.frames
     if frames is None:
-        with FrameReader(recording, views=views, read_ahead=0) as reader:
+        with FrameReader(recording, views=r.views, read_ahead=0) as reader:
             frames = range(reader.frame_count)
     by_frame: dict[int, list[Click]] = defaultdict(list)
-    for click in measurements(clicks_in(recording, clicks, views), landmarks.names, sigma):
+    for click in measurements(clicks_in(recording, clicks, r.views), r.landmarks.names, r.sigma):
         if click.frame in frames:
             by_frame[click.frame].append(click)
     if not by_frame:
-        where = "" if views is None else " of these views"
+        where = "" if r.views is None else " of these views"
         raise InputError(
             f"there is no click in frames {frames.start} to {frames.stop - 1}{where}",
-            where=source,
+            where=r.source,
             remedy="Click a few frames first, or choose other frames or views.",
         )
     person = proportions_of(recording.subject)
-    fitting = ClickFit(recording.cameras, landmarks, person, settings, recording.fps)
-    with recorded_depth(recording, settings, views) as depth:
+    fitting = ClickFit(recording.cameras, r.landmarks, person, r.settings, recording.fps)
+    with recorded_depth(recording, r.settings, r.views) as depth:
         return fitting.trajectory(
-            by_frame, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled
+            by_frame, frames, clouds=depth, gaps=r.gaps, on_frame=on_frame, cancelled=cancelled
         )
 
 

@@ -127,7 +127,7 @@ class Descent:
         return here.state, here.cost
 
     def judged(self, state: FitState, sigma: FloatArray) -> tuple[Judgement, FloatArray]:
-        """What all others say of each click where a descent has come to rest, and P there."""
+        """Judge each click by all others where a descent has come to rest; also P there."""
         here = self._seen(state, sigma)
         A, _ = self._normal(here, sigma)
         P = np.asarray(scipy.linalg.inv(A, check_finite=False), dtype=np.float64)
@@ -247,7 +247,7 @@ def _narrowed(way: _Way, stated: FloatArray) -> tuple[_Way, FloatArray]:
 
 
 def _finished(context: FitContext, data: FrameData, way: _Way, sigma: FloatArray) -> Fitted:
-    """What is known in the end; with measured points, fitted once more together with them."""
+    """The final fit; with measured points, fitted once more together with them."""
     if data.depth is None:
         judgement, P = way.descent.judged(way.state, sigma)
         return Fitted([way.state], P[None], [judgement])

@@ -98,8 +98,7 @@ class ClickResidual:
     def missed(self, frames: PartFrames) -> FloatArray:
         """Click minus landmark (M, 2) in pixels at one pose."""
         stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        result: FloatArray = (self.measured - self.predicted(stacked)[0]).reshape(-1, 2)
-        return result
+        return np.asarray((self.measured - self.predicted(stacked)[0]).reshape(-1, 2))
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The landmarks (S, 2 M) for stacked poses."""
@@ -136,8 +135,7 @@ def _in_cameras(clicks: Clicks, world: FloatArray) -> FloatArray:
 
 def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
     pixels = np.einsum("mij,...mj->...mi", clicks.raw_from_normalised, normalised)
-    result: FloatArray = pixels.reshape(*normalised.shape[:-2], -1)
-    return result
+    return np.asarray(pixels.reshape(*normalised.shape[:-2], -1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +177,7 @@ _ENOUGH = 6  # clicks whose scatter can be told
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What the rest says about each of M clicks."""
+    """Each of M clicks judged by the others."""
 
     outlier_probability: FloatArray  # (M,)
     leverage: FloatArray
@@ -205,16 +203,10 @@ def judged(
     weight: FloatArray,
     share: float,
 ) -> Judgement:
-    """Judge clicks by all but themselves.
+    """Judge clicks by all but themselves, expecting a share of outliers.
 
-    Parameters
-    ----------
-    residual : (M, 2); click minus fitted place, pixels
-    spread : (M, 2, 2); covariance J P J' of the fitted places, in which the clicks have had their
-        say
-    sigma, weight : (M,); of right clicks, pixels per axis; and with which they took part: their
-        variance was sigma^2 / weight
-    share : expected share of outliers
+    `residual` (M, 2) is click minus fitted place in pixels, `spread` (M, 2, 2) the covariance
+    J P J' of the fitted places, in which the clicks took part with the variance sigma^2 / weight.
     """
     if not len(residual):
         return Judgement(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -235,7 +227,7 @@ def judged(
 
 
 def mixture_cost(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
-    """What residuals (M, 2) in pixels cost (M,): -2 log of how probable they are, 0 for none.
+    """Cost (M,) of residuals (M, 2) in pixels: -2 log of how probable they are, 0 for none.
 
     Clicks here are what :func:`judged` says of them, right ones or outliers.
     """
@@ -280,11 +272,9 @@ def _held_below_one(taken: FloatArray) -> FloatArray:
     """Keep a click that alone decides just invertible: without it nothing is known."""
     values, vectors = np.linalg.eigh(0.5 * (taken + np.swapaxes(taken, 1, 2)))
     values = np.clip(values, 0.0, 1.0 - 1e-6)
-    result: FloatArray = (vectors * values[:, None, :]) @ np.swapaxes(vectors, 1, 2)
-    return result
+    return np.asarray((vectors * values[:, None, :]) @ np.swapaxes(vectors, 1, 2))
 
 
 def _log_normal(x: FloatArray, P: FloatArray) -> FloatArray:
     squared = np.einsum("mi,mi->m", x, np.linalg.solve(P, x[..., None])[..., 0])
-    result: FloatArray = -0.5 * (squared + np.log(np.linalg.det(P)))
-    return result
+    return np.asarray(-0.5 * (squared + np.log(np.linalg.det(P))))

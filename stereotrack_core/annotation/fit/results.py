@@ -1,4 +1,4 @@
-"""What the fit says: places, their uncertainty, the limbs' angles, and words for a person."""
+"""Results of a fit: places, their uncertainty, the limbs' angles, and words for a person."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def frame_fit(
     measurements: Sequence[Click],
     factor: float,
 ) -> FrameFit:
-    """What a fit of one frame says, whose clicks scatter by a factor more than they state."""
+    """Result of a fit of one frame whose clicks scatter by a factor more than they state."""
     judgement, names = found.judgements[0], context.asked.names
     report = reported(freedom, found.states[0], found.P[0], len(names))
     residual = exact_residuals(measurements, names, report.places, context.cameras)
@@ -171,7 +171,7 @@ def _words(
     residual: FloatArray,
     context: FitContext,
 ) -> list[str]:
-    """What a person should know: outliers first, then what is least certain."""
+    """Remarks for a person: outliers first, then the least certain landmarks and limbs."""
     said, names, views = [], context.asked.names, context.views
     order = np.argsort(-outlier, kind="stable")
     for i in order[outlier[order] > PROBABLE]:
@@ -195,7 +195,7 @@ def _words(
 
 
 def outlier_words(landmark: str, view: str, off_px: float) -> str:
-    """What is said of a click that is probably an outlier."""
+    """Remark on a click that is probably an outlier."""
     return f"{_label(landmark)} in {view}: {off_px:.0f} px from the fit, probable outlier"
 
 

@@ -93,7 +93,7 @@ class FitState:
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """Which number of the error state moves what, for a body with the subject's own lengths.
+    """Layout of the error state, for a body with the subject's own lengths.
 
     With depth, legs and the surface biases are in the state.
     """

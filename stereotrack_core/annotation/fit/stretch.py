@@ -133,7 +133,7 @@ _STEP_LIMIT = 0.5  # radians and metres by which one round may move a number of 
 
 @dataclass(frozen=True, eq=False)
 class FrameData:
-    """What is known of one frame."""
+    """Clicks and depth of one frame."""
 
     clicks: Clicks
     depth: MeasuredDepth | None = None
@@ -165,7 +165,7 @@ class Stretch:
         pose_sigma: FloatArray,
         *,
         rounds: int,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> Fitted:
         """Fit all frames, from poses that are roughly right.
 
@@ -180,7 +180,7 @@ class Stretch:
         factors = np.ones((len(data) - 1, f.of_pose))
         judgements = [_all_right(frame.clicks) for frame in data]
         for i in range(rounds):
-            if cancelled is not None and cancelled():
+            if cancelled():
                 raise Cancelled
             measured = [
                 self.information(*args, i) for args in zip(data, states, judgements, strict=True)
@@ -226,7 +226,7 @@ class Stretch:
     def information(
         self, frame: FrameData, state: FitState, judgement: Judgement, i: int
     ) -> Information:
-        """What the frame's measurements say in round `i`, linearised at a state."""
+        """Information of the frame's measurements in round `i`, linearised at a state."""
         f = self.freedom
         body = f.body_at(state.offsets)
         frames = body.frames(state.pose)
@@ -298,7 +298,7 @@ class Stretch:
 
 
 def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
-    """What measured points (N, 3) say against a pose."""
+    """Cost of a pose by measured points (N, 3)."""
     if not len(points):
         return 0.0
     p = TrackingParameters()

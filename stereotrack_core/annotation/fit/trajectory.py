@@ -81,17 +81,11 @@ def _asked_between(
     poses: Sequence[Pose],
     known: BoolArray,
     fps: float,
-    cancelled: Callable[[], bool] | None,
+    cancelled: Callable[[], bool],
 ) -> list[Pose]:
-    """Poses to begin from.
+    """Poses to begin from, by those filled between clicked frames; raises Cancelled.
 
-    Raises Cancelled.
-
-    Parameters
-    ----------
-    poses : as filled between clicked frames
-    known : (K,); frames whose clicks tell the pose
-    fps : frame sets per second
+    `known` (K,) are frames whose clicks tell the pose.
     """
     f = stretch.freedom
     found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
@@ -101,7 +95,7 @@ def _asked_between(
     sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
     distance = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).min(axis=1)
     for k in np.argsort(distance, kind="stable").tolist():  # known ones first, then outwards
-        if cancelled is not None and cancelled():
+        if cancelled():
             raise Cancelled
         frame = data[k]
         if not len(frame.clicks) and (frame.depth is None or not f.with_depth):
@@ -190,49 +184,25 @@ Clouds = Callable[[int], Cloud | MeasuredDepth | None]
 
 
 @dataclass(frozen=True, eq=False)
-class _Filled:
-    """A stretch and what was found."""
+class FittedStretch:
+    """Frames fitted together."""
 
     frames: range
     stretch: Stretch
     found: Fitted
 
 
-def fitted_trajectory(
-    context: FitContext,
-    measurements: Mapping[int, Sequence[Click]],
-    frames: range,
-    clouds: Clouds | None,
-    gaps: Sequence[range],
-    on_frame: Callable[[int], None] | None,
-    cancelled: Callable[[], bool] | None,
-) -> TrajectoryFit:
-    """Fit all frames; see :meth:`ClickFit.trajectory`."""
-    clicked = {frame: tuple(measurements.get(frame, ())) for frame in frames}
-    filled = []
-    for stretch in _stretches(context, clicked, frames, gaps, clouds is not None):
-        data = []
-        for frame in stretch:
-            if cancelled is not None and cancelled():
-                raise Cancelled
-            cloud = None
-            if clouds is not None and context.settings.use_depth:
-                cloud = clouds(frame)
-            data.append(context.data(clicked[frame], cloud))
-            if on_frame is not None:
-                on_frame(frame)
-        filled.append(_fit(context, stretch, data, cancelled))
-    return _put_together(context, clicked, frames, filled)
-
-
-def _stretches(
+def connected_stretches(
     context: FitContext,
     clicked: Mapping[int, Sequence[Click]],
-    frames: range,
     gaps: Sequence[range],
     has_depth: bool,
 ) -> list[range]:
-    """Frames that hang together: between gaps, and near enough to a clicked frame."""
+    """Frames that hang together: between gaps, and near enough to a clicked frame.
+
+    `clicked` has the clicks of all frames to be filled, which are successive.
+    """
+    frames = range(min(clicked), max(clicked) + 1) if clicked else range(0)
     near = np.array([not any(frame in gap for gap in gaps) for frame in frames], dtype=np.bool_)
     own = np.array([bool(clicked[frame]) for frame in frames], dtype=np.bool_)
     found: list[range] = []
@@ -241,7 +211,7 @@ def _stretches(
         if not len(inside):
             continue
         reach = len(frames)
-        if not (has_depth and context.settings.use_depth):
+        if not has_depth:
             reach = int(context.settings.longest_fill * context.fps)
         away = np.abs(np.arange(run.start, run.stop)[:, None] - inside).min(axis=1)
         kept = stretches_of(away <= reach)
@@ -249,12 +219,12 @@ def _stretches(
     return found
 
 
-def _fit(
+def fitted_stretch(
     context: FitContext,
     frames: range,
     data: Sequence[FrameData],
-    cancelled: Callable[[], bool] | None,
-) -> _Filled:
+    cancelled: Callable[[], bool],
+) -> FittedStretch:
     """Fit the clicks alone, and with what that gives to begin from, clicks and depth."""
     seen = [triangulated(one.clicks, len(context.whole.names)) for one in data]
     points = filled_over_time(np.array(seen))
@@ -269,30 +239,31 @@ def _fit(
         start = _asked_between(stretch, data, start, known, context.fps, cancelled)
         found = _together(stretch, data, start, cancelled)
     if not any(one.depth is not None for one in data):
-        return _Filled(frames, stretch, found)
+        return FittedStretch(frames, stretch, found)
     start = [state.pose for state in found.states]
     context = context.shaped(data, start, np.flatnonzero(known))
     stretch = context.by_depth
     start = _asked_between(stretch, data, start, known, context.fps, cancelled)
-    return _Filled(frames, stretch, _together(stretch, data, start, cancelled))
+    return FittedStretch(frames, stretch, _together(stretch, data, start, cancelled))
 
 
 def _together(
     stretch: Stretch,
     data: Sequence[FrameData],
     start: Sequence[Pose],
-    cancelled: Callable[[], bool] | None,
+    cancelled: Callable[[], bool],
 ) -> Fitted:
     sigma = pose_sigmas(stretch.freedom, *_ANYWHERE)
     return stretch.fit(data, start, start[0], sigma, rounds=_ROUNDS, cancelled=cancelled)
 
 
-def _put_together(
+def put_together(
     context: FitContext,
     clicked: Mapping[int, Sequence[Click]],
     frames: range,
-    filled: Sequence[_Filled],
+    filled: Sequence[FittedStretch],
 ) -> TrajectoryFit:
+    """Arrange fitted stretches as one trajectory; frames in none of them are gaps."""
     names, count = context.asked.names, len(frames)
     places = np.full((count, len(names), 3), np.nan)
     covariance = np.full((count, len(names), 3, 3), np.nan)

@@ -223,8 +223,7 @@ def _mean_of_looks(looks: Sequence[Look], name: str) -> FloatArray:
     values = np.array([getattr(look, name) for look in looks], dtype=np.float64)
     known = np.isfinite(values)
     total = np.where(known, values, 0.0).sum(axis=0)
-    result: FloatArray = total / np.maximum(known.sum(axis=0), 1)
-    return result
+    return np.asarray(total / np.maximum(known.sum(axis=0), 1))
 
 
 def _holes(

@@ -15,6 +15,8 @@ from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.limbs import limb_bgr, limb_ends
 from stereotrack_core.evaluation.summary import errors_against, points_at
 from stereotrack_core.geometry.camera import Camera
@@ -56,8 +58,7 @@ class Window:
 
     def of(self, pixels: FloatArray) -> FloatArray:
         """Where pixels (..., 2) of the picture are shown."""
-        result: FloatArray = (pixels - (self.left, self.top)) * self.scale
-        return result
+        return (pixels - (self.left, self.top)) * self.scale
 
 
 def whole_window(camera: Camera, height: int) -> Window:
@@ -179,7 +180,7 @@ def evenly(first: int, last: int, count: int) -> list[int]:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What pictures of a run show."""
+    """Contents of pictures of a run."""
 
     recording: Recording
     run: Run
@@ -211,7 +212,7 @@ class Shown:
         return next(upright), next(upright)
 
     def captions(self, frames: Sequence[int]) -> list[tuple[str, ...]]:
-        """What stands with each frame: its number, then the limbs' errors or what the run says."""
+        """Caption of each frame: its number, then the limbs' errors or the run's own judgement."""
         limbs, unit = self._values(np.asarray(frames, dtype=np.int64))
         captions = []
         for i, frame in enumerate(frames):
@@ -314,3 +315,47 @@ def _sheet(
         pen.text(middle, words, paper.ink[::-1], font, anchor="ma", align="center")
         left += wide + _GAP
     return np.ascontiguousarray(np.asarray(sheet)[..., ::-1])
+
+
+_STRIP_FRAMES = 5
+_AROUND = 0.3
+"""Seconds before and after a failure that are shown as well."""
+
+
+def _shown(search: FailureSearch, recording: Recording, failure: FailureSegment) -> Shown:
+    reference = search.reference if failure.found == "truth" else None
+    return Shown(recording, search.run, failure.limbs, reference)
+
+
+def strip_of(
+    search: FailureSearch,
+    recording: Recording,
+    failure: FailureSegment,
+    reader: FrameReader,
+) -> ImageArray:
+    """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
+    frames = evenly(failure.first, failure.last, _STRIP_FRAMES)
+    return picture_strip(_shown(search, recording, failure), frames, reader)
+
+
+def before_peak_after(search: FailureSearch, failure: FailureSegment) -> list[int]:
+    """Frames just before a failure, at its peak and just after it, as far as the run has them."""
+    around = max(1, round(_AROUND * search.fps))
+    frame = search.run.frame
+    before = frame[frame <= failure.first - around]
+    after = frame[frame >= failure.last + around]
+    first = int(before[-1]) if len(before) else failure.first
+    last = int(after[0]) if len(after) else failure.last
+    return sorted({first, failure.peak_frame, last})
+
+
+def evidence_picture(
+    search: FailureSearch,
+    recording: Recording,
+    failure: FailureSegment,
+    reader: FrameReader,
+    paper: Paper = WHITE,
+) -> ImageArray:
+    """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
+    shown, frames = _shown(search, recording, failure), before_peak_after(search, failure)
+    return picture_strip(shown, frames, reader, paper)

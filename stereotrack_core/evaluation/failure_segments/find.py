@@ -39,7 +39,7 @@ Report = Callable[[float, str], None]
 
 @dataclass(frozen=True, eq=False)
 class FailureSearch:
-    """What failures are looked for in."""
+    """A run in which failures are looked for."""
 
     run: Run
     fps: float
@@ -61,12 +61,8 @@ def failures(
 ) -> tuple[FailureSegment, ...]:
     """The stretches in which a run fails, with their probable causes.
 
-    Parameters
-    ----------
-    recording : Recording, optional
-        The run's; its images tell more about causes.
-    reference : LandmarkTrajectory, optional
-        Taken as truth; without it the run is judged by its own signs.
+    Images of the run's `recording` tell more about causes. A `reference` is taken as truth; without
+    it the run is judged by its own signs.
 
     Examples
     --------

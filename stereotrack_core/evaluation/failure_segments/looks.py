@@ -1,4 +1,4 @@
-"""What the pictures and clouds of single frames say about the limbs, view by view."""
+"""Evidence on the limbs in pictures and clouds of single frames, view by view."""
 
 from __future__ import annotations
 
@@ -98,15 +98,9 @@ class Looker:
         each: Callable[[int], None] = lambda _: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> list[Look]:
-        """Look at some frames.
+        """Look at some frames, ascending, with the landmarks taken to be at `points` (F, 9, 3).
 
-        Parameters
-        ----------
-        frames : sequence of int, ascending
-        points : (F, 9, 3) float64, world
-            Where the landmarks are taken to be.
-        each : callable, optional
-            Called with the number of frames done.
+        `each` is told the number of frames done.
         """
         if not self._learned:
             last = int(self._run.frame[-1]) if len(self._run.frame) else 0
@@ -169,8 +163,7 @@ class Looker:
         along = np.einsum("vi,vi->v", offset, towards)
         known = along[np.isfinite(along)]
         # of two views nobody can tell what is common to all
-        result: FloatArray = towards * (known.mean() if len(known) > 2 else 0.0)
-        return result
+        return towards * (known.mean() if len(known) > 2 else 0.0)
 
 
 def _movement(direction: FloatArray, distance: FloatArray) -> FloatArray:

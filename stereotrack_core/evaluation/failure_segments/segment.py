@@ -1,4 +1,4 @@
-"""What a failure is: a stretch in which limbs fail, and why they probably do."""
+"""Failures: stretches in which limbs fail, and their probable causes."""
 
 from __future__ import annotations
 
@@ -40,11 +40,10 @@ class Evidence:
     """One thing that speaks for a cause."""
 
     cause: Cause
-    """What it speaks for."""
     strength: float
     """From 0, nothing, to 1, as much as it can."""
     value: float
-    """What was measured."""
+    """The measurement, in `unit`."""
     unit: str
     words: str
     """The same as a sentence with its number."""
@@ -82,7 +81,7 @@ class FailureSegment:
     found: Found
     """Whether it was found by errors against a reference or without one."""
     measure: Measure
-    """What `peak` is: degrees, or the probability from 0 to 1 that the limb is
+    """Kind of `peak`: degrees, or the probability from 0 to 1 that the limb is
     lost."""
     peak: float
     peak_frame: int

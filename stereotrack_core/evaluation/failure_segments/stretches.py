@@ -196,7 +196,7 @@ SIGNS: tuple[str, ...] = (
     *("turned before", "turns after"),
     *("lost around", "lost most around", "lost of the neighbour"),
 )
-"""What is known of a limb, in the order of the coefficients."""
+"""Signs of a limb, in the order of the coefficients."""
 
 _AROUND = 0.35
 """Seconds before and after a frame that count as around it."""
@@ -230,8 +230,7 @@ def failure_signs(run: Run, fps: float) -> FloatArray:
 def _largest_before(values: FloatArray, frames: int) -> FloatArray:
     """Largest of each value (F, 6) and of the `frames` before it; none is below 0."""
     padded = np.pad(values, ((frames, 0), (0, 0)))
-    result: FloatArray = sliding_window_view(padded, frames + 1, axis=0).max(axis=-1)
-    return result
+    return np.asarray(sliding_window_view(padded, frames + 1, axis=0).max(axis=-1))
 
 
 ARM_HALVES: MappingProxyType[str, tuple[int, ...]] = MappingProxyType(
@@ -290,13 +289,8 @@ def failures_by_signs(
 def turns(frame: FloatArray, points: FloatArray) -> FloatArray:
     """Angle (F, 6) in degrees by which each limb has turned since the frame before.
 
-    0 in the first frame and after a gap; NaN where a limb is not known.
-
-    Parameters
-    ----------
-    frame : (F,)
-        Frame numbers.
-    points : (F, 9, 3) float64
+    Of landmarks (F, 9, 3) in frames (F,). 0 in the first frame and after a gap; NaN where a limb is
+    not known.
     """
     start, end = np.moveaxis(limb_ends(points), 2, 0)
     axis = end - start

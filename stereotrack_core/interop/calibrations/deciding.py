@@ -106,15 +106,6 @@ def in_order(cameras: Mapping[str, Camera], pairs: Pairs) -> bool | None:
     return True if len(apart) > 2 or pairs else None
 
 
-@dataclass(frozen=True)
-class Scale:
-    """What a rig measures in a unit: lengths in metres, and whether all of them are possible."""
-
-    unit: str
-    lengths: tuple[tuple[str, float], ...]
-    possible: bool | None  # None where nothing could be measured
-
-
 def lengths_of(
     cameras: Mapping[str, Camera], pairs: Pairs, square: float | None
 ) -> dict[str, float]:
@@ -135,11 +126,10 @@ def lengths_of(
     return {name: length for name, length in lengths.items() if np.isfinite(length)}
 
 
-def scale_of(unit: str, metres: float, lengths: Mapping[str, float]) -> Scale:
-    """Try a unit of so many metres on lengths of a rig."""
-    found = tuple((name, length * metres) for name, length in lengths.items())
-    possible = [_POSSIBLE_M[name][0] <= size <= _POSSIBLE_M[name][1] for name, size in found]
-    return Scale(unit, found, all(possible) if possible else None)
+def _is_possible(lengths: Mapping[str, float], metres: float) -> bool:
+    """Whether all lengths of a rig are possible in a unit of so many metres."""
+    limits = [(_POSSIBLE_M[name], length * metres) for name, length in lengths.items()]
+    return bool(limits) and all(least <= size <= most for (least, most), size in limits)
 
 
 def moved(cameras: Mapping[str, Camera], metres: float) -> dict[str, Camera]:
@@ -349,22 +339,21 @@ def _unit(
     if given is not None:
         return given, f"unit {given}: given with --units", ()
     lengths = lengths_of(cameras, pairs, foreign.square)
-    tried = [scale_of(unit, metres, lengths) for unit, metres in METRES_PER_UNIT.items()]
-    possible = [one.unit for one in tried if one.possible]
+    possible = [unit for unit, metres in METRES_PER_UNIT.items() if _is_possible(lengths, metres)]
     stated = foreign.unit
     if stated is not None and (stated in possible or not lengths or foreign.documented):
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
         doubts: tuple[str, ...] = ()
         if lengths and stated not in possible:
-            text = _lengths(next(one for one in tried if one.unit == stated))
+            text = _lengths(lengths, stated)
             doubts = (f"the lengths are unusual in {stated} ({text}): if they are wrong, give the "
                       "unit with --units",)  # fmt: skip
         return stated, f"unit {stated}: {source}", doubts
     if len(possible) == 1 and not foreign.stated:
-        text = _lengths(next(one for one in tried if one.unit == possible[0]))
+        text = _lengths(lengths, possible[0])
         usual = "" if stated is None else f"; {foreign.format} usually writes {stated}"
         return possible[0], f"unit {possible[0]}: the only possible one ({text}){usual}", ()
-    lines = ", ".join(f"{one.unit}: {_lengths(one)}" for one in tried)
+    lines = ", ".join(f"{unit}: {_lengths(lengths, unit)}" for unit in METRES_PER_UNIT)
     raise Undecided(
         f"the unit of length is not stated, and the data do not tell it ({lines})"
         if stated is None
@@ -374,8 +363,9 @@ def _unit(
     )
 
 
-def _lengths(one: Scale) -> str:
-    return ", ".join(f"{name} {_length(metres)}" for name, metres in one.lengths) or "-"
+def _lengths(lengths: Mapping[str, float], unit: str) -> str:
+    metres = METRES_PER_UNIT[unit]
+    return ", ".join(f"{name} {_length(one * metres)}" for name, one in lengths.items()) or "-"
 
 
 def _length(metres: float) -> str:

@@ -26,24 +26,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.interop.calibrations import foreign
 from stereotrack_core.interop.calibrations.documents import Document
-from stereotrack_core.interop.calibrations.foreign import (
-    ForeignCalibration,
-    ForeignCamera,
-    array_of,
-    data_of,
-    distortions_of,
-    matrix_of,
-    needed,
-    number_of,
-    pinhole,
-    refusal,
-    rotation_of,
-    size_of,
-    text_of,
-    with_names,
-)
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
 
 _KEYS = {
     "matrix": ("camera_matrix", "K", "k"),
@@ -71,36 +56,28 @@ def is_camera_info(document: Document) -> bool:
 def read_camera_info(document: Document) -> ForeignCalibration:
     """Read one camera; raises InputError for what is wrong, with its key."""
     content, where = document.content, document.where
-    model = text_of(content.get("distortion_model", "")).lower()
+    model = foreign.text_of(content.get("distortion_model", "")).lower()
     if model not in _MODELS:
-        raise refusal(
+        raise foreign.refusal(
             f"{where}, distortion_model",
             f"unknown distortion model {model!r}",
             "Use plumb_bob, rational_polynomial or equidistant.",
         )
-    size = size_of(
-        [_ros_value(content, "width", where), _ros_value(content, "height", where)], where
-    )
     header = content.get("header")
     frame = header.get("frame_id") if isinstance(header, Mapping) else None
-    name = text_of(content.get("camera_name")) or text_of(frame) or document.path.stem
+    name = (
+        foreign.text_of(content.get("camera_name")) or foreign.text_of(frame) or document.path.stem
+    )
     rotation, translation = _place(content, where)
-    camera = ForeignCamera(
-        name,
-        size,
-        matrix_of(_ros_value(content, "matrix", where), f"{where}, camera matrix"),
-        distortions_of(
-            _ros_value(content, "distortions", where),
-            f"{where}, distortion coefficients",
-            fisheye=_MODELS[model],
-        ),
-        _MODELS[model],
-        rotation,
-        translation,
-    )
-    return ForeignCalibration(
-        "ROS camera_info", where, with_names([camera], where), "m", documented=True
-    )
+    values = {
+        "size": [_ros_value(content, key, where) for key in ("width", "height")],
+        **{key: _ros_value(content, key, where) for key in ("matrix", "distortions")},
+        "fisheye": _MODELS[model],
+        "rotation": rotation,
+        "translation": translation,
+    }
+    camera = foreign.camera_of(name, values, where)
+    return ForeignCalibration("ROS camera_info", where, (camera,), "m", documented=True)
 
 
 def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArray]:
@@ -109,9 +86,9 @@ def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArr
     rectified_from_camera = (
         np.eye(3)
         if rectification is None
-        else rotation_of(data_of(rectification), f"{where}, rectification matrix")
+        else foreign.rotation_of(foreign.data_of(rectification), f"{where}, rectification matrix")
     )
-    projection = array_of(
+    projection = foreign.array_of(
         _ros_value(content, "projection", where),
         (3, 4),
         f"{where}, projection matrix",
@@ -128,8 +105,8 @@ def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArr
 def _ros_value(content: Mapping[str, Any], name: str, where: str) -> Any:
     for key in _KEYS[name]:
         if content.get(key) is not None:
-            return data_of(content[key])
-    raise refusal(f"{where}, {_KEYS[name][0]}", "the key is missing")
+            return foreign.data_of(content[key])
+    raise foreign.refusal(f"{where}, {_KEYS[name][0]}", "the key is missing")
 
 
 _PER_PIXEL = 64.0
@@ -153,9 +130,7 @@ def read_qualisys(document: Document) -> ForeignCalibration:
     for i, element in enumerate(document.content.iterfind(".//cameras/camera")):
         name = element.get("serial", "").strip() or f"cam_{i}"
         cameras.append(_qualisys_camera(element, name, f"{document.where}, camera {name}"))
-    return ForeignCalibration(
-        "Qualisys", document.where, with_names(cameras, document.where), "mm", documented=True
-    )
+    return ForeignCalibration("Qualisys", document.where, tuple(cameras), "mm", documented=True)
 
 
 def _qualisys_camera(element: Element, name: str, place: str) -> ForeignCamera:
@@ -163,7 +138,9 @@ def _qualisys_camera(element: Element, name: str, place: str) -> ForeignCamera:
     shown = element.find("fov_video_max") if shown is None else shown
     lens, placed = element.find("intrinsic"), element.find("transform")
     if shown is None or lens is None or placed is None:
-        raise refusal(place, "it lacks fov_video, intrinsic or transform", "Calibrate it in QTM.")
+        raise foreign.refusal(
+            place, "it lacks fov_video, intrinsic or transform", "Calibrate it in QTM."
+        )
     left, top, right, bottom = (
         _number(shown, key, place) for key in ("left", "top", "right", "bottom")
     )
@@ -171,20 +148,20 @@ def _qualisys_camera(element: Element, name: str, place: str) -> ForeignCamera:
         _number(lens, key, place) / _PER_PIXEL
         for key in ("focalLengthU", "focalLengthV", "centerPointU", "centerPointV", "skew")
     )
-    rotation = rotation_of(
+    rotation = foreign.rotation_of(
         [[_number(placed, f"r{row}{column}", place) for column in (1, 2, 3)] for row in (1, 2, 3)],
         f"{place}, transform",
     )
     turned = _OPENCV_AXES @ rotation
-    centre = array_of([placed.get(key) for key in "xyz"], (3,), f"{place}, transform", "x, y, z")
-    return ForeignCamera(
-        name,
-        size_of([right - left + 1, bottom - top + 1], f"{place}, fov_video"),
-        pinhole((fx, fy, cx - left, cy - top), f"{place}, intrinsic", skew),
-        distortions_of([_number(lens, key, place) for key in _DISTORTIONS], f"{place}, intrinsic"),
-        rotation=turned,
-        translation=-turned @ centre,
-    )
+    centre = foreign.numbers_of([placed.get(key) for key in "xyz"], 3, f"{place}, transform")
+    values = {
+        "size": [right - left + 1, bottom - top + 1],
+        "matrix": foreign.pinhole((fx, fy, cx - left, cy - top), skew),
+        "distortions": [_number(lens, key, place) for key in _DISTORTIONS],
+        "rotation": turned,
+        "translation": -turned @ centre,
+    }
+    return foreign.camera_of(name, values, place)
 
 
 def _number(element: Element, key: str, place: str) -> float:
@@ -192,8 +169,8 @@ def _number(element: Element, key: str, place: str) -> float:
     if value is None:
         if key in ("skew", "radialDistortion3"):
             return 0.0
-        raise refusal(f"{place}, {element.tag}", f"it does not state {key}")
-    return number_of(value, f"{place}, {element.tag} {key}")
+        raise foreign.refusal(f"{place}, {element.tag}", f"it does not state {key}")
+    return foreign.number_of(value, f"{place}, {element.tag} {key}")
 
 
 _SIZES = {
@@ -217,46 +194,39 @@ def read_zed(document: Document) -> ForeignCalibration:
         if section.startswith("left_cam_") and name:
             found.append(_pair(document, name, size))
     if not found:
-        raise refusal(document.where, "it holds no lens of a ZED camera at a known resolution")
-    pairs = tuple(
-        ForeignCalibration(
-            "ZED", document.where, with_names(pair, document.where), "mm", documented=True
+        raise foreign.refusal(
+            document.where, "it holds no lens of a ZED camera at a known resolution"
         )
-        for pair in found
+    pairs = tuple(
+        ForeignCalibration("ZED", document.where, pair, "mm", documented=True) for pair in found
     )
     return replace(pairs[0], other_sizes=pairs)
 
 
-def _pair(document: Document, resolution: str, size: tuple[int, int]) -> list[ForeignCamera]:
-    stereo = document.content["stereo"]
-    where = f"{document.where}, [STEREO]"
-    turn = np.array(
-        [_zed_value(stereo, f"{axis}_{resolution}", where) for axis in ("RX", "CV", "RZ")]
-    )
-    shift = np.array([-_zed_value(stereo, "Baseline", where), *(
-        _zed_value(stereo, key, where, 0.0) for key in ("TY", "TZ"))])  # fmt: skip
-    places = {
-        "left": (np.eye(3), np.zeros(3)),
-        "right": (rotation_from_vector(turn), shift),
-    }
-    return [_zed_camera(document, side, resolution, size, place) for side, place in places.items()]
-
-
-def _zed_camera(
-    document: Document, side: str, resolution: str, size: tuple[int, int], place: Any
-) -> ForeignCamera:
-    section = f"{side}_cam_{resolution}"
-    where = f"{document.where}, [{section.upper()}]"
-    lens = needed(document.content, section.casefold(), document.where)
-    four = [_zed_value(lens, key, where) for key in ("fx", "fy", "cx", "cy")]
-    shared = document.content.get(f"{side}_disto", {})
-    source = lens if "k1" in lens else shared
-    names = _COEFFICIENTS if any(key in source for key in ("k4", "k5", "k6")) else _COEFFICIENTS[:5]
-    return ForeignCamera(
-        side, size, pinhole(four, where),
-        distortions_of([_zed_value(source, key, where, 0.0) for key in names], where),
-        rotation=place[0], translation=place[1],
-    )  # fmt: skip
+def _pair(document: Document, resolution: str, size: tuple[int, int]) -> tuple[ForeignCamera, ...]:
+    stereo, where = document.content["stereo"], f"{document.where}, [STEREO]"
+    turn = [_zed_value(stereo, f"{axis}_{resolution}", where) for axis in ("RX", "CV", "RZ")]
+    aside = [_zed_value(stereo, key, where, 0.0) for key in ("TY", "TZ")]
+    shift = [-_zed_value(stereo, "Baseline", where), *aside]
+    cameras = []
+    for side, turned, moved in (("left", np.eye(3), np.zeros(3)), ("right", turn, shift)):
+        section = f"{side}_cam_{resolution}"
+        where = f"{document.where}, [{section.upper()}]"
+        lens = foreign.needed(document.content, section.casefold(), document.where)
+        source = lens if "k1" in lens else document.content.get(f"{side}_disto", {})
+        more = any(key in source for key in ("k4", "k5", "k6"))
+        names = _COEFFICIENTS if more else _COEFFICIENTS[:5]
+        values = {
+            "size": size,
+            "matrix": foreign.pinhole(
+                [_zed_value(lens, key, where) for key in ("fx", "fy", "cx", "cy")]
+            ),
+            "distortions": [_zed_value(source, key, where, 0.0) for key in names],
+            "rotation": turned,
+            "translation": moved,
+        }
+        cameras.append(foreign.camera_of(side, values, where))
+    return tuple(cameras)
 
 
 def _zed_value(
@@ -265,4 +235,4 @@ def _zed_value(
     text = table.get(key.casefold())
     if text is None and default is not None:
         return default
-    return number_of(needed(table, key.casefold(), where), f"{where}, {key}")
+    return foreign.number_of(foreign.needed(table, key.casefold(), where), f"{where}, {key}")

@@ -25,10 +25,10 @@ _UNITS = {
 }
 
 
-COUNTS = (4, 5, 8, 12, 14)
+_COUNTS = (4, 5, 8, 12, 14)
 """Numbers of coefficients that OpenCV's distortion model may have."""
 
-MOST_CAMERAS = 200
+_MOST_CAMERAS = 200
 _AGAIN = "Write the file again with the tool that made it."
 
 
@@ -141,10 +141,10 @@ def matrix_of(value: Any, where: str) -> FloatArray:
     return matrix
 
 
-def pinhole(four: Sequence[float] | FloatArray, where: str, skew: float = 0.0) -> FloatArray:
-    """Camera matrix (3, 3) of fx, fy, cx and cy."""
+def pinhole(four: Sequence[float] | FloatArray, skew: float = 0.0) -> list[list[float]]:
+    """Rows of the camera matrix of fx, fy, cx and cy."""
     fx, fy, cx, cy = four
-    return matrix_of([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], where)
+    return [[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
 
 
 def data_of(value: Any) -> Any:
@@ -155,7 +155,7 @@ def data_of(value: Any) -> Any:
 def distortions_of(value: Any, where: str, *, fisheye: bool = False) -> FloatArray:
     """Distortion coefficients in OpenCV's order; fewer than its models have are filled with 0."""
     given = array_of(value, None, where, "distortion coefficients")
-    allowed = (4,) if fisheye else COUNTS
+    allowed = (4,) if fisheye else _COUNTS
     longer = [count for count in allowed if count >= given.size]
     if fisheye and given.size == 5 and given[4] == 0:
         given, longer = given[:4], [4]  # written by tools that know one length only
@@ -190,6 +190,32 @@ def rotation_of(value: Any, where: str) -> FloatArray:
     return nearest
 
 
+def camera_of(name: str, values: Mapping[str, Any], where: str) -> ForeignCamera:
+    """A camera from the values of a file; raises InputError for what is wrong, with its key.
+
+    `values`: ``matrix`` and ``distortions``; ``size``, ``fisheye``, ``rotation`` and
+    ``translation`` where the file states them.
+    """
+    size, rotation, translation = (values.get(k) for k in ("size", "rotation", "translation"))
+    placed = rotation is not None and translation is not None
+    fisheye = values.get("fisheye") is True
+    coefficients = needed(values, "distortions", where)
+    return ForeignCamera(
+        name,
+        None if size is None else size_of(size, f"{where}, size"),
+        matrix_of(needed(values, "matrix", where), f"{where}, matrix"),
+        distortions_of(coefficients, f"{where}, distortions", fisheye=fisheye),
+        fisheye,
+        rotation_of(rotation, f"{where}, rotation") if placed else None,
+        numbers_of(translation, 3, f"{where}, translation") if placed else None,
+    )
+
+
+def numbers_of(value: Any, count: int, where: str) -> FloatArray:
+    """So many finite numbers (count,); raises InputError where they are none."""
+    return array_of(value, (count,), where, f"{count} numbers")
+
+
 def number_of(value: Any, where: str) -> float:
     """One finite number; raises InputError where it is none."""
     return float(array_of(value, (1,), where, "a number")[0])
@@ -222,14 +248,13 @@ def needed(table: Mapping[str, Any], key: str, where: str) -> Any:
     return value
 
 
-def with_names(cameras: Sequence[ForeignCamera], where: str) -> tuple[ForeignCamera, ...]:
-    """The same cameras; raises InputError where there are none, too many, or two of one name."""
+def check_cameras(cameras: Sequence[ForeignCamera], where: str) -> None:
+    """Raise InputError where there are none, too many, or two of one name."""
     if not cameras:
         raise refusal(where, "it contains no camera", "Check that it is a calibration file.")
-    if len(cameras) > MOST_CAMERAS:
-        raise refusal(where, f"it contains {len(cameras)} cameras", f"Use up to {MOST_CAMERAS}.")
+    if len(cameras) > _MOST_CAMERAS:
+        raise refusal(where, f"it contains {len(cameras)} cameras", f"Use up to {_MOST_CAMERAS}.")
     names = [one.name for one in cameras if one.name]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise refusal(where, f"there are two cameras named {twice!r}", "Rename one of them.")
-    return tuple(cameras)

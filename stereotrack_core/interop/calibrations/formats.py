@@ -19,7 +19,7 @@ from stereotrack_core.interop.calibrations.devices import (
     read_zed,
 )
 from stereotrack_core.interop.calibrations.documents import Document, read_document
-from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, with_names
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, check_cameras
 from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
 from stereotrack_core.interop.calibrations.opencv_storage import (
     is_storage,
@@ -47,7 +47,9 @@ def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
     found = [one for one in others if one is not None]
     if storages:
         found.append(read_storage(storages))
-    return found[0] if len(found) == 1 else _together(found)
+    whole = found[0] if len(found) == 1 else _together(found)
+    check_cameras(whole.cameras, whole.where)
+    return whole
 
 
 _READERS: Sequence[tuple[_Is, _Read]] = (
@@ -86,7 +88,7 @@ def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
             where=where,
             remedy="Import them one at a time.",
         )
-    cameras = with_names([camera for one in found for camera in one.cameras], where)
+    cameras = tuple(camera for one in found for camera in one.cameras)
     notes = tuple(note for one in found for note in one.notes)
     return replace(first, where=where, cameras=cameras, notes=notes)
 

@@ -8,27 +8,14 @@ give ``K`` and ``PoseCamera2``, which are not. The centre of the first pixel is 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.interop.calibrations import foreign
 from stereotrack_core.interop.calibrations.documents import Document
-from stereotrack_core.interop.calibrations.foreign import (
-    ForeignCalibration,
-    ForeignCamera,
-    array_of,
-    distortions_of,
-    matrix_of,
-    needed,
-    pinhole,
-    refusal,
-    rotation_of,
-    size_of,
-    table_of,
-    unit_named,
-    with_names,
-)
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
 
 _PAIR, _ONE = ("CameraParameters1", "CameraParameters2"), ("RadialDistortion",)
 _DEEPEST = 3
@@ -58,14 +45,14 @@ def read_matlab(document: Document) -> ForeignCalibration:
     if pair is None:
         one = _struct(document.content, _ONE)
         if one is None:
-            raise refusal(
+            raise foreign.refusal(
                 where,
                 "it contains no stereoParams or cameraParams that can be read",
                 "In MATLAB: s = toStruct(stereoParams); save('stereo.mat', 's', '-v7').",
             )
-        camera = _camera(one, document.path.stem, where, None)
+        camera = _camera(one, document.path.stem, where, (None, None))
         return _calibration(where, (camera,), one)
-    first, second = (table_of(pair[key], f"{where}, {key}") for key in _PAIR)
+    first, second = (foreign.table_of(pair[key], f"{where}, {key}") for key in _PAIR)
     cameras = (
         _camera(first, "left", f"{where}, {_PAIR[0]}", (np.eye(3), np.zeros(3))),
         _camera(second, "right", f"{where}, {_PAIR[1]}", _second_from_first(pair, where)),
@@ -76,86 +63,64 @@ def read_matlab(document: Document) -> ForeignCalibration:
 def _calibration(
     where: str, cameras: tuple[ForeignCamera, ...], stated: Mapping[str, Any]
 ) -> ForeignCalibration:
-    unit = unit_named(stated.get("WorldUnits"))
+    unit, notes = foreign.unit_named(stated.get("WorldUnits")), (_COUNTS_FROM_ONE,)
     return ForeignCalibration(
-        "MATLAB",
-        where,
-        with_names(cameras, where),
-        unit,
-        stated=unit is not None,
-        notes=(_COUNTS_FROM_ONE,),
-        documented=True,
+        "MATLAB", where, cameras, unit, stated=unit is not None, notes=notes, documented=True
     )
 
 
-def _second_from_first(pair: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArray]:
+def _second_from_first(pair: Mapping[str, Any], where: str) -> tuple[Any, Any]:
+    """Rotation and translation of the second camera."""
     pose = pair.get("PoseCamera2")
-    if isinstance(pose, Mapping):
-        place = f"{where}, PoseCamera2"
-        if pose.get("A") is not None:
-            matrix = array_of(pose["A"], (4, 4), f"{place}.A", "4 x 4 numbers")
-            return rotation_of(matrix[:3, :3], f"{place}.A"), matrix[:3, 3]
-        rotation = rotation_of(needed(pose, "R", place), f"{place}.R")
-        return rotation, array_of(
-            needed(pose, "Translation", place), (3,), f"{place}.Translation", "three numbers"
+    if not isinstance(pose, Mapping):
+        turned = foreign.rotation_of(
+            foreign.needed(pair, "RotationOfCamera2", where), f"{where}, RotationOfCamera2"
         )
-    rotation = rotation_of(needed(pair, "RotationOfCamera2", where), f"{where}, RotationOfCamera2")
-    translation = array_of(
-        needed(pair, "TranslationOfCamera2", where),
-        (3,),
-        f"{where}, TranslationOfCamera2",
-        "three numbers",
-    )
-    return rotation.T, translation
+        return turned.T, foreign.needed(pair, "TranslationOfCamera2", where)
+    place = f"{where}, PoseCamera2"
+    if pose.get("A") is not None:
+        matrix = foreign.array_of(pose["A"], (4, 4), f"{place}.A", "4 x 4 numbers")
+        return matrix[:3, :3], matrix[:3, 3]
+    return foreign.needed(pose, "R", place), foreign.needed(pose, "Translation", place)
 
 
 def _camera(
-    table: Mapping[str, Any],
-    name: str,
-    place: str,
-    placed: tuple[FloatArray, FloatArray] | None,
+    table: Mapping[str, Any], name: str, place: str, placed: tuple[Any, Any]
 ) -> ForeignCamera:
     inner = table.get("Intrinsics")
     if isinstance(inner, Mapping):
         table = {**table, **inner}
-    radial = array_of(
-        needed(table, "RadialDistortion", place), None, f"{place}, RadialDistortion", "numbers"
-    )
-    tangential = array_of(
-        table.get("TangentialDistortion", [0.0, 0.0]),
-        (2,),
-        f"{place}, TangentialDistortion",
-        "two numbers",
-    )
+    radial = foreign.needed(table, "RadialDistortion", place)
+    radial = foreign.array_of(radial, None, f"{place}, RadialDistortion", "numbers")
+    tangential = table.get("TangentialDistortion", [0.0, 0.0])
+    tangential = foreign.numbers_of(tangential, 2, f"{place}, TangentialDistortion")
     if radial.size not in (2, 3):
-        raise refusal(f"{place}, RadialDistortion", f"it has {radial.size} numbers, not 2 or 3")
-    size = table.get("ImageSize")  # empty where MATLAB was not told
-    return ForeignCamera(
-        name,
-        None
-        if not size
-        else size_of(
-            array_of(size, (2,), f"{place}, ImageSize", "a height and a width")[::-1],
-            f"{place}, ImageSize",
-        ),
-        _matrix(table, place),
-        distortions_of([*radial[:2], *tangential, *radial[2:]], place),
-        False,
-        *(placed if placed is not None else (None, None)),
-    )
-
-
-def _matrix(table: Mapping[str, Any], place: str) -> FloatArray:
-    """Camera matrix (3, 3) with the centre of the first pixel at (0, 0)."""
-    given = next((table[key] for key in ("K", "IntrinsicMatrix") if table.get(key)), None)
-    if given is None:
-        focal, centre = (
-            array_of(needed(table, key, place), (2,), f"{place}, {key}", "two numbers")
-            for key in ("FocalLength", "PrincipalPoint")
+        raise foreign.refusal(
+            f"{place}, RadialDistortion", f"it has {radial.size} numbers, not 2 or 3"
         )
-        skew = array_of(table.get("Skew", 0.0), (1,), f"{place}, Skew", "a number")[0]
-        matrix = pinhole((*focal, *centre), f"{place}, camera matrix", skew)
-    else:
-        matrix = matrix_of(given, f"{place}, camera matrix").copy()
+    size = table.get("ImageSize") or None  # empty where MATLAB was not told; height and width
+    values = {
+        "size": None if size is None else foreign.numbers_of(size, 2, f"{place}, ImageSize")[::-1],
+        "matrix": _matrix(table, place),
+        "distortions": [*radial[:2], *tangential, *radial[2:]],
+        "rotation": placed[0],
+        "translation": placed[1],
+    }
+    camera = foreign.camera_of(name, values, place)
+    matrix = camera.matrix.copy()
     matrix[:2, 2] -= _FIRST_PIXEL
-    return matrix
+    return replace(camera, matrix=matrix)
+
+
+def _matrix(table: Mapping[str, Any], place: str) -> Any:
+    """Camera matrix as it is given, or of focal length, principal point and skew."""
+    given = next((table[key] for key in ("K", "IntrinsicMatrix") if table.get(key)), None)
+    if given is not None:
+        return given
+    focal, centre = (
+        foreign.numbers_of(foreign.needed(table, key, place), 2, f"{place}, {key}")
+        for key in ("FocalLength", "PrincipalPoint")
+    )
+    return foreign.pinhole(
+        (*focal, *centre), foreign.number_of(table.get("Skew", 0.0), f"{place}, Skew")
+    )

@@ -21,22 +21,9 @@ import numpy as np
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import vector_from_rotation
+from stereotrack_core.interop.calibrations import foreign
 from stereotrack_core.interop.calibrations.documents import Document
-from stereotrack_core.interop.calibrations.foreign import (
-    METRES_PER_UNIT,
-    ForeignCalibration,
-    ForeignCamera,
-    array_of,
-    distortions_of,
-    matrix_of,
-    number_of,
-    refusal,
-    rotation_of,
-    size_of,
-    text_of,
-    unit_named,
-    with_names,
-)
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
 
 _MATRIX = ("cameramatrix", "k", "m", "intrinsicmatrix", "intrinsics", "mtx")
 _DISTORTIONS = (
@@ -46,6 +33,7 @@ _DISTORTIONS = (
 _ROTATION = ("r", "rotationmatrix", "rotation", "rot", "rcext", "rvec")
 _TRANSLATION = ("t", "translationvector", "translation", "tcext", "tvec")
 _FISHEYE = ("fisheye", "equidistant", "kannalabrandt")
+_NO_DISTORTION = [0.0] * 4
 _SIDES = (("1", "2"), ("left", "right"), ("l", "r"))
 _NODE_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -71,14 +59,16 @@ def read_storage(documents: Sequence[Document]) -> ForeignCalibration:
         cameras = list(_cameras(merged, documents[0].path.stem, where))
     values = _known({key: value for content in contents for key, value in content.items()})
     square = values.get("squaresize")
-    unit = unit_named(next((values[key] for key in ("unit", "units") if key in values), None))
+    unit = foreign.unit_named(
+        next((values[key] for key in ("unit", "units") if key in values), None)
+    )
     return ForeignCalibration(
         "OpenCV",
         where,
-        with_names(cameras, where),
+        tuple(cameras),
         unit,
         stated=unit is not None,
-        square=None if square is None else number_of(square, f"{where}, square_size"),
+        square=None if square is None else foreign.number_of(square, f"{where}, square_size"),
     )
 
 
@@ -111,9 +101,8 @@ def _known(content: Mapping[str, Any]) -> Values:
 def _first(values: Values, names: Sequence[str]) -> Any:
     """The numbers under the first of the names that is there."""
     for name in names:
-        value = values.get(name)
-        if value is not None:
-            return value.get("data") if isinstance(value, Mapping) else value
+        if values.get(name) is not None:
+            return foreign.data_of(values[name])
     return None
 
 
@@ -122,7 +111,7 @@ def _cameras(content: Mapping[str, Any], stem: str, where: str) -> Iterator[Fore
     names = content.get("names")
     if isinstance(names, list | str) and any(key.startswith("K_") for key in content):
         for name in [names] if isinstance(names, str) else names:
-            yield _of_rig(content, text_of(name), where)
+            yield _of_rig(content, foreign.text_of(name), where)
         return
     for left, right in _SIDES:
         for order in ("{name}{side}", "{side}{name}"):
@@ -144,22 +133,19 @@ def _cameras(content: Mapping[str, Any], stem: str, where: str) -> Iterator[Fore
 def _single(values: Values, name: str, where: str) -> ForeignCamera:
     """One camera; placed where the file has one rotation and translation."""
     given = _first(values, _MATRIX)
-    matrix = matrix_of(given, f"{where}, camera matrix")
-    fisheye = _is_fisheye(values)
-    rotation, translation = _first(values, _ROTATION), _first(values, _TRANSLATION)
-    placed = rotation is not None and translation is not None
-    turned = rotation_of(rotation, f"{where}, rotation") if placed else None
-    if turned is not None and array_of(given, (3, 3), where, "a matrix")[2, 0] != 0:
-        turned = turned.T  # who writes one of them transposed writes all of them transposed
-    return ForeignCamera(
-        text_of(values.get("cameraname")) or text_of(values.get("name")) or name,
-        _size(values, where),
-        matrix,
-        _distortions(_first(values, _DISTORTIONS), where, fisheye),
-        fisheye,
-        turned,
-        array_of(translation, (3,), f"{where}, translation", "three numbers") if placed else None,
-    )
+    own = {
+        **_shared(values),
+        "matrix": given,
+        "distortions": _first(values, _DISTORTIONS) or _NO_DISTORTION,
+        "rotation": _first(values, _ROTATION),
+        "translation": _first(values, _TRANSLATION),
+    }
+    name = foreign.text_of(values.get("cameraname")) or foreign.text_of(values.get("name")) or name
+    camera = foreign.camera_of(name, own, where)
+    if camera.rotation is None or foreign.array_of(given, (3, 3), where, "a matrix")[2, 0] == 0:
+        return camera
+    # who writes one of them transposed writes all of them transposed
+    return replace(camera, rotation=camera.rotation.T)
 
 
 def _stereo(
@@ -168,30 +154,20 @@ def _stereo(
     """A pair as stereoCalibrate gives it: x_2 = R x_1 + T; camera 1 is the world."""
     rotation, translation = _first(values, _ROTATION), _first(values, _TRANSLATION)
     if rotation is None or translation is None:
-        raise refusal(
+        raise foreign.refusal(
             where,
             "there are two cameras, but no R and T between them",
             "Give the file with R and T as well: intrinsics.yml extrinsics.yml.",
         )
-    size, fisheye = _size(values, where), _is_fisheye(values)
-    second = (
-        rotation_of(rotation, f"{where}, R"),
-        array_of(translation, (3,), f"{where}, T", "three numbers"),
-    )
-    places = ((np.eye(3), np.zeros(3)), second)
+    places = ((np.eye(3), np.zeros(3)), (rotation, translation))
     for side, name, placed in zip(sides, ("left", "right"), places, strict=True):
-        own = [
-            [order.format(name=one, side=side) for one in names]
+        matrix, coefficients = (
+            _first(values, [order.format(name=one, side=side) for one in names])
             for names in (_MATRIX, _DISTORTIONS)
-        ]
-        yield ForeignCamera(
-            name,
-            size,
-            matrix_of(_first(values, own[0]), f"{where}, matrix of camera {side}"),
-            _distortions(_first(values, own[1]), f"{where}, camera {side}", fisheye),
-            fisheye,
-            *placed,
         )
+        own = {"matrix": matrix, "distortions": coefficients or _NO_DISTORTION}
+        own |= {**_shared(values), "rotation": placed[0], "translation": placed[1]}
+        yield foreign.camera_of(name, own, f"{where}, camera {side}")
 
 
 def _of_rig(content: Mapping[str, Any], name: str, where: str) -> ForeignCamera:
@@ -200,32 +176,29 @@ def _of_rig(content: Mapping[str, Any], name: str, where: str) -> ForeignCamera:
     )
     place = f"{where}, camera {name}"
     if not name or _first(own, ("k",)) is None:
-        raise refusal(place, "there is no K for a camera in names", "Give the file with K as well.")
+        raise foreign.refusal(
+            place, "there is no K for a camera in names", "Give the file with K as well."
+        )
     return replace(_single(own, name, place), name=name)
 
 
-def _distortions(given: Any, where: str, fisheye: bool) -> Any:
-    coefficients = [0.0] * 4 if given is None else given
-    return distortions_of(coefficients, f"{where}, distortion coefficients", fisheye=fisheye)
-
-
-def _is_fisheye(values: Values) -> bool:
-    if text_of(values.get("fisheyemodel")) == "1" or values.get("fisheye") in (True, 1, "1"):
-        return True
-    models = (text_of(values.get(key)) for key in ("distortionmodel", "cameramodel", "model"))
-    return any(model.lower().replace("_", "") in _FISHEYE for model in models)
-
-
-def _size(values: Values, where: str) -> tuple[int, int] | None:
-    """Width and height, where the file has them."""
+def _shared(values: Values) -> dict[str, Any]:
+    """Lens model and image size, where the file has it."""
+    models = (
+        foreign.text_of(values.get(key)) for key in ("distortionmodel", "cameramodel", "model")
+    )
+    fisheye = foreign.text_of(values.get("fisheyemodel")) == "1" or values.get("fisheye") in (
+        True,
+        1,
+        "1",
+    )
+    fisheye = fisheye or any(one.lower().replace("_", "") in _FISHEYE for one in models)
     sides = [
         _first(values, (f"image{side}", side, f"img{side}", side[0]))
         for side in ("width", "height")
     ]
-    if None not in sides:
-        return size_of(sides, f"{where}, image size")
     both = _first(values, ("imagesize", "size", "resolution"))
-    return None if both is None else size_of(both, f"{where}, image size")
+    return {"fisheye": fisheye, "size": both if None in sides else sides}
 
 
 def storage_text(cameras: Sequence[Camera], unit: str, suffix: str) -> str:
@@ -250,9 +223,9 @@ def storage_text(cameras: Sequence[Camera], unit: str, suffix: str) -> str:
         storage.write("", camera.name)
     storage.endWriteStruct()
     for camera in cameras:
-        _write_camera(storage, camera, METRES_PER_UNIT[unit])
+        _write_camera(storage, camera, foreign.METRES_PER_UNIT[unit])
     if len(cameras) == 2:
-        _write_pair(storage, cameras[0], cameras[1], METRES_PER_UNIT[unit])
+        _write_pair(storage, cameras[0], cameras[1], foreign.METRES_PER_UNIT[unit])
     text: str = storage.releaseAndGetString()
     return text
 

@@ -15,27 +15,14 @@ import tomli_w
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import vector_from_rotation
+from stereotrack_core.interop.calibrations import foreign
 from stereotrack_core.interop.calibrations.documents import Document
-from stereotrack_core.interop.calibrations.foreign import (
-    METRES_PER_UNIT,
-    ForeignCalibration,
-    ForeignCamera,
-    array_of,
-    distortions_of,
-    matrix_of,
-    needed,
-    number_of,
-    rotation_of,
-    size_of,
-    table_of,
-    text_of,
-    unit_named,
-    with_names,
-)
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration
 
 Layout = Literal["aniposelib", "pose2sim"]
 
 _OF_FREEMOCAP = ("charuco_square_size", "path_to_recorded_videos", "charuco_board_object")
+_UNITS = {"Pose2Sim": "m", "caliscope": "m", "FreeMoCap": "mm"}
 _OF_CALISCOPE = ("port", "cam_id", "rotation_count", "grid_count")
 
 
@@ -49,21 +36,21 @@ def read_toml(document: Document) -> ForeignCalibration:
     cameras, notes = [], []
     for key, values in sections.items():
         place = f"{where}, [{key}]"
-        table = table_of(values, place)
+        table = foreign.table_of(values, place)
         if table.get("ignore") is True or "matrix" not in table:
             notes.append(f"{_name(table, key)} is left out: it is not calibrated")
             continue
-        cameras.append(_camera(table, key, place))
+        cameras.append(foreign.camera_of(_name(table, key), table, place))
     layout = _layout(sections, metadata, nested=isinstance(nested, Mapping))
-    unit = unit_named(metadata.get("units"))
+    unit = foreign.unit_named(metadata.get("units"))
     square = metadata.get("charuco_square_size")
     return ForeignCalibration(
         layout,
         where,
-        with_names(cameras, where),
-        unit or _unit_of(layout),
+        tuple(cameras),
+        unit or _UNITS.get(layout),
         stated=unit is not None,
-        square=None if square is None else number_of(square, f"{where}, [metadata]"),
+        square=None if square is None else foreign.number_of(square, f"{where}, [metadata]"),
         notes=tuple(notes),
         documented=True,
     )
@@ -95,30 +82,9 @@ def _layout(sections: Mapping[str, Any], metadata: Mapping[str, Any], *, nested:
     return "aniposelib"
 
 
-def _unit_of(layout: str) -> str | None:
-    return {"Pose2Sim": "m", "caliscope": "m", "FreeMoCap": "mm"}.get(layout)
-
-
 def _name(table: Mapping[str, Any], key: str) -> str:
     """The camera's name; its section's where it has none, ``cam_0`` for a bare number."""
-    return text_of(table.get("name")) or (f"cam_{key}" if key.isdecimal() else key)
-
-
-def _camera(table: Mapping[str, Any], key: str, place: str) -> ForeignCamera:
-    fisheye = table.get("fisheye") is True
-    rotation, translation = table.get("rotation"), table.get("translation")
-    placed = rotation is not None and translation is not None
-    return ForeignCamera(
-        _name(table, key),
-        size_of(needed(table, "size", place), f"{place}, size"),
-        matrix_of(needed(table, "matrix", place), f"{place}, matrix"),
-        distortions_of(
-            needed(table, "distortions", place), f"{place}, distortions", fisheye=fisheye
-        ),
-        fisheye,
-        rotation_of(rotation, f"{place}, rotation") if placed else None,
-        array_of(translation, (3,), f"{place}, translation", "three numbers") if placed else None,
-    )
+    return foreign.text_of(table.get("name")) or (f"cam_{key}" if key.isdecimal() else key)
 
 
 def toml_text(cameras: Iterable[Camera], layout: Layout, unit: str) -> str:
@@ -135,7 +101,7 @@ def toml_text(cameras: Iterable[Camera], layout: Layout, unit: str) -> str:
                 where=f"camera {camera.name}",
                 remedy="Rename the camera in calibration.toml.",
             )
-        sections[key] = _section(camera, layout, METRES_PER_UNIT[unit])
+        sections[key] = _section(camera, layout, foreign.METRES_PER_UNIT[unit])
     stated = {"adjusted": False, "error": 0.0} if layout == "pose2sim" else {}
     return tomli_w.dumps({**sections, "metadata": {**stated, "units": unit}})
 

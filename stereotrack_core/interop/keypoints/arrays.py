@@ -20,7 +20,7 @@ from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, W
 from stereotrack_core.interop.label_source import checked_frame
 from stereotrack_core.interop.npz import read_number_array
 from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33, layouts_of
-from stereotrack_core.tables import finite_number, read_cells, whole_number
+from stereotrack_core.tables import number_or_nan, read_cells, whole_number
 
 CONFIDENCES = ("visibility", "likelihood", "confidence", "score", "presence")
 """What a point's confidence is called."""
@@ -117,17 +117,11 @@ def read_wide(source: KeypointSource) -> Iterator[FileRow]:
         frames.append(checked_frame(frame, where=f"{path}, line {number}"))
         for k, own in enumerate(columns.values()):
             for target, kind in ((places[row, k, :1], "x"), (places[row, k, 1:], "y")):
-                target[0] = _number(cells[own[kind]], source, number, header[own[kind]])
+                target[0] = number_or_nan(cells[own[kind]], path, number, header[own[kind]])
             if "sure" in own:
-                sure[row, k] = _number(cells[own["sure"]], source, number, header[own["sure"]])
+                sure[row, k] = number_or_nan(cells[own["sure"]], path, number, header[own["sure"]])
     places = pixels_of_shares(places, source.recording.cameras[camera])
     for row, frame in enumerate(frames):
         for k, name in enumerate(columns):
             x, y = places[row, k].tolist()
             yield frame, camera, name, x, y, float(sure[row, k]), source.name, Who(0)
-
-
-def _number(cell: str, source: KeypointSource, line: int, column: str) -> float:
-    if cell.lower() in ("", "nan"):
-        return float("nan")
-    return finite_number(cell, source.path, line, column)

@@ -69,7 +69,7 @@ def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     places = PicturePlaces(source.labels, pictures)
     people: Counter[tuple[int, str, str]] = Counter()
     every = [
-        _triples(one.get("keypoints") or [], f"{source.path}, entry {number}")
+        _triples(one, "keypoints", f"{source.path}, entry {number}")
         for number, one in enumerate(content)
     ]
     scale = _scale_of(every)
@@ -102,7 +102,7 @@ def read_annotations(source: KeypointSource) -> Iterator[FileRow]:
     for one in there:
         where = f"{source.path}, annotation {one.get('id', '?')}"
         check_kind(one["keypoints"], _VALUES, where, _OF_POINTS)
-        every.append(_triples(one["keypoints"], where))
+        every.append(_triples(one, "keypoints", where))
     scale = _scale_of(every)
     for one, values in zip(there, every, strict=True):
         where = f"{source.path}, annotation {one.get('id', '?')}"
@@ -126,12 +126,13 @@ def _scale_of(people: Sequence[Sequence[tuple[float, float, float]]]) -> float:
     return 1.0 / _VISIBLE if _VISIBLE in marks and marks <= {0.0, 1.0, _VISIBLE} else 1.0
 
 
-def _triples(values: Sequence[Any], where: str) -> list[tuple[float, float, float]]:
+def _triples(one: Mapping[str, Any], key: str, where: str) -> list[tuple[float, float, float]]:
     """x, y and confidence of each point, from one list or a list of triples."""
+    values = one.get(key) or []
     flat = [float(v) for one in values for v in (one if isinstance(one, list) else [one])]
     if len(flat) % 3:
         raise InputError(
-            f"keypoints has {len(flat)} numbers, not three for each point",
+            f"{key} has {len(flat)} numbers, not three for each point",
             where=where,
             remedy=_OF_POINTS,
         )
@@ -350,9 +351,11 @@ def read_openpose(source: KeypointSource) -> Iterator[FileRow]:
         content = read_json(path, SETTINGS_BYTES, _OPENPOSE_REMEDY)
         check_kind(content, _OPENPOSE_KIND, str(path), _OPENPOSE_REMEDY)
         for index, one in enumerate(content.get("people") or []):
-            values = (one or {}).get("pose_keypoints_2d") or []
+            values = _triples(one or {}, "pose_keypoints_2d", str(path))
             who = Who(index, stated_name((one or {}).get("person_id")))
-            yield from _openpose_rows(values, source, str(path), (*place, who))
+            names = source.points_of(len(values), str(path)) if values else ()
+            for name, (x, y, sure) in zip(names, values, strict=True):
+                yield *place, name, x, y, sure, source.name, who
 
 
 @cache
@@ -365,20 +368,3 @@ def _camera_folder(folder: Path) -> str:
 def _named(path: Path) -> str:
     """Path of the picture that a file is of, as its camera and its frame are told by."""
     return f"{_camera_folder(path.parent)}/{path.name.removesuffix(_END)}"
-
-
-def _openpose_rows(
-    values: list[float], source: KeypointSource, where: str, place: tuple[int, str, Who]
-) -> Iterator[FileRow]:
-    frame, camera, who = place
-    if len(values) % 3:
-        raise InputError(
-            f"pose_keypoints_2d has {len(values)} numbers, not three for each point",
-            where=where,
-            remedy=_OPENPOSE_REMEDY,
-        )
-    if not values:
-        return
-    for i, name in enumerate(source.points_of(len(values) // 3, where)):
-        x, y, sure = values[3 * i : 3 * i + 3]
-        yield frame, camera, name, float(x), float(y), float(sure), source.name, who

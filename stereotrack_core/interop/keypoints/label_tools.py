@@ -8,7 +8,7 @@ names of tracks and nodes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -16,69 +16,35 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.interop.deeplabcut import places_of_rows, table_of
-from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable
+from stereotrack_core.interop.deeplabcut import DeepLabCutTable, places_of_rows
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.sleap import places_of_labelled
 from stereotrack_core.interop.sleap_file import read_sleap_file
 from stereotrack_core.reading import TABLE_BYTES, decoding
-from stereotrack_core.tables import finite_number, read_cells
 
-_DEEPLABCUT_REMEDY = (
+DEEPLABCUT_REMEDY = (
     "Use a .csv or .h5 file written by DeepLabCut's analyze_videos; have it write a damaged one "
     "again."
 )
 
 
-def read_csv(source: KeypointSource) -> Iterator[FileRow]:
-    """Rows of a CSV file; InputError where it cannot be read or its camera cannot be told."""
-    table = table_of(source.path, read_cells(source.path, headers=3), _DEEPLABCUT_REMEDY)
+def read_deeplabcut(source: KeypointSource, table: DeepLabCutTable) -> Iterator[FileRow]:
+    """Rows of a table; InputError where a number cannot be read or its camera cannot be told."""
     place_of = places_of_rows((named for _, named, _ in table.rows), _video(source))
-    for where, named, cells in table.rows:
-        if (place := place_of(named, where)) is not None:
-            line = int(where.rpartition(" ")[2])
-            values = [
-                finite_number(cell, source.path, line, column[1])
-                if cell and cell.lower() != "nan"
-                else float("nan")
-                for cell, column in zip(cells, table.columns, strict=True)
-            ]
-            yield from _rows(values, table.columns, source, place)
-
-
-def read_h5(source: KeypointSource, table: StoredTable) -> Iterator[FileRow]:
-    """Rows of an HDF5 file; InputError where its camera cannot be told."""
-    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
-    place_of = places_of_rows(table.rows, _video(source))
-    for row, values in zip(table.rows, table.values.tolist(), strict=True):
-        place = place_of(row, f"{source.path}, row {'/'.join(row)}")
-        if place is not None:
-            yield from _rows(values, columns, source, place)
+    people = list(dict.fromkeys(individual for individual, *_ in table.columns))
+    for row in table.rows:
+        if (place := place_of(row[1], row[0])) is None:
+            continue
+        for individual, part, x, y, likelihood in table.points(row):
+            who = Who(people.index(individual), individual)
+            yield *place, part, x, y, likelihood, source.name, who
 
 
 def _video(source: KeypointSource) -> LabelSource:
     """The source, named after its video: ``cam1`` for ``cam1DLC_resnet50_walk_1.csv``."""
     path = source.path
     return replace(source.labels, path=path.with_name(path.stem.split("DLC")[0] or path.stem))
-
-
-def _rows(
-    values: Sequence[float],
-    columns: Sequence[tuple[str, ...]],
-    source: KeypointSource,
-    place: tuple[int, str],
-) -> Iterator[FileRow]:
-    """Rows of one frame, from the numbers of columns of individual, body part and coordinate."""
-    found: dict[tuple[str, str], dict[str, float]] = {}
-    for value, (individual, part, coordinate) in zip(values, columns, strict=True):
-        found.setdefault((individual, part), {})[coordinate] = value
-    people = list(dict.fromkeys(individual for individual, _ in found))
-    nothing = float("nan")
-    for (individual, part), own in found.items():
-        x, y = own.get("x", nothing), own.get("y", nothing)
-        who = Who(people.index(individual), individual)
-        yield *place, part, x, y, own.get("likelihood", 1.0), source.name, who
 
 
 _MOST_NAMES = 100_000

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import deeplabcut_hdf5
-from stereotrack_core.interop.deeplabcut import is_deeplabcut
+from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_table, table_of_stored
 from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints import arrays, json_files, label_tools, table
 from stereotrack_core.interop.keypoints.source import (
@@ -95,7 +95,7 @@ def _of_hdf5(source: KeypointSource) -> Iterator[FileRow]:
     deeplabcut_hdf5.check_h5py(source.path)
     found = read_hdf5(source.path, _stored_hdf5, _NO_HDF5, _UNDERSTOOD)
     if isinstance(found, deeplabcut_hdf5.StoredTable):
-        return label_tools.read_h5(source, found)
+        return label_tools.read_deeplabcut(source, table_of_stored(source.path, found))
     return label_tools.rows_of_analysis(found, source)
 
 
@@ -112,7 +112,8 @@ def _stored_hdf5(path: Path) -> deeplabcut_hdf5.StoredTable | label_tools.Analys
 def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
     lines = read_cells(source.path)
     if is_deeplabcut(lines):
-        return label_tools.read_csv(source)
+        stored = read_table(source.path, label_tools.DEEPLABCUT_REMEDY)
+        return label_tools.read_deeplabcut(source, stored)
     header = lines[0] if lines else []
     if table.is_table(header):
         return table.read_table(source)

@@ -23,8 +23,15 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import LabelSource, camera_of
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoint_layouts import sentences, unnamed, with_layouts
-from stereotrack_core.recording.keypoint_names import COCO_17, LANDMARK_OF, LAYOUTS, keypoint_name
+from stereotrack_core.recording.keypoint_names import (
+    COCO_17,
+    LANDMARK_OF,
+    LAYOUTS,
+    keypoint_name,
+    sentences,
+    unnamed,
+    with_layouts,
+)
 from stereotrack_core.recording.keypoints import (
     Keypoints,
     Row,

@@ -19,7 +19,14 @@ from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import TIME_COLUMNS, row_times, same_rate, stated_time
 from stereotrack_core.recording.keypoints import Keypoints, rows_of
-from stereotrack_core.tables import csv_text, finite_number, read_cells, read_rows, whole_number
+from stereotrack_core.tables import (
+    csv_text,
+    finite_number,
+    number_or_nan,
+    read_cells,
+    read_rows,
+    whole_number,
+)
 
 COLUMNS = ("frame", "view", "keypoint", "x", "y", "confidence", "person", "source")
 _NEEDED = (("frame",), ("view", "camera"), ("keypoint", "landmark"), ("x",), ("y",))
@@ -45,10 +52,6 @@ def read_table(source: KeypointSource) -> Iterator[FileRow]:
             cameras[name] = places.camera(f"{name}/*", f"{path}, line {line}")
         if (camera := cameras[name]) is None:
             continue
-        numbers = [
-            finite_number(cells[name], path, line, name) if cells[name] else float("nan")
-            for name in (x, y)
-        ]
         sure, person, told = (cells.get(name, "") for name in COLUMNS[5:])
         yield (
             checked_frame(
@@ -56,8 +59,8 @@ def read_table(source: KeypointSource) -> Iterator[FileRow]:
             ),
             camera,
             cells[keypoint],
-            numbers[0],
-            numbers[1],
+            number_or_nan(cells[x], path, line, x),
+            number_or_nan(cells[y], path, line, y),
             finite_number(sure, path, line, "confidence") if sure else 1.0,
             source.detector or told or source.name,
             Who(0, person.strip()),

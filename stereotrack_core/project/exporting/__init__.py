@@ -1,1 +1,1 @@
-"""What is written for other programs, by the command and by the window."""
+"""Export for other programs, by the command and by the window."""

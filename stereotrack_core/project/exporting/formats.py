@@ -13,7 +13,7 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 
 Kind: TypeAlias = Literal["run", "trajectory", "reference", "clicks", "keypoints"]
-"""What is written: a complete run, landmarks of any origin, a project's reference, its clicks, or
+"""Kinds of data: a complete run, landmarks of any origin, a project's reference, its clicks, or
 what a detector has predicted."""
 
 
@@ -28,14 +28,14 @@ class ExportFormat:
     suffixes: tuple[str, ...]
     """Of its files; the first one is usual."""
     kinds: tuple[Kind, ...]
-    """What can be written."""
+    """Kinds of data that it can hold."""
     module: str = ""
     extra: str = ""
     """`module` and `extra`: library that it needs besides, and what installs that."""
     loses: frozenset[str] = frozenset()
     """Properties of clicks, by their names in :data:`_PROPERTIES`, that it has no place for."""
     lost_of_reference: str = ""
-    """What it has no place for of a fitted reference, in words."""
+    """Parts of a fitted reference that it has no place for, in words."""
 
     @property
     def missing(self) -> str:

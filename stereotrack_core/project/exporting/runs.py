@@ -27,8 +27,7 @@ from stereotrack_core.interop.keypoints.json_files import write_results
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
-from stereotrack_core.interop.run_file import write_trajectory
-from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.interop.run_file import write_run, write_trajectory
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.project.exporting.formats import ExportFormat, check_kind, lost_of_clicks
 from stereotrack_core.recording.description import Recording
@@ -36,7 +35,7 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tables import csv_text
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.stored import fps_of_run, upright_run
+from stereotrack_core.tracking.stored import fps_of_run
 
 ANGLES = "angles"
 """Name of the format of joint angles."""
@@ -44,12 +43,12 @@ ANGLES = "angles"
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written."""
+    """Files that were written."""
 
     files: Mapping[Path, str]
     """Files or folders, and in words what is in them."""
     notes: tuple[str, ...] = ()
-    """What the person has to know about them, as sentences."""
+    """Remarks on them, as sentences."""
 
     def words(self) -> str:
         """``30 frames saved to run.trc``; of several files the first one is named."""
@@ -64,16 +63,9 @@ def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = Non
     Raises InputError where the format cannot hold it, or the file cannot be written.
     """
     check_kind(form, "run")
-    if fps is None and ("fps" in run.meta or form.name == ANGLES):
-        fps = fps_of_run(run)
-    if form.name == "npz":
-        write_npz(path, run)
-    elif form.name == ANGLES and fps is not None:
-        return export_angles(path, angles_of_run(run), fps)
-    else:
-        own_world = form.name == "csv"
-        trajectory = (run if own_world else upright_run(run)).trajectory()
-        write_trajectory(path, trajectory, fps, run.residual)
+    if form.name == ANGLES:
+        return export_angles(path, angles_of_run(run), fps_of_run(run) if fps is None else fps)
+    write_run(path, run, fps)
     return Exported({path: counted(len(run.frame), "frame")})
 
 

@@ -1,4 +1,4 @@
-"""What is made of each source, and in what views: proposed by names, decided by a person."""
+"""Roles of the sources in views: proposed by names, decided by a person."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Role: TypeAlias = Literal[
     "mask",
     "unused",
 ]
-"""What a source shows of its view.
+"""Role of a source in its view.
 
 ``side by side`` holds the left and the right image of a stereo camera in its left and right half,
 ``swapped`` the other way round; ``image`` and ``mask`` belong to the depth source of the same view.
@@ -47,7 +47,7 @@ _USUAL_UNIT = 0.001  # metres per count of a Kinect, RealSense and most others
 
 @dataclass(frozen=True)
 class Use:
-    """What one source is used as."""
+    """Role and view of one source."""
 
     source: Source
     role: Role = "mono"
@@ -114,15 +114,8 @@ def size_of(use: Use) -> tuple[int, int]:
     return use.source.width // halves, use.source.height
 
 
-def problems_of(choices: Choices) -> tuple[InputError, ...]:
+def problems_of(choices: Choices) -> Iterator[InputError]:
     """Everything about choices that keeps a recording from being made of them."""
-    return tuple(_problems(choices))
-
-
-# ---- problems
-
-
-def _problems(choices: Choices) -> Iterator[InputError]:
     used = choices.used()
     if not used:
         yield InputError("no source is used", remedy="Choose what at least one source shows.")
@@ -144,22 +137,16 @@ def _problems(choices: Choices) -> Iterator[InputError]:
         )
 
 
+_NO_DEPTH = "the depth map is missing"
 _TOGETHER: Mapping[frozenset[str], str] = {
-    frozenset({"mono"}): "",
+    **{frozenset({one}): "" for one in ("mono", "side by side", "side by side, swapped", "depth")},
+    **{frozenset({"depth", *more}): "" for more in (("image",), ("mask",), ("image", "mask"))},
     frozenset({"left", "right"}): "",
-    frozenset({"side by side"}): "",
-    frozenset({"side by side, swapped"}): "",
-    frozenset({"depth"}): "",
-    frozenset({"depth", "image"}): "",
-    frozenset({"depth", "mask"}): "",
-    frozenset({"depth", "image", "mask"}): "",
     frozenset({"left"}): "the right image is missing",
     frozenset({"right"}): "the left image is missing",
-    frozenset({"image"}): "the depth map is missing",
-    frozenset({"mask"}): "the depth map is missing",
-    frozenset({"image", "mask"}): "the depth map is missing",
+    **{frozenset(some): _NO_DEPTH for some in (("image",), ("mask",), ("image", "mask"))},
 }
-"""Roles that make a view, or what they lack."""
+"""Roles that make a view, or the part that they lack."""
 
 
 def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
@@ -228,7 +215,7 @@ _MOST_DRIFT = 0.5  # frames over the length of a source
 
 
 def doubts_about(choices: Choices) -> tuple[str, ...]:
-    """What may be wrong with choices of which a recording can be made, in sentences."""
+    """Doubts about choices of which a recording can be made, in sentences."""
     used = choices.used()
     doubts = [*_doubts_about_rates(choices), *_doubts_about_numbers(used)]
     doubts += [

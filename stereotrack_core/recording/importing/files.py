@@ -51,7 +51,7 @@ class StreamFiles:
     how: Literal["stay", "copy", "remux", "convert"]
     """``remux``: the packets of a track, or of all chapters, are copied into a new file."""
     half: int | None = None
-    """Which half of the images it is; None for the whole."""
+    """Half of the images that it shows; None for the whole."""
     pictured: bool = False
     """Whether it is a picture of the depth map, for a depth camera without another image."""
     empty: bool = False
@@ -59,7 +59,7 @@ class StreamFiles:
 
 
 def files_of(uses: Sequence[Use], folder: Path) -> tuple[StreamFiles, ...]:
-    """What the sources become in a folder: one stream each, or two, and their backgrounds."""
+    """Streams of the sources in a folder, one or two each, and their backgrounds."""
     streams = [one for use in uses for one in _files_of(use, uses, folder)]
     empty = [
         _background(one, folder) for one in streams if one.use.background and one.part != "depth"

@@ -1,4 +1,4 @@
-"""Which files of a folder belong together, and which frame or instant each image is of.
+"""Files of a folder that belong together, and the frame or instant of each image.
 
 The last number in a name is the number of the frame, or a time stamp: seconds with decimals, or
 milli-, micro- or nanoseconds since 1970, as many recorders name their images.
@@ -30,7 +30,7 @@ _FEWEST_PRESENT = 0.5  # of the numbers from the first to the last, where they c
 
 @dataclass(frozen=True)
 class Numbering:
-    """What the names of images say about their frames."""
+    """Frames and times of images, by their names."""
 
     numbers: tuple[int, ...]
     """Frame of each image, the first is 0; a number that is left out has no image."""
@@ -80,7 +80,7 @@ def folders_of(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 def entries_of(folder: Path) -> list[Path]:
-    """What a folder holds; raises InputError where it cannot be read."""
+    """Contents of a folder; raises InputError if it cannot be read."""
     try:
         return sorted(folder.iterdir())
     except OSError as error:

@@ -29,7 +29,7 @@ from stereotrack_core.recording.importing.files import (
     check_background,
     files_of,
 )
-from stereotrack_core.recording.importing.levels import with_one_white
+from stereotrack_core.recording.importing.readers import with_one_white
 from stereotrack_core.recording.writing import write_recording_description
 
 OnProgress: TypeAlias = Callable[[float, str], None]

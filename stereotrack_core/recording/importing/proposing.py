@@ -1,4 +1,4 @@
-"""What sources probably show, by their names and sizes; what a person decides replaces it."""
+"""Probable roles of sources, by their names and sizes; a person's decisions replace them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.recording.importing.choices import Choices, Role, Use
-from stereotrack_core.recording.importing.levels import measured
-from stereotrack_core.recording.importing.readers import open_source
+from stereotrack_core.recording.importing.readers import measured, open_source
 from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.importing.sources import Found
 
@@ -37,7 +36,7 @@ _ROOM = (0.3, 8.0)  # metres; the middle distance of what a depth camera sees in
 
 
 def propose(found: Found) -> Choices:
-    """What the sources probably are, by their names and sizes."""
+    """Propose the roles of sources by their names and sizes."""
     uses = [_by_itself(measured(source)) for source in found.sources]
     _pair_by_number(uses)
     uses = [_without_partner(use, uses) for use in uses]
@@ -102,7 +101,7 @@ def possible_units(source: Source) -> tuple[tuple[float, float], ...]:
 
 
 def _by_itself(source: Source) -> Use:
-    """What a source is as far as its own name and size tell."""
+    """Role of a source by its own name and size."""
     words = [word for word in re.split(r"[_\-. ]+", source.name) if word]
     for place, word in enumerate(words):
         rest = "_".join(words[:place] + words[place + 1 :])

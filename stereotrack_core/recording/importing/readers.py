@@ -1,9 +1,16 @@
-"""The pictures of a source by number, and at a constant rate where they were not taken at one."""
+"""The pictures of a source by number, at a constant rate, and with 8 bits.
+
+Of pictures with more than 8 bits one value becomes white in the whole recording, so that brightness
+means the same in every picture and in both images of a stereo camera. It is the largest value of
+the sensor (255, 1023, 4095, 16383 or 65535): as the files state it, else the smallest that the
+pictures stay below.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from itertools import accumulate
@@ -17,7 +24,9 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import (
+    MEASURED_PICTURES,
     WHITEST,
     DamagedFrame,
     Keep,
@@ -26,7 +35,9 @@ from stereotrack_core.recording.images import (
     brightness_of,
     picture_of,
     read_metres,
+    white_of,
 )
+from stereotrack_core.recording.importing.choices import Choices, Use
 from stereotrack_core.recording.importing.ros import BagImages
 from stereotrack_core.recording.importing.source import AGAIN, Pictures, Source
 from stereotrack_core.recording.importing.video_sources import no_video
@@ -47,9 +58,9 @@ def open_source(source: Source, kind: PictureKind) -> Pictures:
     Raises InputError where it cannot be opened.
     """
     if source.bits > 8 and kind in ("grey", "colour"):
-        reader: Pictures = EightBit(_opened(source, "stored"), source.white, grey=kind == "grey")
+        reader: Pictures = EightBit(open_stored(source), source.white, grey=kind == "grey")
     else:
-        reader = _opened(source, kind)
+        reader = open_stored(source, kind)
     if source.rate is None:
         return reader
     try:
@@ -60,15 +71,11 @@ def open_source(source: Source, kind: PictureKind) -> Pictures:
     return Resampled(reader, times, source.rate, source.begin)
 
 
-def open_stored(source: Source) -> Pictures:
+def open_stored(source: Source, kind: PictureKind = "stored") -> Pictures:
     """Open a source to read its frames by number as they are stored, with 8 or 16 bits.
 
     Raises InputError where it cannot be opened.
     """
-    return _opened(source, "stored")
-
-
-def _opened(source: Source, kind: PictureKind) -> Pictures:
     if source.topic:
         return BagImages(source, kind)
     if source.images:
@@ -188,14 +195,6 @@ class Resampled:
         """Number of frames."""
         return len(self.chosen)
 
-    def count_so_far(self) -> tuple[int, bool]:
-        """Number of frames; final."""
-        return len(self.chosen), True
-
-    def missing(self) -> tuple[int, ...]:
-        """None: the nearest frame is always there."""
-        return ()
-
     def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
         """Picture of frame k."""
         if not 0 <= k < len(self.chosen):
@@ -261,3 +260,71 @@ def shown_depth(counts: NDArray[Any], within: tuple[float, float]) -> ImageArray
     share = (counts.astype(np.float32) - near) / max(far - near, 1.0)
     shown = _NEAR_GREY + (_FAR_GREY - _NEAR_GREY) * np.clip(share, 0.0, 1.0)
     return np.where(counts > 0, shown, 0.0).astype(np.uint8)
+
+
+_MAX_SAMPLE_VALUE = 281  # TIFF's tag
+_PNG_HEADER_BYTES = 1024
+
+
+def measured(source: Source) -> Source:
+    """The source with its white and how much of it is saturated; as it is if it has 8 bits.
+
+    Raises InputError where it cannot be opened.
+    """
+    if source.bits <= 8 or source.unit is not None or source.white:
+        return source
+    reader = open_stored(source)
+    counts = np.zeros(WHITEST + 1, dtype=np.int64)
+    try:
+        for k in np.unique(np.linspace(0, reader.count() - 1, MEASURED_PICTURES).astype(int)):
+            with suppress(DamagedFrame):  # said when it is written
+                picture = reader.read(int(k), lambda _number, _picture: None)
+                counts += np.bincount(picture.ravel(), minlength=WHITEST + 1)
+    finally:
+        reader.close()
+    white = white_of(counts, _stated(source.path) if source.images else None)
+    saturated = float(counts[white:].sum() / max(int(counts.sum()), 1))
+    return replace(source, white=white, saturated=saturated)
+
+
+def _stated(path: Path) -> int | None:
+    """The largest value that a TIFF or PNG states for its pictures of 16 bits."""
+    from PIL import Image, UnidentifiedImageError
+
+    with suppress(OSError, UnidentifiedImageError, ValueError, Image.DecompressionBombError):
+        with open_file(path) as file:
+            header = file.read(_PNG_HEADER_BYTES).partition(b"IDAT")[0]
+        if header.startswith(b"\x89PNG"):
+            bits = header.partition(b"sBIT")[2][:1]
+            return 2 ** bits[0] - 1 if bits and 8 <= bits[0] <= 16 else None
+        with Image.open(path) as image:
+            value = getattr(image, "tag_v2", {}).get(_MAX_SAMPLE_VALUE)
+        largest = max(value) if isinstance(value, tuple) else value
+        return int(largest) if largest and 255 <= largest < WHITEST else None
+    return None
+
+
+def with_one_white(choices: Choices) -> Choices:
+    """Choices whose pictures of more than 8 bits have one white, by default the largest measured.
+
+    Images of depth cameras, which are infrared, have one of their own. Raises InputError where a
+    source cannot be opened.
+    """
+    uses = [
+        replace(use, source=measured(use.source)) if shows_brightness(use) else use
+        for use in choices.uses
+    ]
+    return replace(choices, uses=tuple(_of_its_group(use, uses) for use in uses))
+
+
+def shows_brightness(use: Use) -> bool:
+    """Whether a source of more than 8 bits is written again with 8."""
+    return use.source.bits > 8 and use.role not in ("depth", "unused")
+
+
+def _of_its_group(use: Use, uses: Sequence[Use]) -> Use:
+    if not shows_brightness(use):
+        return use
+    infrared = use.role == "image"
+    group = [one for one in uses if shows_brightness(one) and (one.role == "image") == infrared]
+    return replace(use, source=replace(use.source, white=max(one.source.white for one in group)))

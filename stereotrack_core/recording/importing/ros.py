@@ -116,7 +116,7 @@ def read_topics(path: Path) -> list[Source]:
 
 
 def _facts_of(message: Any, topic: str) -> dict[str, Any]:
-    """What the first image of a topic tells of all of them."""
+    """Properties of all images of a topic, by the first one."""
     words = getattr(message, "encoding", None) or str(message.format).replace(";", " ")
     named = "depth" in topic.lower()
     depth = is_depth(message) and (words != "mono16" or named)  # some drivers send depth so
@@ -144,7 +144,7 @@ def _focal_of(topic: str, focals: dict[str, float]) -> float | None:
 
 
 def _short(topic: str) -> str:
-    """What the source is called: the topic without the parts that all have."""
+    """Name of the source: the topic without the parts that all have."""
     if viewer := _VIEWER.fullmatch(topic):
         return viewer[1].lower().replace("infrared_", "infra").removesuffix("_0")
     parts = [part for part in topic.split("/") if part]

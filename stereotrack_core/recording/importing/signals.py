@@ -1,4 +1,4 @@
-"""What a source shows over time, as one number per frame or millisecond."""
+"""Signals of a source over time, one number per frame or millisecond."""
 
 from __future__ import annotations
 
@@ -136,7 +136,8 @@ def _pictures(source: Source, cancelled: IsCancelled) -> Iterator[FloatArray]:
 
 def reduced(picture: Any) -> FloatArray:
     """A grey picture reduced to (H, W) float32, as :func:`motion_of` compares them."""
-    small: Any = cv2.resize(
-        picture.astype(np.float32, copy=False), (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA
+    return np.asarray(
+        cv2.resize(
+            picture.astype(np.float32, copy=False), (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA
+        )
     )
-    return small  # type: ignore[no-any-return]

@@ -36,7 +36,7 @@ class Source:
     """One video, or the numbered images of one folder."""
 
     name: str
-    """What it is called here; unique among all that were found."""
+    """Unique among all sources that were found."""
     path: Path
     """The video, its first chapter, or the first image."""
     kind: SourceKind
@@ -52,7 +52,7 @@ class Source:
     chapters: tuple[Path, ...] = ()
     """The files of a video that the camera split, in their order; none of other videos."""
     track: int = 0
-    """Which video track of the file it is."""
+    """Index of the video track in the file."""
     tracks: int = 1
     """Number of video tracks in the file."""
     bits: int = 8

@@ -34,7 +34,7 @@ _MOST_SOURCES = 100
 
 @dataclass(frozen=True)
 class Found:
-    """What was found in folders and files that somebody named."""
+    """Sources in folders and files that somebody named."""
 
     sources: tuple[Source, ...]
     problems: tuple[InputError, ...] = ()
@@ -42,7 +42,7 @@ class Found:
     backgrounds: tuple[Path, ...] = ()
     """Single images beside the streams, some of which may show the empty scene."""
     notes: tuple[str, ...] = ()
-    """What has to be known about them, in clauses."""
+    """Remarks on them, in clauses."""
     folder: Path | None = None
     """The folder that was named, where it was one alone, else the one that all files lie in."""
 

@@ -108,19 +108,10 @@ def leads_of(
     on_progress: OnProgress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Lead, ...]:
-    """Where each source shows what the first one shows in its frame 0.
+    """Where each source shows what the first one shows in its frame 0; all have the same rate.
 
-    Parameters
-    ----------
-    fps : float
-        Frames per second of all sources.
-
-    Raises
-    ------
-    InputError
-        Where a source lacks what the method needs, or the evidence is too weak.
-    Cancelled
-        On request.
+    Raises InputError where a source lacks what the method needs, or the evidence is too weak;
+    Cancelled on request.
     """
     if method == "start":
         return _by_start(sources, fps)
@@ -148,16 +139,9 @@ def leads_of(
 
 
 def best_lag(one: FloatArray, other: FloatArray) -> tuple[float, float, float]:
-    """Lag in samples at which two signals agree best: ``other[k + lag]`` is as ``one[k]``.
+    """Lag in samples at which two signals (N,), (M,) agree best: ``other[k + lag]`` is ``one[k]``.
 
-    Parameters
-    ----------
-    one, other : (N,), (M,)
-
-    Returns
-    -------
-    tuple of float
-        The lag, between samples; the correlation there; that of the best other place.
+    Also the correlation there, and that of the second best place; lags lie between samples.
     """
     a, b = one - one.mean(), other - other.mean()
     size = 1 << int(np.ceil(np.log2(len(a) + len(b))))
@@ -176,12 +160,16 @@ def best_lag(one: FloatArray, other: FloatArray) -> tuple[float, float, float]:
         last += 1
     rest = np.concatenate([correlation[:first], correlation[last + 1 :]])
     second = float(rest.max()) if rest.size else 0.0
-    shift = 0.0
-    if 0 < peak < len(lags) - 1:
-        left, middle, right = correlation[peak - 1 : peak + 2]
-        curve = left - 2 * middle + right
-        shift = 0.5 * float((left - right) / curve) if curve < 0 else 0.0
-    return float(lags[peak] + shift), float(correlation[peak]), second
+    return float(lags[peak] + beside_least(-correlation, peak)), float(correlation[peak]), second
+
+
+def beside_least(values: FloatArray, at: int) -> float:
+    """Shift from a least value (N,) to the bottom of the parabola through it and its neighbours."""
+    if not 0 < at < len(values) - 1:
+        return 0.0
+    before, least, after = values[at - 1 : at + 2]
+    bend = before - 2 * least + after
+    return float(0.5 * (before - after) / bend) if bend > 0 else 0.0
 
 
 def _lag_of_flash(one: FloatArray, other: FloatArray, lag: int) -> float:

@@ -1,4 +1,4 @@
-"""What a video file holds: its tracks, how many frames, at which rate, and since when."""
+"""Contents of a video file: its tracks, their number of frames, rate and start."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def _created(container: Any, stream: Any) -> float | None:
 
 
 def no_video(path: Path, error: Exception) -> InputError:
-    """What to say about a file that is no video."""
+    """The error for a file that is no video."""
     empty = isinstance(error, IndexError | StopIteration)
     return InputError(
         f"it cannot be opened as a video ({'it contains no image' if empty else reason(error)})",

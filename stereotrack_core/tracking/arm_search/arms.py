@@ -34,6 +34,13 @@ class Arms:
         return Arms(self.upper[index], self.fore[index])
 
 
+def directions(vectors: FloatArray) -> FloatArray:
+    """Unit vectors (..., 3) along vectors (..., 3)."""
+    length = np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+    result: FloatArray = vectors / length
+    return result
+
+
 def joined(*arms: Arms) -> Arms:
     """All proposals one after the other."""
     return Arms(
@@ -135,8 +142,7 @@ _CANONICAL = np.array(
 
 def _canonical_arms(side: int) -> Arms:
     """Arms hanging, bent, crossed, forward, sideways, raised, folded, at the back."""
-    directions = _CANONICAL @ MIRROR if side == LEFT else _CANONICAL
-    units = directions / np.linalg.norm(directions, axis=2, keepdims=True)
+    units = directions(_CANONICAL @ MIRROR if side == LEFT else _CANONICAL)
     return Arms(units[:, 0], units[:, 1])
 
 
@@ -169,13 +175,12 @@ def _hands_at(shape: ArmShape, targets: FloatArray, swivels: int, rng: np.random
     across = _perpendicular(along, rng)
     upper = cosine[:, None] * along + sine[:, None] * across
     fore = span[:, None] * along - a * upper
-    return Arms(upper, fore / np.linalg.norm(fore, axis=1, keepdims=True))
+    return Arms(upper, directions(fore))
 
 
 def _elbows_at(shape: ArmShape, targets: FloatArray, rng: np.random.Generator) -> Arms:
     """Arms whose upper arm points to the targets (K, 3); forearms are bent at random."""
-    upper = targets - shape.shoulder
-    upper = upper / np.maximum(np.linalg.norm(upper, axis=1, keepdims=True), 1e-6)
+    upper = directions(targets - shape.shoulder)
     bend = rng.uniform(0.0, np.radians(130.0), len(upper))
     across = _perpendicular(upper, rng)
     fore = np.cos(bend)[:, None] * upper + np.sin(bend)[:, None] * across
@@ -221,6 +226,4 @@ def proposals(
 
 def _perpendicular(along: FloatArray, rng: np.random.Generator) -> FloatArray:
     drawn = rng.normal(size=along.shape)
-    across = drawn - np.einsum("ki,ki->k", drawn, along)[:, None] * along
-    result: FloatArray = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
-    return result
+    return directions(drawn - np.einsum("ki,ki->k", drawn, along)[:, None] * along)

@@ -12,15 +12,21 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
-from stereotrack_core.tracking.arm_search.arms import Arms, ArmShape
+from stereotrack_core.tracking.arm_search.arms import Arms, ArmShape, directions
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 
 _JOINTS = ("elbow", "wrist")
 """Keypoints of an arm; they are the second and third of its nodes."""
 
-_SQUARED_SCALE = 0.25**2
-"""Square of the metres from its ray at which a joint counts as half contradicted. Detectors are off
-by 0.04 m, and by up to 0.25 m where arms cross; what is farther off is another place."""
+_SCALE, _CROSSED_SCALE = 0.25, 0.15
+"""Metres from its ray at which a joint counts as half contradicted, and if arms may be crossed,
+where each picture has two explanations. Detectors are off by 0.04 m, simulated hands by 0.1 m."""
+
+_CROSSED = 2.0
+"""Factor on the cost then: what halves confidences in arms is explained (tracking/detecting.py)."""
+
+_HAND = 0.05
+"""Metres from its ray within which points are of a hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,19 +36,34 @@ class ArmKeypoints:
     eye: FloatArray
     """(V, 3), metres. Optical centres."""
     ray: FloatArray
-    """(2, V, 3). Unit vectors, of elbow and wrist; NaN where not seen."""
+    """(3, V, 3). Unit vectors, of elbow, wrist and the other elbow; NaN where not seen."""
     sure: FloatArray
-    """(2, V). Confidences; 0 where not seen."""
+    """(3, V). Confidences; 0 where not seen."""
     met: FloatArray
     """(2, 3), metres. Where rays of several cameras meet; NaN where they do not."""
+    crossed: bool
+    """Whether arms may be crossed, so that the other elbow may be this hand."""
 
     def cost(self, shape: ArmShape, arms: Arms) -> FloatArray:
-        """Sum (K,) over cameras and joints of confidence times e^4 / (e^4 + s^4)."""
-        joints = shape.nodes(arms)[:, 1:3, None] - self.eye
-        along = np.einsum("kjvi,jvi->kjv", joints, self.ray)
-        quartic = (np.sum(joints**2, axis=3) - along**2) ** 2
-        against = np.where(along > 0.0, quartic / (quartic + _SQUARED_SCALE**2), 1.0)
-        return np.asarray(np.nansum(self.sure * against, axis=(1, 2)))
+        """Sum (K,) over cameras and joints of confidence times e^4 / (e^4 + s^4).
+
+        If arms may be crossed, the cheaper explanation of each picture: elbow and wrist, or hand.
+        """
+        nodes = shape.nodes(arms)
+        joints = np.concatenate([nodes[:, 1:3], nodes[:, 2:].mean(axis=1, keepdims=True)], axis=1)
+        away = joints[:, :, None] - self.eye
+        along = np.einsum("kjvi,jvi->kjv", away, self.ray)
+        quartic = (np.sum(away**2, axis=3) - along**2) ** 2
+        scale = _CROSSED_SCALE if self.crossed else _SCALE
+        against = np.where(along > 0.0, quartic / (quartic + scale**4), 1.0)
+        cost: FloatArray = np.nan_to_num(self.sure * against)
+        arm, hand = cost[:, :2].sum(axis=1), cost[:, 2]
+        return np.asarray((_CROSSED * np.minimum(arm, hand) if self.crossed else arm).sum(axis=1))
+
+    def near_hand(self, points: FloatArray) -> FloatArray:
+        """Those of the points (N, 3) at which the hand is if arms are crossed; may be none."""
+        off = np.linalg.norm(np.cross(points[:, None] - self.eye, self.ray[2]), axis=2)
+        return np.asarray(points[(off < _HAND).any(axis=1) & self.crossed])
 
     def proposals(self, shape: ArmShape) -> Arms | None:
         """Arms whose elbow and wrist lie on the rays of a camera, or where those of several meet.
@@ -53,13 +74,13 @@ class ArmKeypoints:
         if not found:
             return None
         elbow, wrist = np.array(found).transpose(1, 0, 2)
-        return Arms(_directions(elbow - shape.shoulder), _directions(wrist - elbow))
+        return Arms(directions(elbow - shape.shoulder), directions(wrist - elbow))
 
     def _places(self, shape: ArmShape) -> Iterator[tuple[FloatArray, FloatArray]]:
         if np.isfinite(self.met).all():
             yield self.met[0], self.met[1]
-        for v in np.flatnonzero((self.sure > 0.0).all(axis=0)).tolist():
-            eye, (to_elbow, to_wrist) = self.eye[v], self.ray[:, v]
+        for v in np.flatnonzero((self.sure[:2] > 0.0).all(axis=0)).tolist():
+            eye, (to_elbow, to_wrist) = self.eye[v], self.ray[:2, v]
             for elbow in _on_sphere(eye, to_elbow, shape.shoulder, shape.upper_length):
                 for wrist in _on_sphere(eye, to_wrist, elbow, shape.fore_length):
                     yield elbow, wrist
@@ -88,12 +109,13 @@ def _of_side(
         return None
     rows = [seen.names.index(name) for name in names]
     torso = frames.rotations[TORSO]
-    centres, rays = seen.rays
+    (centres, rays), three = seen.rays, [*rows, seen.other_side[rows[0]]]
     return ArmKeypoints(
         (centres - frames.origins[TORSO]) @ torso,
-        rays[rows] @ torso,
-        seen.confidence[rows],
+        rays[three] @ torso,
+        seen.confidence[three],
         (met[rows] - frames.origins[TORSO]) @ torso,
+        seen.crossed,
     )
 
 
@@ -108,9 +130,3 @@ def _on_sphere(
         return (centre + (nearest - centre) * (radius / off),)
     half = float(np.sqrt(radius**2 - off**2))
     return nearest - half * ray, nearest + half * ray
-
-
-def _directions(vectors: FloatArray) -> FloatArray:
-    length = np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
-    result: FloatArray = vectors / length
-    return result

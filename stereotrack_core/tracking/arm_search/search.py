@@ -160,17 +160,18 @@ class ArmSearch:
         unexplained = evidence.points[explained > _UNEXPLAINED]
         kept = []
         for shape in evidence.shapes:
+            seen = None if evidence.keypoints is None else evidence.keypoints[shape.side]
+            targets = unexplained[:0] if seen is None else seen.near_hand(evidence.points)
             proposed = proposals(
                 shape,
                 expected[shape.side],
                 present[shape.side],
-                unexplained,
+                targets if len(targets) else unexplained,
                 self.parameters.search_proposals,
                 rng,
             )
-            if evidence.keypoints is not None:
-                shown = evidence.keypoints[shape.side].proposals(shape)
-                proposed = proposed if shown is None else joined(proposed, shown)
+            shown = None if seen is None else seen.proposals(shape)
+            proposed = proposed if shown is None else joined(proposed, shown)
             other = at_present[1 - shape.side]
             kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
             if trace is not None:

@@ -35,7 +35,8 @@ def disagreement(seen: SightedKeypoints | None, body: BodyModel, pose: Pose) -> 
     A limb's keypoints span an arrow in each picture, and so do the pose's. The distance of the
     arrows' tips, over what the limb would be long across the picture, is its disagreement there:
     0 if they agree, 1 for 60 degrees of a limb parallel to the picture. The place of the body
-    cancels. Sides that a picture exchanges are exchanged back before.
+    cancels. Sides that a picture exchanges are exchanged back before. Of arms that may be crossed
+    nothing is said.
     """
     fit = KeypointObservation(seen, 1.0).fitted(body, pose)
     if fit is None:
@@ -47,7 +48,7 @@ def disagreement(seen: SightedKeypoints | None, body: BodyModel, pose: Pose) -> 
         if begin not in rows or end not in rows:
             continue
         a, b = rows[begin], rows[end]
-        sure = np.minimum(fit.seen.confidence[a], fit.seen.confidence[b])
+        sure = np.minimum(fit.sure[a], fit.sure[b])
         if not sure.any():
             continue
         long = fit.metre[b] * body.skeleton.lengths[limb]

@@ -92,7 +92,7 @@ class PoseFinder:
         self._arms = ArmSearch(setup.body, setup.parameters, free=True)
         self._estimator = IteratedEstimator(setup)
         self._pairing = DataToModel(setup)
-        self.follower = Follower(setup, self._estimator)
+        self.follower = Follower(setup, self._estimator, judges=False)
 
     def poses_in(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of everybody in a cloud that differ, best first."""

@@ -10,6 +10,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.model import BodyModel, landmarks
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, points_by_name
 from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
@@ -60,16 +61,12 @@ def _trunk(points: Mapping[str, FloatArray], body: BodyModel) -> dict[str, Float
     for joint, width in (("shoulder", p.shoulder_width), ("hip", p.hip_width)):
         other = "hip" if joint == "shoulder" else "shoulder"
         for side, sign in (("left", -1.0), ("right", 1.0)):
-            name, opposite = f"{side}_{joint}", f"{_other(side)}_{joint}"
+            name = f"{side}_{joint}"
             if name not in found:
                 across = found[f"right_{other}"] - found[f"left_{other}"]
                 across = across / max(float(np.linalg.norm(across)), 1e-9)
-                found[name] = found[opposite] + sign * width * across
+                found[name] = found[exchanged(name)] + sign * width * across
     return found
-
-
-def _other(side: str) -> str:
-    return "right" if side == "left" else "left"
 
 
 def _completed(found: Mapping[str, FloatArray], body: BodyModel, last: Pose | None) -> FloatArray:

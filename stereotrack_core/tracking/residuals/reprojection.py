@@ -138,13 +138,19 @@ class KeypointFit:
         return result
 
     @property
+    def sure(self) -> FloatArray:
+        """Confidences (K, V); 0 of arms that may be crossed, unless enough cameras agree."""
+        crossed = self.placed.arm & ~self.meeting.settled & self.seen.crossed
+        return np.where(crossed[:, None], 0.0, self.seen.confidence)
+
+    @property
     def weight(self) -> FloatArray:
         """From 0 to 1 (K, V): w = (g^2 / (g^2 + e^2))^2, 0 where other cameras contradict."""
         settled = self.meeting.settled[:, None]
         squared = np.where(settled, _SETTLED_SCALE, _SCALE) ** 2
         weight = (squared / (squared + self.off**2)) ** 2
-        contradicted = settled & ~self.meeting.agreed
-        result: FloatArray = np.nan_to_num(np.where(contradicted, 0.0, weight))
+        used = (self.sure > 0.0) & (self.meeting.agreed | ~settled)
+        result: FloatArray = np.nan_to_num(np.where(used, weight, 0.0))
         return result
 
     def cost(self) -> float:

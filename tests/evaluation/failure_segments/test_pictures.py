@@ -7,11 +7,9 @@ from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
+    before_peak_after,
     best_view,
     picture_strip,
-)
-from stereotrack_core.evaluation.failure_segments.export import (
-    before_peak_after,
     strip_of,
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures

@@ -116,7 +116,7 @@ def tasks(qapp):
     """Work in the background, ended with the test."""
     from app.services.tasks.task import TaskList
 
-    made = TaskList()
+    made = TaskList(lambda _error: None)
     yield made
     made.shutdown()
 
@@ -139,9 +139,10 @@ def stage(qtbot, project, make, shown, tmp_path):
     made.timeline.set_range(FRAMES, 10.0)
     recording = open_recording(project.find_recording().folder)
     made.edits.set_project(project)
-    project.on_change(made.edits.follow)
+    made.context.session.project.changed.connect(made.panels.follow)
+    project.on_change(made.context.session.project.changed.emit)
     made.panels.set_project(project, recording, FRAMES)
     shown(made, 1100, 900)
     yield made
     made.panels.shutdown()
-    made.tasks.shutdown()
+    made.context.session.close()

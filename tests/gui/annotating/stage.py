@@ -5,15 +5,13 @@ from __future__ import annotations
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
+from app.context import make_context
 from app.features.annotate.actions import add_commands
+from app.features.annotate.clicking.controller import ClickController
 from app.features.annotate.dialogs import AnnotationDialogs
 from app.features.annotate.filling.predicting import PredictionWork
 from app.features.annotate.panels import AnnotationPanels
-from app.services.actions import ActionRegistry
-from app.services.tasks.task import TaskList
-from app.session.edits import EditStack
-from app.widgets.redraw import RedrawQueue
-from app.widgets.timeline.timeline_view import TimelineView
+from app.widgets.forms.message import MessageBar
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -23,10 +21,14 @@ class Stage(QMainWindow):
 
     def __init__(self, settings):
         super().__init__()
-        self.timeline, self.tasks = TimelineView(), TaskList(self)
-        self.edits = EditStack(self)
-        self.panels = AnnotationPanels(self.timeline, self.tasks, self.edits, self)
-        self.book = ActionRegistry(self, settings, RedrawQueue(self))
+        self.heard, self.problems = [], []
+        self.messages = MessageBar(self)
+        self.messages.show_message = self.problems.append
+        self.statusBar().messageChanged.connect(lambda words: words and self.heard.append(words))
+        self.context = context = make_context(self, self.messages, settings)
+        self.timeline, self.tasks = context.docks.timeline, context.tasks
+        self.edits, self.book = context.session.edits, context.actions
+        self.panels = AnnotationPanels(context, ClickController(context))
         self.dialogs = AnnotationDialogs(self.panels)
         add_commands(self.book, self.panels, self.dialogs, PredictionWork(self.panels))
         self.book.fill(self.menuBar(), ())
@@ -36,12 +38,9 @@ class Stage(QMainWindow):
         column.addWidget(self.panels.next_panel)
         column.addWidget(self.panels.bar)
         column.addWidget(self.timeline)
-        self.setCentralWidget(page)
-        self.heard, self.problems = [], []
-        self.panels.said.connect(self.heard.append)
-        self.panels.message.connect(self.problems.append)
-        self.tasks.failed.connect(self.problems.append)
-        self.panels.frame_requested.connect(self.go_to)
+        context.docks.middle.addWidget(page)
+        context.docks.middle.setCurrentWidget(page)
+        context.session.document.visit = self.go_to
         self.timeline.frame_requested.connect(self.panels.set_frame)
 
     def go_to(self, frame):

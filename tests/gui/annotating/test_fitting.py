@@ -28,12 +28,10 @@ def annotated(project, make):
 
 @pytest.fixture
 def work(qtbot, annotated, recording):
-    tasks = TaskList()
+    problems = []
+    tasks = TaskList(problems.append)
     made = ReferenceWork(tasks)
-    made.tasks = tasks
-    made.problems = []
-    tasks.failed.connect(made.problems.append)
-    made.failed.connect(made.problems.append)
+    made.tasks, made.problems = tasks, problems
     made.set_project(annotated, recording, FRAMES)
     annotated.on_change(made.follow)
     yield made

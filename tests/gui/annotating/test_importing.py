@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
 from app.features.annotate import dialogs
 from app.features.annotate.dialogs import AnnotationDialogs
@@ -16,6 +17,7 @@ from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
+from tests.gui.annotating.notices import Notices
 
 PATIENCE_S = 300.0
 
@@ -23,13 +25,10 @@ PATIENCE_S = 300.0
 class Panels(QObject):
     """In place of the panels: a project and a recording, and what works in the background."""
 
-    leaving = Signal()
-    message = Signal(object)
-
     def __init__(self, project, recording):
         super().__init__()
         self.project, self.recording, self.frame_count = project, recording, 10
-        self.tasks = TaskList()
+        self.context = SimpleNamespace(tasks=TaskList(lambda _error: None), notifier=Notices())
 
 
 @pytest.fixture
@@ -60,7 +59,7 @@ def test_a_reference_goes_into_the_project_it_was_read_for(
     if not stays:
         panels.project = type("Other", (), {"apply": applied.append})()
     go.set()
-    qtbot.waitUntil(lambda: not panels.tasks.tasks)
+    qtbot.waitUntil(lambda: not panels.context.tasks.tasks)
     assert project.references.names() == (("truth",) if stays else ())
     assert applied == [], "another project has nothing to do with it"
 
@@ -69,14 +68,13 @@ def test_a_reference_of_another_rate_and_longer_than_the_recording_is_taken_by_t
     qtbot, project, recording, make, tmp_path
 ):
     points = np.stack([make.places_at(k) for k in range(13)]).repeat(5, axis=0)
-    path, panels, said = tmp_path / "mocap.trc", Panels(project, recording), []
-    panels.message.connect(said.append)
+    path, panels = tmp_path / "mocap.trc", Panels(project, recording)
     write_trc(path, LandmarkTrajectory(np.arange(65), points), 5 * recording.fps)
     AnnotationDialogs(panels).import_labels(LabelSource(path, recording, NINE.names))
-    qtbot.waitUntil(lambda: not panels.tasks.tasks)
+    qtbot.waitUntil(lambda: not panels.context.tasks.tasks)
     kept = load_reference(project.references, "mocap")
     assert kept.frame.tolist() == list(range(10))
     np.testing.assert_allclose(kept.points, points[:50:5], atol=1e-9)
-    sentences = " ".join(one.sentence() for one in said)
+    sentences = " ".join(one.sentence() for one in panels.context.notifier.shown)
     assert f"it has {5 * recording.fps:g} frames per second, the recording" in sentences
     assert "3 of its 13 frames lie after it. They are left out." in sentences

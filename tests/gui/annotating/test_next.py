@@ -41,11 +41,11 @@ def fit_between(make, clicked, *, unsure=0.05) -> TrajectoryFit:
 
 
 @pytest.fixture
-def presenter(qtbot, project, make):
+def presenter(qtbot, project, make, tasks):
     project.apply(PlaceClicks(make.clicks_at([0, 39])))
-    made = NextPresenter()
+    made = NextPresenter(tasks)
     made.problems, made.heard = [], []
-    made.failed.connect(made.problems.append)
+    tasks.failed = made.problems.append
     made.ranked.connect(made.heard.append)
     made.set_project(project, make.CAMERAS)
     project.on_change(made.follow)
@@ -85,12 +85,12 @@ def test_gaps_are_not_asked_for(qtbot, project, presenter, make):
     assert after.sign.frames == 20
 
 
-def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make):
+def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make, tasks):
     fit = fit_between(make, [0, 39])
     ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
     after = ranking_after(qtbot, presenter, lambda: presenter.set_wanted(40.0))
     assert after.sign.reached
-    again = NextPresenter()
+    again = NextPresenter(tasks)
     again.set_project(project, make.CAMERAS)
     assert again.wanted_deg == 40.0
 
@@ -143,7 +143,7 @@ def test_enough_is_said_with_a_doubt_where_clicks_lie_far_off(panel):
 
 def test_the_wanted_accuracy_is_typed(qtbot, panel):
     panel.wanted.selectAll()
-    with qtbot.waitSignal(panel.wanted_changed) as caught:
+    with qtbot.waitSignal(panel.wanted.valueChanged) as caught:
         qtbot.keyClicks(panel.wanted, "2")
         qtbot.keyClick(panel.wanted, Qt.Key.Key_Return)
     assert caught.args == [2.0]
@@ -152,11 +152,11 @@ def test_the_wanted_accuracy_is_typed(qtbot, panel):
 def test_nothing_fitted_offers_to_fit(qtbot, panel):
     panel.show_ranking((), None, {})
     assert panel.fit_button.isVisible()
-    with qtbot.waitSignal(panel.fit_requested):
+    with qtbot.waitSignal(panel.fit_button.clicked):
         qtbot.mouseClick(panel.fit_button, LEFT)
     went = []
     panel.visit_requested.connect(lambda *where: went.append(where))
-    with qtbot.waitSignal(panel.fit_requested):
+    with qtbot.waitSignal(panel.fit_button.clicked):
         panel.go_to_next()
     panel.show_ranking(ROWS, SIGN, COLOURS)
     panel.show_ranking(ROWS, SIGN, COLOURS)

@@ -58,6 +58,7 @@ def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
     stage.go_to(20)
     qtbot.keyClick(stage, Qt.Key.Key_K)
     qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes done")
+    assert not stage.panels.bar.next_button.isEnabled()
     stage.trigger("flag")
     qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes done, 1 flagged")
     stage.go_to(5)
@@ -72,7 +73,7 @@ def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
 
 def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage):
     went = []
-    stage.panels.click_requested.connect(lambda *where: went.append(where))
+    stage.panels.next_panel.visit_requested.connect(lambda *where: went.append(where))
     stage.book.refresh()
     qtbot.keyClick(stage, Qt.Key.Key_J)
     assert stage.heard[-1].startswith("Fitting the body to all clicks")

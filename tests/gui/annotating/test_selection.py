@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import Qt
 
-from app.widgets.timeline.bars import AnnotationBar
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import GAP, SetKeyframes
@@ -17,8 +15,6 @@ from stereotrack_core.project.selection import (
     set_flags,
     set_keyframes,
 )
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -63,17 +59,3 @@ def test_keyframes_every_n(annotated):
     assert annotated.progress().words() == "4 of 4 keyframes done"
     with pytest.raises(InputError, match="no keyframes in frames 41 – 43"):
         set_keyframes(annotated, Selection(range(41, 44)), "done")
-
-
-@pytest.fixture
-def bar(shown):
-    return shown(AnnotationBar(), 900, 32)
-
-
-def test_flagged_frames_are_gone_to(qtbot, bar):
-    bar.show_progress("214 of 300 keyframes, 3 flagged", 0.71, flagged=True)
-    with qtbot.waitSignal(bar.flagged_requested) as caught:
-        qtbot.mouseClick(bar.next_button, LEFT)
-    assert caught.args == [False]
-    bar.show_progress("214 of 300 keyframes", 0.71, flagged=False)
-    assert not bar.next_button.isEnabled()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -11,6 +12,7 @@ from app.features.annotate.exchange.merging import TakeInDialog
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.merging import incoming
+from tests.gui.annotating.notices import Notices
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -39,7 +41,7 @@ def theirs(project, make):
 def take(qtbot, dialog):
     """Click on Take in, and wait until that is done or was refused."""
     qtbot.mouseClick(dialog.accept_button, LEFT)
-    qtbot.waitUntil(lambda: not dialog._tasks.tasks, timeout=10_000)
+    qtbot.waitUntil(lambda: not dialog._context.tasks.tasks, timeout=10_000)
 
 
 @pytest.fixture
@@ -48,7 +50,8 @@ def dialog(project, theirs, shown, tasks):
         mine = project.clicks.all(with_deleted=True)
         return incoming(mine, theirs, "clicks of B")
 
-    return shown(TakeInDialog(project, compare, compare(), (), tasks), 560, 240)
+    context = SimpleNamespace(tasks=tasks, notifier=Notices())
+    return shown(TakeInDialog(project, compare, compare(), (), context), 560, 240)
 
 
 def test_it_counts_before_anything_is_written(project, dialog):
@@ -64,9 +67,8 @@ def test_it_counts_before_anything_is_written(project, dialog):
 
 def test_mine_stays_where_nothing_is_decided(qtbot, project, dialog):
     before = {c.key: c for c in project.clicks.all()}
-    with qtbot.waitSignal(dialog.taken_in) as caught:
-        qtbot.mouseClick(dialog.accept_button, LEFT)
-    assert caught.args == ["merge 36 clicks from clicks of B"]
+    take(qtbot, dialog)
+    assert dialog._context.notifier.said == ["merge 36 clicks from clicks of B"]
     after = {c.key: c for c in project.clicks.all()}
     assert {key: after[key] for key in before} == before
     assert len(after) == len(before) + 36

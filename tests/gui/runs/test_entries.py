@@ -12,6 +12,7 @@ from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking import run_checks
 from stereotrack_core.tracking.presets import preset
+from tests.gui.hands import heard
 from tests.gui.made_runs import made_run
 
 
@@ -36,8 +37,7 @@ def test_a_run_knows_the_stretches_that_a_second_look_changed(small_recording):
 
 def messages_of_run(window, qtbot, **changes):
     """Messages of a run over two frames."""
-    said = []
-    window.context.session.track.message.connect(said.append)
+    said = heard(window)
     window.context.session.track.choose("fast", preset("fast").replaced(**changes))
     window.context.view_state.select(range(2))
     window.context.session.tracker.run_selection()

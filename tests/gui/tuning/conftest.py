@@ -1,5 +1,7 @@
 """A window with a short stored run, so that trials have something to begin with."""
 
+from dataclasses import replace
+
 import pytest
 
 from app.session.runs import entry_of_run
@@ -38,7 +40,8 @@ def quick_run_file(small_recording, tmp_path_factory):
 def tuning(opened, qtbot, quick_run_file):
     """The window in the workspace Tune, with that run and its settings."""
     opened.context.session.runs.add(entry_of_run(read_run(quick_run_file), quick_run_file))
-    opened.context.session.track.use(preset("fast").replaced(**QUICK))
+    tracker, quick = opened.context.session.track, preset("fast").replaced(**QUICK)
+    tracker.take(replace(tracker.chosen, settings=quick))
     opened.context.docks.show_named("tune")
     opened.features.tune.show_settings()
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)

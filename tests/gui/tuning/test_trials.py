@@ -45,8 +45,14 @@ def processes(qapp):
 
 
 @pytest.fixture
-def tasks(qtbot):
-    made = TaskList()
+def failed():
+    """What tasks have failed of."""
+    return []
+
+
+@pytest.fixture
+def tasks(qtbot, failed):
+    made = TaskList(failed.append)
     yield made
     made.shutdown()
 
@@ -66,9 +72,8 @@ def begin(runner):
     def made(one):
         told = []
         entry = RunEntry("trial", "", one.settings, body_model(AVERAGE), one.stretch)
-        runner.grown.connect(lambda of, frames: told.append(frames) if of is entry else None)
-        runner.ended.connect(lambda of: told.append("ended") if of is entry else None)
-        return entry, told, runner.track("tracking", entry, one)
+        grown, ended = (lambda _, frames: told.append(frames)), (lambda _: told.append("ended"))
+        return entry, told, runner.track("tracking", entry, one, grown, ended)
 
     return made
 
@@ -116,9 +121,7 @@ def test_what_is_cancelled_is_not_told_of(qtbot, tasks, begin):
     assert list(late.frames) == [0, 1]
 
 
-def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, tasks, begin):
-    failed = []
-    tasks.failed.connect(failed.append)
+def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, failed, begin):
     for right in (False, True):
         entry, told, _ = begin(trial() if right else Trial(RunSpec(preset("thesis"), views=())))
         qtbot.waitUntil(lambda told=told: told[-1:] == ["ended"])
@@ -127,10 +130,8 @@ def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, tasks, begin
 
 
 def test_a_process_that_is_killed_is_told_and_the_next_trials_are_done(
-    qtbot, tasks, begin, processes
+    qtbot, failed, begin, processes
 ):
-    failed = []
-    tasks.failed.connect(failed.append)
     entry, told, _ = begin(trial(range(8)))
     qtbot.waitUntil(lambda: bool(entry.frames))
     os.kill(processes.trials.pid, signal.SIGKILL)

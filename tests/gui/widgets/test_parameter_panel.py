@@ -173,6 +173,6 @@ class TestPresets:
     def test_choice_is_asked_for(self, qtbot, panel):
         panel.set_preset(PRESETS[0])
         panel.preset_box.setFocus()
-        with qtbot.waitSignal(panel.preset_requested) as caught:
+        with qtbot.waitSignal(panel.preset_box.textActivated) as caught:
             qtbot.keyClick(panel.preset_box, Qt.Key.Key_Down)
         assert caught.args == [PRESETS[1]]

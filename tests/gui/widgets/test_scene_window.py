@@ -7,12 +7,16 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 RENDER = """
+from dataclasses import replace
 import numpy as np
 from app.widgets.scene.orbit import Orbit
-from app.widgets.scene.renderer import SceneUnavailable, SceneWindow
+from app.widgets.scene.content import SceneContent
+from app.widgets.scene.renderer import SceneRenderer, SceneUnavailable
+from app.widgets.style.theme import load_theme
 try:
-    window = SceneWindow()
-    window.set_background("#ff0000", "#ff0000")
+    window = SceneRenderer()
+    theme = replace(load_theme("dark"), scene_top="#ff0000", scene_bottom="#ff0000")
+    window.set_content(SceneContent(), {"floor": False}, theme, 1.0)
     picture = window.picture(64, 48, Orbit(np.zeros(3), 0.0, 0.0, 2.0))
     print(picture.width(), picture.height(), picture.pixelColor(32, 24).name())
     window.close()

@@ -14,9 +14,9 @@ from PIL import Image
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import doubts_about
-from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
+from stereotrack_core.recording.importing.readers import with_one_white
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png

@@ -185,7 +185,7 @@ def test_choices_that_do_not_fit_together_are_explained(tmp_path):
     clip(tmp_path / "B.mp4")
     choices = chosen(tmp_path)
     first, second = choices.uses
-    assert problems_of(choices) == ()
+    assert not list(problems_of(choices))
 
     def problem(*uses):
         return " ".join(str(one) for one in problems_of(replace(choices, uses=uses)))

@@ -42,7 +42,7 @@ def test_a_stream_without_a_rate_is_asked_for_it(tmp_path, suffix):
     raw_stream(tmp_path / f"pi.{suffix}", RAW[suffix])
     choices = at_one_rate(propose(look_at([tmp_path])))
     assert (choices.uses[0].source.frames, choices.fps) == (FRAMES, None)
-    assert "do not state their frame rate" in problems_of(choices)[0].what
+    assert "do not state their frame rate" in next(problems_of(choices)).what
 
 
 def test_a_stream_without_a_rate_that_is_shorter_is_asked_for_it(tmp_path):

@@ -23,13 +23,16 @@ from stereotrack_core.tracking.arm_search.keypoints import arm_keypoints
 from stereotrack_core.tracking.arm_search.score import anatomy_cost, crossing_cost
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import gathered
+from stereotrack_core.tracking.failure.disagreement import disagreement
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, limit_rows
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from tests.tracking.keypoints.cases import BODY
 from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import POSES, pose_with_arms
 
 SIGMA = 0.04
+CROSSED = pose_with_arms([0.3, 0.4, -0.9], [0.9, 0.3, 0.1], [-0.3, 0.4, -0.9], [-0.9, 0.4, 0.2])
 
 
 def shapes(pose):
@@ -44,6 +47,38 @@ def of_view(keypoints, name):
         pixel=np.where(np.array(v)[:, None], keypoints.pixel, np.nan),
         confidence=np.where(v, keypoints.confidence, 0.0),
     )
+
+
+def with_crossed_arms(pose):
+    """What a detector sees of crossed arms: hands taken for elbows, wrists where forearms cross."""
+    right, other = seen(pose), {"left": "right", "right": "left"}
+    pixel, at = right.pixel.copy(), right.names.index
+    for side in other:
+        pixel[at(f"{side}_elbow")] = right.pixel[at(f"{other[side]}_wrist")]
+        pixel[at(f"{side}_wrist")] = right.pixel[[at(f"{one}_wrist") for one in other]].mean(axis=0)
+    return replace(right, pixel=pixel, crossed=True)
+
+
+def test_elbows_of_crossed_arms_may_be_hands():
+    pose, lowered = CROSSED, pose_with_arms([0, 0, -1], [0, 0, -1], [0, 0, -1], [0, 0, -1])
+    shown = with_crossed_arms(pose)
+    for side in (LEFT, RIGHT):
+        true, other = (arm_of_pose(BODY.frames(one), side) for one in (pose, lowered))
+        for keypoints in (shown, replace(seen(pose), crossed=True)):
+            found = arm_keypoints(keypoints, SIGMA, BODY, pose)[side]
+            costs = [found.cost(shapes(pose)[side], arm)[0] for arm in (true, other)]
+            assert costs[0] < 0.25 * costs[1]
+    one = of_view(shown, "N")
+    assert not disagreement(one, BODY, lowered).any()
+    assert (
+        not KeypointObservation(one, SIGMA)
+        .fitted(BODY, pose)
+        .weight[one.names.index("left_elbow")]
+        .any()
+    )
+    found = arm_keypoints(one, SIGMA, BODY, pose)[LEFT]
+    [hand] = shapes(pose)[LEFT].nodes(arm_of_pose(BODY.frames(pose), LEFT))[:, 2]
+    assert found.near_hand(np.array([hand, hand + 0.2])).tolist() == [hand.tolist()]
 
 
 @pytest.mark.parametrize("name", POSES)

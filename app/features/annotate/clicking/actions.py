@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import chain
 
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
 
@@ -21,17 +22,11 @@ _WAYS = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
 
 def commands(session: Session, annotate: ClickController) -> list[Command]:
     """Commands of the menu Annotate."""
-    return [
-        *_choosing(annotate),
-        *_placing(annotate),
-        *_marking(annotate),
-        *_nudging(annotate),
-        *_switches(session, annotate),
-    ]
+    kinds = (_choosing, _placing, _marking, _nudging)
+    return [*chain(*(make(annotate) for make in kinds)), *_switches(session, annotate)]
 
 
 def _no_click(annotate: ClickController) -> str:
-    """There is no click that keys could act on."""
     chosen = annotate.annotating.choice.landmark.replace("_", " ")
     there = annotate.annotating.at_hand() is not None
     return annotate.why_no_annotating() or (
@@ -81,19 +76,18 @@ def _choosing(annotate: ClickController) -> list[Command]:
 def _placing(annotate: ClickController) -> list[Command]:
     annotating = annotate.annotating
 
+    def no_view(everywhere: bool) -> str:
+        return annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
+
     def nothing_predicted(everywhere: bool) -> str:
-        reason = annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
-        if reason or annotate.predictions(everywhere=everywhere):
-            return reason
-        where = "in any view" if everywhere else "in this view"
-        return f"No unclicked landmark has a prediction {where}."
+        where = "any view" if everywhere else "this view"
+        none = f"No unclicked landmark has a prediction in {where}."
+        return no_view(everywhere) or ("" if annotate.predictions(everywhere=everywhere) else none)
 
     def nothing_proposed(everywhere: bool) -> str:
-        reason = annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
-        if reason or annotate.proposed(everywhere=everywhere):
-            return reason
         where = "this frame" if everywhere else "this view"
-        return f"Nothing is proposed in {where}. Click landmarks in another frame first."
+        none = f"Nothing is proposed in {where}. Click landmarks in another frame first."
+        return no_view(everywhere) or ("" if annotate.proposed(everywhere=everywhere) else none)
 
     command = Menu(_MENU, annotate.why_no_annotating).command
     return [
@@ -201,13 +195,10 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
         none = "" if there else "No view of this recording provides depth."
         return annotate.why_no_annotating() or none
 
-    choices = [
-        after(f"advance_{name}", text, tip, partial(annotate.choose_advance, name),
-              checked=partial(advances, name))
-        for name, (text, tip) in ADVANCES.items()
-    ]  # fmt: skip
     return [
-        *choices,
+        *(after(f"advance_{name}", text, tip, partial(annotate.choose_advance, name),
+                checked=partial(advances, name))
+          for name, (text, tip) in ADVANCES.items()),
         after("advance_frame", "Go to the next frame", "When every landmark has a click in all "
               "visible views, show the next keyframe that is not done, or the next frame where no "
               "keyframes are set.", annotate.toggle_going_on,

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.doubts import Swap
-from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import ROUND, BlindRepeats
 from stereotrack_core.project.clicks import (
     AcceptPredictions,
@@ -26,8 +26,7 @@ from stereotrack_core.project.edit import Edit, Together
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accept
 
-from ....session.document import DocumentPresenter
-from ....session.project import ProjectPresenter
+from ....context import Context
 from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 
 _CLICKS = frozenset({"click", "repeat_click"})
@@ -36,33 +35,26 @@ _CLICKS = frozenset({"click", "repeat_click"})
 class Annotating(QObject):
     """The clicks of the frame that is shown, the choice, and the edits of both.
 
-    Parameters
-    ----------
-    repeats : callable
-        What is being annotated again, blindly; None where that is not known.
-    camera, cameras : callable
-        Name of the camera whose image keys act on, empty if none; of all that are shown.
+    `camera`: name of the camera whose image keys act on, empty if none; `cameras`: of all that are
+    shown and take clicks.
     """
 
     clicks_changed = Signal()
     """Emitted when other clicks are to be shown; the choice may have changed too."""
     choice_changed = Signal()
     """Emitted when only the choice has changed."""
-    said = Signal(str)
-    """A sentence about what was done or why it was not."""
 
     def __init__(
-        self,
-        document: DocumentPresenter,
-        project: ProjectPresenter,
-        repeats: Callable[[], BlindRepeats | None],
-        camera: Callable[[], str],
-        cameras: Callable[[], Sequence[str]],
+        self, context: Context, camera: Callable[[], str], cameras: Callable[[], Sequence[str]]
     ) -> None:
         super().__init__()
-        self._document, self._project = document, project
-        self._repeats, self._camera, self._cameras = repeats, camera, cameras
-        self._set = NINE
+        document, project = context.session.document, context.session.project
+        self._document, self._project, self._say = document, project, context.notifier.say
+        self._camera, self.shown_cameras = camera, cameras
+        self.repeats: BlindRepeats | None = None
+        """Blind repeats of the open project."""
+        self.landmark_set = NINE
+        """Landmarks that are clicked in this project."""
         self._facts: tuple[int, dict[ClickKey, Click]] | None = None
         self._nudged: ClickKey | None = None
         self._untold: set[str] | None = None
@@ -71,17 +63,12 @@ class Annotating(QObject):
         self.goes_on = False
         """Whether another frame is shown when this one is clicked in all views."""
         self.choice = Choice(NINE.names[0])
-        document.frame_changed.connect(self._on_frame)
+        document.frame_changed.connect(self.reread)
         project.changed.connect(self._on_changed)
         project.opened.connect(self._on_project)
         project.closed.connect(self._on_project)
 
     # ---- facts
-
-    @property
-    def landmark_set(self) -> LandmarkSet:
-        """The landmarks that are clicked in this project."""
-        return self._set
 
     def clicks(self) -> Mapping[ClickKey, Click]:
         """Clicks of the frame that shall be shown, read once; blindly: those of this reading."""
@@ -95,13 +82,11 @@ class Annotating(QObject):
         return self._facts[1]
 
     def blind(self) -> bool:
-        """Whether a second reading of the frame that shall be shown is under way."""
-        repeats = self._repeats()
-        return repeats is not None and repeats.active == self._document.frame
+        return self.repeats is not None and self.repeats.active == self._document.frame
 
     @Slot()
-    def reread(self) -> None:
-        """Read the clicks again; nothing is in hand when a second reading begins or ends."""
+    def reread(self, _what: object = None) -> None:
+        """Read the clicks again; a blind repeat that begins or ends releases the held click."""
         with self._as_one():
             self._facts = None
             reading = (self._document.frame, self.blind())
@@ -112,12 +97,8 @@ class Annotating(QObject):
             self._tell("clicks")
 
     def click_here(self) -> Click | None:
-        """The chosen landmark's click in the image that keys act on."""
-        return self.clicks().get(self.key_here())
-
-    def key_here(self) -> ClickKey:
-        """What a click of the chosen landmark in the image that keys act on is found by."""
-        return ClickKey(self._document.frame, self._camera(), self.choice.landmark)
+        key = ClickKey(self._document.frame, self._camera(), self.choice.landmark)
+        return self.clicks().get(key)
 
     def at_hand(self) -> Click | None:
         """The click that keys act on: touched last, else the chosen landmark's here."""
@@ -140,12 +121,10 @@ class Annotating(QObject):
 
     @Slot()
     def follow(self) -> None:
-        """Another image is at hand: keys are about what the next click there places."""
         with self._as_one():
             self._follow()
 
     def set_advance(self, advance: Advance) -> None:
-        """Let something else follow a click."""
         self.advance = advance
         with self._as_one():
             self._follow()
@@ -153,12 +132,11 @@ class Annotating(QObject):
 
     def choose(self, landmark: str) -> None:
         """Let the next click place this landmark, in whichever image."""
-        if landmark in self._set.names:
+        if landmark in self.landmark_set.names:
             self._choose(Choice(landmark, asked=True))
 
     def choose_next(self, by: int) -> None:
-        """Choose the landmark after (or before) the chosen one."""
-        names = self._set.names
+        names = self.landmark_set.names
         self.choose(names[(names.index(self.choice.landmark) + by) % len(names)])
 
     def pick(self, key: ClickKey) -> None:
@@ -167,7 +145,6 @@ class Annotating(QObject):
             self._choose(Choice(key.landmark, key, picked=True))
 
     def pick_last(self) -> None:
-        """Take the click in hand that keys act on anyway."""
         click = self.at_hand()
         if click is not None and click.position is not None:
             self.pick(click.key)
@@ -178,19 +155,15 @@ class Annotating(QObject):
             self._choose(Choice(self.choice.landmark))
             self._follow()
 
-    def shown_cameras(self) -> tuple[str, ...]:
-        """Cameras whose images are shown and take clicks."""
-        return tuple(self._cameras())
-
     def _annotated(self) -> Annotated:
         clicks, frame = self.clicks(), self._document.frame
-        return Annotated(self._set.names, clicks, frame, self.shown_cameras())
+        return Annotated(self.landmark_set.names, clicks, frame, self.shown_cameras())
 
     def _begin_reading(self) -> None:
-        """Begin another frame, or this one once more; only what the person chose stays."""
+        """Begin another frame or reading; only a landmark chosen by the person is kept."""
         choice = self.choice
         own = choice.asked or self.advance == "none"
-        landmark = choice.landmark if own else self._set.names[0]
+        landmark = choice.landmark if own else self.landmark_set.names[0]
         again = choice.again
         if again is not None and again.frame != self._document.frame:
             again = None
@@ -220,16 +193,16 @@ class Annotating(QObject):
         position: tuple[float, float] | None,
         visibility: Visibility = Visibility.SEEN,
     ) -> None:
-        """Place a landmark; None: it is outside the image.
+        """Place a landmark, or say that it is outside the image.
 
-        A click that is there already is moved only where the person has chosen its landmark.
+        A click that is there already is moved only if the person has chosen its landmark.
         """
         with self._as_one():
             click = Click(*key, position, visibility)
             before = self._click_of(key)
             if before is not None and not (self.choice.asked or self.advance == "none"):
                 label = key.landmark.replace("_", " ")
-                self.said.emit(f"The {label} is already clicked here. Drag it to move it.")
+                self._say(f"The {label} is already clicked here. Drag it to move it.")
                 return
             # the same click again changes nothing, and is as good
             same = before is not None and before.says_the_same(click)
@@ -237,7 +210,7 @@ class Annotating(QObject):
                 self._advance_from(click.key, new=before is None)
 
     def _click_of(self, key: ClickKey) -> Click | None:
-        """A click, also of a frame that is about to give way to another one."""
+        """A click by its key, also of a frame that is being left."""
         project = self._project.project
         if key.frame == self._document.frame or project is None:
             return self.clicks().get(key)
@@ -245,17 +218,14 @@ class Annotating(QObject):
         return None if click is None or click.deleted else click
 
     def move(self, key: ClickKey, position: tuple[float, float]) -> None:
-        """Move a click to another place; everything else that it says stays."""
-        with self._as_one():
-            click = self.clicks().get(key)
-            if click is None or click.position is None:
-                return
+        click = self.clicks().get(key)
+        if click is not None and click.position is not None:
             by = (position[0] - click.position[0], position[1] - click.position[1])
-            self._edit(MoveClicks((key,), by))
-            self.pick(key)
+            with self._as_one():
+                self._edit(MoveClicks((key,), by))
+                self.pick(key)
 
     def nudge(self, x: float, y: float) -> None:
-        """Move the click in hand a little; several times in a row are one edit."""
         key = self.held()
         if key is not None:
             again = self._nudged == key
@@ -263,7 +233,6 @@ class Annotating(QObject):
             self._nudged = key
 
     def delete(self) -> None:
-        """Take away the click that keys act on, and choose its landmark again."""
         with self._as_one():
             click = self.at_hand()
             if click is not None and self._edit(DeleteClicks((click.key,))):
@@ -271,7 +240,6 @@ class Annotating(QObject):
                 self._follow()
 
     def delete_everywhere(self) -> None:
-        """Take away the clicks of a landmark in all views of this frame."""
         with self._as_one():
             click = self.at_hand()
             landmark = click.landmark if click is not None else self.choice.landmark
@@ -280,10 +248,7 @@ class Annotating(QObject):
                 self.choose(landmark)
 
     def mark(self, visibility: Visibility) -> None:
-        """Say how the click that keys act on is seen.
-
-        Outside is what the next click would place, unless a click was picked.
-        """
+        """Say how a click is seen; outside is what the next click would place, unless picked."""
         with self._as_one():
             if visibility != Visibility.OUTSIDE:
                 click = self.at_hand()
@@ -294,7 +259,7 @@ class Annotating(QObject):
             if key is None:
                 landmark = self.next_in(self._camera())
                 if landmark is None:
-                    self.said.emit("The landmark is marked as outside. Right-click to select it.")
+                    self._say("The landmark is marked as outside. Right-click to select it.")
                     return
                 key = ClickKey(self._document.frame, self._camera(), landmark)
             click = self.clicks().get(key)
@@ -304,7 +269,6 @@ class Annotating(QObject):
                 self._advance_from(key)
 
     def toggle_doubt(self) -> None:
-        """Flag the click that keys act on as uncertain, or take the flag away."""
         click = self.at_hand()
         if click is not None:
             flag = "" if click.flag == UNCERTAIN else UNCERTAIN
@@ -328,23 +292,20 @@ class Annotating(QObject):
                 if taken and self._edit(AcceptPredictions(taken, even_deleted=len(free) == 1)):
                     self._advance_from(taken[-1].key, new=True)
             if accepted.left_open:
-                self.said.emit(accepted.words())
+                self._say(accepted.words())
 
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""
-        edits = [
-            SwapLandmarks(found.frame, name, found.first, found.second) for name in found.cameras
-        ]
-        if len(edits) == 1:
-            self._edit(edits[0])
-        elif edits:
-            names = f"{found.first} and {found.second}".replace("_", " ")
-            where = f"{len(edits)} cameras, frame {found.frame}"
-            self._edit(Together(f"swap {names} in {where}", tuple(edits)))
+        frame, first, second = found.frame, found.first, found.second
+        edits = [SwapLandmarks(frame, name, first, second) for name in found.cameras]
+        names = f"{first} and {second}".replace("_", " ")
+        words = f"swap {names} in {len(edits)} cameras, frame {frame}"
+        if edits:
+            self._edit(edits[0] if len(edits) == 1 else Together(words, tuple(edits)))
 
     @contextmanager
     def _as_one(self) -> Iterator[None]:
-        """Tell once what all of the block changes; what is shown is drawn once then."""
+        """Emit one signal for all changes within the block."""
         if self._untold is not None:
             yield
             return
@@ -369,22 +330,21 @@ class Annotating(QObject):
         return self._project.apply(edit, continues=continues) is not None
 
     def _advance_from(self, key: ClickKey, *, new: bool = False) -> None:
-        """Choose what comes after a click that was placed; another frame after a `new` one."""
+        """Choose the next landmark, or go to the next frame after a `new` click."""
         stays, annotated = self.advance == "none", self._annotated()
         self._choose(Choice(key.landmark, key, picked=stays))
         if (
             new and self.goes_on and not self.blind()
-            and annotated.complete((key.landmark,) if stays else self._set.names)
+            and annotated.complete((key.landmark,) if stays else self.landmark_set.names)
         ):  # fmt: skip
             self._go_on()
             return
         following = landmark_at_hand(self.choice, self.advance, annotated, key.camera)
         if following is not None:
             self._choose(replace(self.choice, landmark=following))
-        elif self.advance == "landmark":
-            self.said.emit("Every landmark has a click in this view.")
         else:
-            self.said.emit("Every landmark has a click in every view.")
+            where = "this" if self.advance == "landmark" else "every"
+            self._say(f"Every landmark has a click in {where} view.")
 
     def following_frame(self) -> int | None:
         """The next keyframe that is not done; the next frame where none are set; None: no more."""
@@ -395,20 +355,15 @@ class Annotating(QObject):
         return next((one for one in following if one > frame), None)
 
     def _go_on(self) -> None:
-        """Show the frame of :meth:`following_frame`."""
         after = self.following_frame()
         if after is None:
             project = self._project.project
             kind = "keyframe" if project is not None and project.marks.keyframes() else "frame"
-            self.said.emit(f"Every landmark is clicked in this frame. No {kind} follows.")
+            self._say(f"Every landmark is clicked in this frame. No {kind} follows.")
         else:
             self._document.visit(after)
 
     # ---- following
-
-    @Slot(int)
-    def _on_frame(self, _frame: int) -> None:
-        self.reread()
 
     @Slot(object)
     def _on_changed(self, changed: Changed) -> None:
@@ -423,6 +378,8 @@ class Annotating(QObject):
 
     @Slot()
     def _on_project(self) -> None:
+        project = self._project.project
+        self.repeats = BlindRepeats(project) if project is not None else None
         with self._as_one():
             self._facts = None
             self._read_set()
@@ -430,11 +387,11 @@ class Annotating(QObject):
 
     @Slot()
     def end_nudging(self) -> None:
-        """Let the next nudge be an edit of its own: something else was done."""
+        """Make the next nudge an edit of its own."""
         self._nudged = None
 
     def choose_changed(self, changed: Changed) -> None:
-        """Choose what was undone or redone, so that it can be done another way."""
+        """Choose the landmark of an edit that was undone or redone."""
         rows = [change.key[-3:] for change in changed.changes if change.table.name in _CLICKS]
         keys = [ClickKey(int(row[0] or 0), str(row[1]), str(row[2])) for row in rows]
         if len({key.landmark for key in keys}) == 1:
@@ -445,6 +402,6 @@ class Annotating(QObject):
 
     def _read_set(self) -> None:
         project = self._project.project
-        self._set = project.landmark_set() if project is not None else NINE
-        if self.choice.landmark not in self._set.names:
-            self._choose(Choice(self._set.names[0]))
+        self.landmark_set = project.landmark_set() if project is not None else NINE
+        if self.choice.landmark not in self.landmark_set.names:
+            self._choose(Choice(self.landmark_set.names[0]))

@@ -55,11 +55,9 @@ class Annotated:
     """Cameras whose images are shown."""
 
     def missing(self, landmark: str, cameras: Sequence[str]) -> bool:
-        """Whether some of these images have no click of a landmark."""
         return any(ClickKey(self.frame, camera, landmark) not in self.clicks for camera in cameras)
 
     def complete(self, landmarks: Sequence[str]) -> bool:
-        """Whether all images have clicks of these landmarks."""
         return not any(self.missing(landmark, self.cameras) for landmark in landmarks)
 
 

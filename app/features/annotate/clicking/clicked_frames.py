@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.project.history import Changed
 
@@ -15,33 +15,24 @@ _MANY = 200
 class ClickedFrames(QObject):
     """Read once, and then followed edit by edit: there may be many clicks."""
 
-    changed = Signal()
-    """Other frames have a click."""
-
-    def __init__(self, project: ProjectPresenter, parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, project: ProjectPresenter) -> None:
+        super().__init__(project)
         self._project = project
         self._frames: set[int] | None = None
         project.changed.connect(self._on_edited)
         for signal in (project.opened, project.closed):
             signal.connect(self._forget)
 
-    def frames(self) -> list[int]:
-        """Frames with a click, ascending."""
-        return sorted(self._known())
-
-    def within(self, frames: range) -> list[int]:
-        """Those among some frames."""
-        known = self._known()
-        return [frame for frame in frames if frame in known]
-
-    def _known(self) -> set[int]:
+    def frames(self) -> set[int]:
         project = self._project.project
         if project is None:
             return set()
         if self._frames is None:
             self._frames = set(map(int, project.clicks.frames()))
         return self._frames
+
+    def within(self, frames: range) -> bool:
+        return not self.frames().isdisjoint(frames)
 
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
@@ -54,9 +45,7 @@ class ClickedFrames(QObject):
         else:
             clicked = {k for k in edited if project.clicks.at(k)}
             self._frames = (self._frames - edited) | clicked
-        self.changed.emit()
 
     @Slot()
     def _forget(self) -> None:
         self._frames = None
-        self.changed.emit()

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TypeAlias
 
 from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.click import Prediction, Visibility
 from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.frame_clicks import ClickHints
-from stereotrack_core.project.blind_repeats import BlindRepeats
 from stereotrack_core.project.prefilling import accepted_sigma, set_accepted_sigma
+from stereotrack_core.recording.description import Stream
 
 from ....context import Context
 from ....services.layout import stored_text
@@ -18,7 +19,7 @@ from ....session.edits import Moved
 from ....session.pictures import FittedBody
 from ....widgets.camera.click_marks import ClickAct
 from ....widgets.camera.overlays import LEADING
-from ....widgets.camera.picture import camera_of
+from ....widgets.camera.picture import PictureKind, camera_of
 from ....widgets.forms.form_dialog import ask_for_number
 from ....widgets.forms.message import Message
 from ....widgets.forms.numbers import NumberField
@@ -31,56 +32,47 @@ from .landmark_rows import camera_rows, fit_words, landmark_rows, length_rows, l
 from .marks import marks_of, predictions_in
 from .proposing import ProposalPresenter
 
+_Key: TypeAlias = tuple[object, ...]
+
 
 class SwapOffers:
-    """Which offers are shown, and which have been declined."""
+    """Messages that offer to exchange two landmarks, each until a person declines it."""
 
     def __init__(self, exchange: Callable[[Swap], None]) -> None:
         self._exchange = exchange
-        self._shown: dict[tuple[object, ...], tuple[Swap, Message]] = {}
-        self._declined: set[tuple[object, ...]] = set()
+        self._shown: dict[_Key, Message] = {}
+        self._declined: set[_Key] = set()
 
     def update(
         self, hints: ClickHints | None, views: Mapping[str, str]
     ) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
-        """Messages that hold no longer, and new ones."""
-        swaps = {_key(swap): swap for swap in hints.swaps} if hints is not None else {}
-        gone = [key for key in self._shown if key not in swaps]
-        old = tuple(self._shown.pop(key)[1] for key in gone)
-        new = []
-        for key, swap in swaps.items():
-            if key not in self._shown and key not in self._declined:
-                new.append(self._message(swap, views))
-                self._shown[key] = swap, new[-1]
-        return old, tuple(new)
+        swaps = hints.swaps if hints is not None else ()
+        found: dict[_Key, Swap] = {(s.frame, s.first, s.second, s.cameras): s for s in swaps}
+        gone = tuple(self._shown.pop(key) for key in [*self._shown] if key not in found)
+        known = self._shown.keys() | self._declined
+        new: dict[_Key, Message] = {
+            key: self._message(s, views) for key, s in found.items() if key not in known
+        }
+        self._shown |= new
+        return gone, tuple(new.values())
 
-    def swap_of(self, message: Message) -> Swap | None:
-        """The swap that a message offers; None where it is about something else."""
-        return next((swap for swap, shown in self._shown.values() if shown == message), None)
-
-    def decline(self, swap: Swap) -> None:
-        """Do not offer this again."""
-        self._declined.add(_key(swap))
-        self._shown.pop(_key(swap), None)
+    def decline(self, message: Message) -> None:
+        self._declined |= {key for key, shown in self._shown.items() if shown == message}
+        for key in self._declined & self._shown.keys():
+            del self._shown[key]
 
     def _message(self, swap: Swap, views: Mapping[str, str]) -> Message:
         names = [name.replace("_", " ") for name in (swap.first, swap.second)]
         where = " and ".join(views.get(camera, camera) for camera in swap.cameras)
-        sure = (
-            "seem to be swapped" if swap.certain else "may be swapped, here or in the other views"
-        )
-        return Message(
-            "warning",
+        sure = "seem to be swapped"
+        if not swap.certain:
+            sure = "may be swapped, here or in the other views"
+        what = (
             f"{names[0]} and {names[1]} {sure}: {swap.distance:.0f} px from the prediction of the "
-            f"other views, {swap.distance_after:.0f} px if swapped",
-            f"{where}, frame {swap.frame}",
-            button="Swap them",
-            do=lambda: self._exchange(swap),
+            f"other views, {swap.distance_after:.0f} px if swapped"
         )
-
-
-def _key(swap: Swap) -> tuple[object, ...]:
-    return (swap.frame, swap.first, swap.second, swap.cameras)
+        where, do = f"{where}, frame {swap.frame}", lambda: self._exchange(swap)
+        return Message("warning", what, where, button="Swap them", do=do)
 
 
 _ADVANCE = "annotate/advance"
@@ -92,27 +84,16 @@ _DEPTH = "annotate/depth"
 class ClickController(QObject):
     """Brings views, panels and the presenters of clicking together."""
 
-    def __init__(self, context: Context, repeats: Callable[[], BlindRepeats | None]) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
         self._views = context.docks.views
-        session = context.session
         self.landmarks, self.body = LandmarksPanel(), BodyPanel()
         context.docks.add("landmarks", "Landmarks", self.landmarks)
         context.docks.add("body", "Body fit", self.body)
-        self.annotating = Annotating(
-            session.document, session.project, repeats, self.camera_at_hand, self._cameras
-        )
-        """The choice and the edits."""
-        self.proposals = ProposalPresenter(
-            session.document, session.project, self.annotating, self._cameras
-        )
-        """What is proposed for the frame and the one after it."""
-        self.facts = AnnotationFacts(
-            session.document, session.project, session.clouds, self.annotating, self._all_cameras,
-            session.cameras, self.proposals,
-        )  # fmt: skip
-        """What is known about the clicks of the frame."""
+        self.annotating = Annotating(context, self.camera_at_hand, self._cameras)
+        self.proposals = ProposalPresenter(context, self.annotating)
+        self.facts = AnnotationFacts(context, self.annotating, self._all_cameras, self.proposals)
         self._offers = SwapOffers(self.annotating.swap)
         stored = stored_text(context.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
@@ -137,24 +118,20 @@ class ClickController(QObject):
         session.instant.ready.connect(self.show)
         session.document.playing_changed.connect(self.facts.ask)
         session.cameras.changed.connect(self.show)
-        session.cameras.measured.connect(self.show)
         session.closing.connect(self.facts.close)
         self.landmarks.chosen.connect(self.annotating.choose)
         self.body.with_depth.toggled.connect(self._on_depth)
         session.edits.changed.connect(self.annotating.end_nudging)
         session.edits.moved.connect(self._on_moved)
-        self.annotating.said.connect(self._say)
         self.annotating.clicks_changed.connect(self._on_annotated)
         self.annotating.choice_changed.connect(self._on_annotated)
         self.facts.changed.connect(self.show)
-        self.facts.failed.connect(context.notifier.error)
         context.notifier.dismissed.connect(self._on_dismissed)
 
     # ---- state, computed from facts
 
     @property
     def active(self) -> bool:
-        """Whether clicks are placed: in the workspace for that."""
         return self._context.docks.workspace == "annotate"
 
     def camera_at_hand(self) -> str:
@@ -165,7 +142,6 @@ class ClickController(QObject):
         return tuple(name for name in self._context.view_state.cameras().values() if name)
 
     def _all_cameras(self) -> tuple[str, ...]:
-        """Cameras of all views, also those that are not shown now or show computed pictures."""
         state = self._context.view_state
         kinds = state.kinds.items()
         views = [(state.views[name], kind) for name, kind in kinds]
@@ -206,11 +182,8 @@ class ClickController(QObject):
 
     @Slot(object)
     def _on_dismissed(self, message: Message) -> None:
-        """Do not offer a swap again that a person has dismissed."""
-        swap = self._offers.swap_of(message)
-        if swap is not None:
-            self._offers.decline(swap)
-            self._show_offers()
+        self._offers.decline(message)
+        self._show_offers()
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None
@@ -234,7 +207,6 @@ class ClickController(QObject):
                 self.annotating.place(act.key, act.pixel, seen)
 
     def nudge(self, x: float, y: float) -> None:
-        """Move the click in hand in the direction that the person sees; picture pixels."""
         held = self.annotating.held()
         for tile in self._views.tiles.values():
             picture = tile.camera.picture
@@ -243,37 +215,25 @@ class ClickController(QObject):
                 return
 
     def why_no_annotating(self) -> str:
-        """Why nothing can be clicked now, as a sentence."""
         why_not = self._session.no_edit()
         if why_not or self.active:
             return why_not
         return "This works in the Annotate workspace. Switch to it with Alt+2."
 
     def why_no_camera(self) -> str:
-        """Why keys act on no image."""
-        return (
-            ""
-            if self.camera_at_hand()
-            else "This view shows no camera image. Show the reference image (Shift+F2) or the left "
-            "image (F2)."
-        )
+        remedy = "Show the reference image (Shift+F2) or the left image (F2)."
+        return "" if self.camera_at_hand() else f"This view shows no camera image. {remedy}"
 
     def predictions(self, *, everywhere: bool) -> tuple[Prediction, ...]:
-        """Predictions of the chosen landmark where nobody has clicked it: at hand, or anywhere."""
         facts, clicks = self.facts.now(), self.annotating.clicks()
-        return tuple(
-            one
-            for camera in (self._cameras() if everywhere else [self.camera_at_hand()])
-            for one in predictions_in(facts, camera)
-            if one.landmark == facts.chosen and one.key not in clicks
-        )
+        cameras = self._cameras() if everywhere else [self.camera_at_hand()]
+        here = (one for camera in cameras for one in predictions_in(facts, camera))
+        return tuple(one for one in here if one.landmark == facts.chosen and one.key not in clicks)
 
     def accept(self, *, everywhere: bool) -> None:
-        """Accept the prediction of the chosen landmark in the view at hand, or in all views."""
         self.annotating.accept(self.predictions(everywhere=everywhere))
 
     def accept_proposals(self, *, everywhere: bool) -> None:
-        """Accept what is proposed in the view at hand, or in all views; one edit."""
         self.annotating.accept(self.proposed(everywhere=everywhere))
 
     def proposed(self, *, everywhere: bool) -> tuple[Prediction, ...]:
@@ -282,37 +242,28 @@ class ClickController(QObject):
         return tuple(one for one in self.proposals.now() if everywhere or one.camera == here)
 
     def choose_advance(self, name: Advance) -> None:
-        """Say what follows when a click was placed, and keep it for next time."""
         self.annotating.set_advance(name)
         self._context.settings.setValue(_ADVANCE, name)
 
     def toggle_going_on(self) -> None:
-        """Go on to another frame when one is clicked, or stay; and keep that for next time."""
         self.annotating.goes_on = not self.annotating.goes_on
         self._context.settings.setValue(_GOES_ON, self.annotating.goes_on)
 
     def toggle_asking(self) -> None:
-        """Let proposals leave out what should be clicked, or not; and keep that for next time."""
         self.proposals.set_asks(not self.proposals.asks)
         self._context.settings.setValue(_ASKS, self.proposals.asks)
 
     def ask_sigma(self) -> None:
-        """Let the person say how sure the click at hand is."""
         click = self.annotating.at_hand()
         if click is None:
             return
         field = NumberField(maximum=500.0, singleStep=0.5, suffix=" px")
         field.show_stored(click.sigma or 0.0)
-        ask_for_number(
-            self._context.docks.dialog_parent,
-            "Click uncertainty",
-            "Standard deviation in pixels; 0: as usual for this landmark",
-            field,
-            lambda px: self.annotating.set_sigma(px or None),
-        )
+        text = "Standard deviation in pixels; 0: as usual for this landmark"
+        parent, use = self._context.docks.dialog_parent, self.annotating.set_sigma
+        ask_for_number(parent, "Click uncertainty", text, field, lambda px: use(px or None))
 
     def ask_accepted_sigma(self) -> None:
-        """Let the person set up to which standard deviation predictions are accepted."""
         project = self._session.project.project
         if project is None:
             return
@@ -323,28 +274,39 @@ class ClickController(QObject):
 
         field = NumberField(minimum=0.5, maximum=500.0, singleStep=0.5, suffix=" px")
         field.show_stored(accepted_sigma(project))
-        ask_for_number(
-            self._context.docks.dialog_parent,
-            "Limit for accepting",
+        text = (
             "Largest standard deviation of points that are accepted, in pixels of an image of 480 "
-            "lines. Points that are less certain stay open.",
-            field,
-            put,
+            "lines. Points that are less certain stay open."
         )
+        ask_for_number(self._context.docks.dialog_parent, "Limit for accepting", text, field, put)
 
     def toggle_depth(self) -> None:
-        """Fit with or without measured points."""
         box = self.body.with_depth
         box.setChecked(not box.isChecked())
 
     def pick_last(self) -> None:
-        """Take the click at hand in hand, and let keys go to its view."""
         self.annotating.pick_last()
         held = self.annotating.held()
         for name, camera in self._context.view_state.cameras().items():
             if held is not None and camera == held.camera:
-                self._context.view_state.activate(name)
-                self._views.tiles[name].camera.setFocus()
+                self._focus(name)
+
+    @Slot(int, str, str)
+    def go_to(self, frame: int, camera: str, landmark: str) -> None:
+        """Show a frame, make the view active in which to click, and choose the landmark."""
+        self._session.document.visit(frame)
+        recording = self._session.document.recording
+        for view in recording.views if recording is not None else ():
+            streams: dict[PictureKind, Stream | None] = {"image": view.image, "left": view.left}
+            for kind, stream in streams.items():
+                if stream is not None and stream.camera == camera:
+                    self._context.view_state.choose_kind(kind, view.name)
+                    self._focus(view.name)
+        self.annotating.choose(landmark)
+
+    def _focus(self, view: str) -> None:
+        self._context.view_state.activate(view)
+        self._views.tiles[view].camera.setFocus()
 
     # ---- following
 
@@ -357,8 +319,8 @@ class ClickController(QObject):
         self.annotating.follow()
         self.show()
 
-    @Slot(str)
-    def _on_view_at_hand(self, _name: str) -> None:
+    @Slot()
+    def _on_view_at_hand(self) -> None:
         if self.active:
             self.annotating.follow()
             self.show()
@@ -376,9 +338,8 @@ class ClickController(QObject):
 
     @Slot(str)
     def _say(self, words: str) -> None:
+        notifier, what = self._context.notifier, "Editing is not possible now"
         if words == self._session.project.why_no_edit():
-            self._context.notifier.show(
-                Message("warning", "Editing is not possible now", remedy=words)
-            )
+            notifier.show(Message("warning", what, remedy=words))
         else:
-            self._context.notifier.say(words, 6000)
+            notifier.say(words)

@@ -29,11 +29,8 @@ from stereotrack_core.project.prefilling import accepted_sigma
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.worker_processes import TaskProcess
 
+from ....context import Context
 from ....services.tasks.newest import NewestAnswer
-from ....session.camera_doubts import CameraDoubts
-from ....session.document import DocumentPresenter
-from ....session.instant import CloudPresenter
-from ....session.project import ProjectPresenter
 from .annotating import Annotating
 from .marks import FEWEST, FrameMarks
 from .proposing import ProposalPresenter
@@ -46,53 +43,41 @@ _PAUSE_MS = 250
 class AnnotationFacts(QObject):
     """Asks for hints and the fit whenever clicks change; gathers what marks are made of.
 
-    Parameters
-    ----------
-    cameras : callable
-        Names of the cameras in whose images clicks are looked for, one for each view.
-    compared : CameraDoubts
-        Knows which camera contradicts the others, if one does.
-    proposals : ProposalPresenter
-        What is proposed for the frame.
-
-    Attributes
-    ----------
-    use_depth : bool
-        Whether the body is fitted to measured points too.
+    `cameras`: names of the cameras in whose images clicks are looked for, one for each view.
     """
 
     changed = Signal()
     """More is known than before."""
-    failed = Signal(object)
 
     def __init__(
         self,
-        document: DocumentPresenter,
-        project: ProjectPresenter,
-        clouds: CloudPresenter,
+        context: Context,
         annotating: Annotating,
         cameras: Callable[[], Sequence[str]],
-        compared: CameraDoubts,
         proposals: ProposalPresenter,
     ) -> None:
         super().__init__()
-        self._compared, self.proposals = compared, proposals
+        session = context.session
+        document, project, clouds = session.document, session.project, session.clouds
         self._document, self._project, self._clouds = document, project, clouds
+        self._compared, self.proposals = session.cameras, proposals
         self._annotating, self._cameras = annotating, cameras
         self._active = False
         self._predictions: tuple[int, tuple[Prediction, ...]] | None = None
         self._measured: Mapping[str, float] | None = None
         self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
+        """Whether the body is fitted to measured points too."""
+        told = self.changed.emit, context.notifier.error
         self._hints: NewestAnswer[ClickHints] = NewestAnswer(
-            self._hint_question, hints_of, "click hints"
+            self._hint_question, hints_of, "click hints", *told
         )
         self._fitters = (_FitProcess(), _FitProcess())
         self._fit: NewestAnswer[ShownFit] = NewestAnswer(
-            lambda: self._question(None), self._fitters[0], "live fit"
+            lambda: self._question(None), self._fitters[0].fit, "live fit", *told
         )
         self._deep: NewestAnswer[ShownFit] = NewestAnswer(
-            self._deep_question, self._fitters[1], "fit with depth"
+            self._deep_question, self._fitters[1].fit, "fit with depth", *told
         )
         # curves and predictions come after the click or the picture is painted
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
@@ -105,40 +90,30 @@ class AnnotationFacts(QObject):
         self._pause.timeout.connect(self._deep.ask)
         self._timers = (self._soon, self._rest, self._pause)
         self._sources = (self._hints, self._fit, self._deep)
-        for source in self._sources:
-            source.changed.connect(self.changed)
-            source.failed.connect(self.failed)
         proposals.changed.connect(self.changed)
-        proposals.failed.connect(self.failed)
         annotating.clicks_changed.connect(self.ask)
         annotating.choice_changed.connect(self._soon.start)
         clouds.measured.connect(self._on_measured)
         project.changed.connect(self._on_changed)
-        project.opened.connect(self._on_project)
-        project.closed.connect(self._on_project)
-        document.opened.connect(self._on_recording)
-        document.closed.connect(self._on_recording)
+        project.opened.connect(self._forget)
+        session.closed.connect(self._forget)
 
     def set_active(self, active: bool) -> None:
-        """Work things out from now on, or rest."""
         self._active = active
         self.proposals.set_active(active)
         self.ask()
 
     @Slot()
     def ask(self, _what: object = None) -> None:
-        """Work everything out again."""
         self._predictions = None
         for timer in self._timers:
             timer.start()
 
     def hints(self) -> ClickHints | None:
-        """Hints of the frame that is shown."""
         return self._hints.at(self._document.frame)
 
     def now(self) -> FrameMarks:
-        """Everything that is known now."""
-        frame, annotating = self._document.frame, self._annotating
+        frame, annotating, project = self._document.frame, self._annotating, self._project.project
         at_hand = annotating.at_hand() if self._active else None
         return FrameMarks(
             frame=frame,
@@ -148,7 +123,7 @@ class AnnotationFacts(QObject):
             at_hand=at_hand.key if at_hand is not None else None,
             held=annotating.held(),
             predictions=(*self._kept(frame), *self.proposals.now()),
-            hints=self._hints.at(frame),
+            hints=self.hints(),
             fit=self._best_fit(),
             views=self.view_names(),
             offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
@@ -156,26 +131,19 @@ class AnnotationFacts(QObject):
             else {},
             doubtful=self._compared.now,
             residuals=self._compared.residuals,
-            accepted_sigma=self._accepted_sigma(),
+            accepted_sigma=ACCEPTED_SIGMA if project is None else accepted_sigma(project),
         )
 
-    def _accepted_sigma(self) -> float:
-        project = self._project.project
-        return ACCEPTED_SIGMA if project is None else accepted_sigma(project)
-
     def view_names(self) -> Mapping[str, str]:
-        """Names that people know the cameras by, by camera."""
         recording = self._document.recording
         return recording.camera_names() if recording is not None else {}
 
     def settled(self) -> bool:
-        """Whether everything that was asked for is there."""
         waiting = any(timer.isActive() for timer in self._timers) or self._waits_for_depth()
         known = self.proposals.settled() and all(source.settled() for source in self._sources)
         return known and not waiting
 
     def close(self) -> None:
-        """End the threads."""
         for timer in self._timers:
             timer.stop()
         self.proposals.close()
@@ -192,18 +160,15 @@ class AnnotationFacts(QObject):
             self.ask()
 
     @Slot()
-    def _on_project(self) -> None:
+    def _forget(self) -> None:
+        """Forget what is known of another project, and whatever still comes."""
         self._measured = None
-
-    @Slot()
-    def _on_recording(self) -> None:
-        """Forget what is known, and whatever still comes, of frames of another recording."""
         for source in self._sources:
             source.close()
         self.ask()
 
     def _volume(self, recording: Recording) -> Volume:
-        """Where landmarks can be: the depth's working volume, put where the cameras look."""
+        """Working volume of the depth, placed where the cameras look."""
         known = (recording, self._clouds.parameters)
         if self._volume_of is None or self._volume_of[0] != known:
             cameras = [recording.reference_camera(view) for view in recording.views]
@@ -225,7 +190,6 @@ class AnnotationFacts(QObject):
         )
 
     def _known(self, recording: Recording) -> dict[str, Any]:
-        """What all questions about the frame state."""
         project, annotating = self._project.project, self._annotating
         if self._measured is None:  # how good clicks are, by annotating again
             self._measured = project.click_sigmas() if project is not None else {}
@@ -239,7 +203,7 @@ class AnnotationFacts(QObject):
         }
 
     def _best_fit(self) -> ShownFit | None:
-        """The fit with measured points where it is of these very clicks, else the quick one."""
+        """The fit with measured points if it is of the present clicks, else the quick one."""
         frame = self._document.frame
         deep, clicks = self._deep.at(frame), tuple(self._annotating.clicks().values())
         if deep is not None and self.use_depth and deep.question.clicks == clicks:
@@ -272,7 +236,6 @@ class AnnotationFacts(QObject):
         return self.use_depth and self._clouds.available and self._worth_fitting()
 
     def _cloud(self) -> Cloud | None:
-        """The measured points, asked for where they are not there yet."""
         if not self._wants_depth():
             return None
         cloud = self._clouds.cloud(self._document.frame)
@@ -290,7 +253,6 @@ class AnnotationFacts(QObject):
             self._deep.ask()
 
     def _kept(self, frame: int) -> tuple[Prediction, ...]:
-        """Predictions that the project keeps, read once for a frame."""
         if self._predictions is None or self._predictions[0] != frame:
             project, blind = self._project.project, self._annotating.blind()
             found = project.predictions.at(frame) if project is not None and not blind else ()
@@ -300,21 +262,12 @@ class AnnotationFacts(QObject):
         return self._predictions[1]
 
 
-class _FitProcess:
-    """Fits in another process."""
+class _FitProcess(TaskProcess):
+    """Fits the body to the clicks of one frame in another process."""
 
-    def __init__(self) -> None:
-        self._process = TaskProcess()
-
-    def __call__(self, question: FitQuestion) -> ShownFit:
-        """Fit the body to the clicks of one frame."""
+    def fit(self, question: FitQuestion) -> ShownFit:
         cloud = question.cloud
         if cloud is not None:  # the fit takes points alone
             cloud = replace(cloud, depths={})
-        work = partial(fit_elsewhere, replace(question, cloud=cloud))
-        shown: ShownFit = self._process(work)
+        shown: ShownFit = self(partial(fit_elsewhere, replace(question, cloud=cloud)))
         return replace(shown, question=question)
-
-    def close(self) -> None:
-        """End the process."""
-        self._process.close()

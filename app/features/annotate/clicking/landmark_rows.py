@@ -29,9 +29,12 @@ _MISFIT = 8.0
 def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRow, ...]:
     """Every landmark of the set, with its state in these cameras."""
     there = {(click.camera, click.landmark): click for click in facts.clicks}
-    predicted = {
-        (camera, one.landmark) for camera in cameras for one in predictions_in(facts, camera)
-    }
+    seen = {(one, p.landmark) for one in cameras for p in predictions_in(facts, one)}
+
+    def cell(camera: str, landmark: str) -> CellState:
+        place = (camera, landmark)
+        return _state(there.get(place), predicted=place in seen)
+
     return tuple(
         LandmarkRow(
             key=str(place) if place <= _KEYS else "",
@@ -39,13 +42,7 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRo
             label=landmark.label,
             colour=landmark.colour,
             chosen=landmark.name == facts.chosen,
-            cells=tuple(
-                _state(
-                    there.get((camera, landmark.name)),
-                    predicted=(camera, landmark.name) in predicted,
-                )
-                for camera in cameras
-            ),
+            cells=tuple(cell(camera, landmark.name) for camera in cameras),
             residual=_residual(facts, landmark.name),
             distance=_distance(facts, landmark.name),
             bad=_is_outlier(facts, landmark.name),
@@ -58,74 +55,55 @@ def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     """How well the clicks fix every limb's direction; nothing without a fit."""
     if facts.fit is None:
         return ()
-    sigmas = facts.fit.fit.limb_sigma_deg
-    names = facts.landmark_set.names
+    names, rows = facts.landmark_set.names, list[CellRow]()
     astray = {facts.landmark_set[name].limb for name in names if _is_outlier(facts, name)}
-    return tuple(
-        _body_cells(
-            limb,
-            limb_words(limb),
-            f"± {sigma:.1f}°" if sigma <= UNKNOWN_DEG else "unknown",
-            "before the last click"
-            if facts.fit_is_old
-            else "possible outlier"
-            if limb in astray
-            else _precision(sigma),
-            None if facts.fit_is_old else limb in astray or sigma > _UNSURE_DEG,
-        )
-        for limb, sigma in zip(LIMBS, sigmas.tolist(), strict=True)
-    )
+    for limb, sigma in zip(LIMBS, facts.fit.fit.limb_sigma_deg.tolist(), strict=True):
+        value = f"± {sigma:.1f}°" if sigma <= UNKNOWN_DEG else "unknown"
+        words = "possible outlier" if limb in astray else _precision(sigma)
+        doubtful: bool | None = limb in astray or sigma > _UNSURE_DEG
+        if facts.fit_is_old:
+            words, doubtful = "before the last click", None
+        rows.append(_body_cells(limb, limb_words(limb), value, words, doubtful))
+    return tuple(rows)
 
 
 def camera_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     """How far the clicks of each view lie from the points that the views agree on, any frame."""
     doubtful = () if facts.doubtful is None else facts.doubtful.doubtful
-    return tuple(
-        _body_cells(
-            "",
-            facts.views.get(one.camera, one.camera),
-            f"{one.median_px:.1f} px",
-            "disagrees with the others"
-            if one.camera in doubtful
-            else f"residual of {one.count} clicks",
-            one.camera in doubtful,
-        )
-        for one in facts.residuals
-        if isfinite(one.median_px)
-    )
+    rows = list[CellRow]()
+    for one in facts.residuals:
+        if isfinite(one.median_px):
+            bad = one.camera in doubtful
+            words = "disagrees with the others" if bad else f"residual of {one.count} clicks"
+            name = facts.views.get(one.camera, one.camera)
+            rows.append(_body_cells("", name, f"{one.median_px:.1f} px", words, bad))
+    return tuple(rows)
 
 
 def length_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     """Clicked lengths beside the subject's."""
-    if facts.hints is None:
-        return ()
-    return tuple(
-        _body_cells(
-            "",
-            one.name,
-            f"{1000.0 * one.clicked:.0f} mm",
-            f"{1000.0 * (one.clicked - one.subject):+z.0f} ± {1000.0 * one.sigma:.0f},"
-            f" subject {1000.0 * one.subject:.0f}",
-            one.doubtful,
-        )
-        for one in facts.hints.lengths
-    )
+    rows = list[CellRow]()
+    for one in () if facts.hints is None else facts.hints.lengths:
+        clicked, own, sigma = (1000.0 * x for x in (one.clicked, one.subject, one.sigma))
+        words = f"{clicked - own:+z.0f} ± {sigma:.0f}, subject {own:.0f}"
+        rows.append(_body_cells("", one.name, f"{clicked:.0f} mm", words, one.doubtful))
+    return tuple(rows)
 
 
 def _body_cells(limb: str, label: str, value: str, words: str, doubtful: bool | None) -> CellRow:
-    """A row; with None for `doubtful` of what holds no longer."""
+    """A row of the body panel; `doubtful` is None for outdated values."""
     colour = "muted" if doubtful is None else "warning" if doubtful else "text"
-    return (
-        Cell(label, swatch=LIMB_COLOURS.get(limb)),
-        Cell(value, colour=colour),
-        Cell(words, words, "muted"),
-    )
+    name = Cell(label, swatch=LIMB_COLOURS.get(limb))
+    return name, Cell(value, colour=colour), Cell(words, words, "muted")
 
 
 def fit_words(facts: FrameMarks) -> tuple[str, ...]:
     """What the fit says, the most important first; or what it waits for."""
+    found = facts.doubtful
     if facts.fit is not None:
-        said = (*_disagreement(facts), *_misfit(facts.fit), *_frame_words(facts, facts.fit))
+        said = (*_misfit(facts.fit), *_frame_words(facts, facts.fit))
+        if found is not None:  # the rest follows from the camera that contradicts the others
+            said = (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}", *said)
         more = len(said) - _MOST_WORDS
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     positions = sum(click.position is not None for click in facts.clicks)
@@ -136,28 +114,16 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
     return ("Click landmarks to fit the body. Keys 1 to 9 select a landmark.",)
 
 
-def _disagreement(facts: FrameMarks) -> tuple[str, ...]:
-    """A camera that contradicts the others comes before everything that follows from it."""
-    found = facts.doubtful
-    return () if found is None else (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}",)
-
-
 def _frame_words(facts: FrameMarks, fit: ShownFit) -> tuple[str, ...]:
-    """What the fit says, without what a camera that contradicts the others makes look wrong."""
-    views = facts.views
-    blamed = {
-        outlier_words(
-            key.landmark,
-            views.get(key.camera, key.camera),
-            float(np.linalg.norm(fit.residuals[key])),
-        )
-        for key in facts.flagged - facts.outliers
-    }
+    """Remarks of the fit, without those that a contradicting camera causes."""
+    blamed = set()
+    for key in facts.flagged - facts.outliers:
+        view, away = facts.views.get(key.camera, key.camera), np.linalg.norm(fit.residuals[key])
+        blamed.add(outlier_words(key.landmark, view, float(away)))
     return tuple(words for words in fit.fit.words if words not in blamed)
 
 
 def _misfit(fit: ShownFit) -> tuple[str, ...]:
-    """Say so where the body as a whole is not where the clicks are."""
     away = [float(np.linalg.norm(residual)) for residual in fit.residuals.values()]
     median = float(np.median(away)) if away else 0.0
     if not median > _MISFIT * USUAL_SIGMA:
@@ -167,13 +133,12 @@ def _misfit(fit: ShownFit) -> tuple[str, ...]:
 
 def _precision(sigma: float) -> str:
     """What a standard deviation is called; it holds if the clicks are right."""
-    for limit, words in (
-        *((3.0, "precise"), (6.0, "fairly precise")),
-        *((_UNSURE_DEG, "imprecise"), (UNKNOWN_DEG, "very imprecise")),
-    ):
-        if sigma <= limit:
-            return words
-    return "the clicks do not show it"
+    limits = {
+        3.0: "precise", 6.0: "fairly precise", _UNSURE_DEG: "imprecise",
+        UNKNOWN_DEG: "very imprecise",
+    }  # fmt: skip
+    found = (words for limit, words in limits.items() if sigma <= limit)
+    return next(found, "the clicks do not show it")
 
 
 def _state(click: Click | None, *, predicted: bool) -> CellState:

@@ -77,9 +77,16 @@ class FrameMarks:
     accepted_sigma: float = ACCEPTED_SIGMA
     """Largest standard deviation of predictions that are accepted, pixels at 480 lines."""
 
+    def label(self, landmark: str) -> str:
+        known = landmark in self.landmark_set.names
+        return self.landmark_set[landmark].label if known else landmark.replace("_", " ")
+
+    def colour(self, landmark: str) -> str:
+        known = landmark in self.landmark_set.names
+        return self.landmark_set[landmark].colour if known else "#ffffff"
+
     @property
     def fit_is_old(self) -> bool:
-        """Whether the body was fitted before the last click."""
         return self.fit is not None and self.fit.question.clicks != self.clicks
 
     @cached_property
@@ -90,7 +97,6 @@ class FrameMarks:
 
     @cached_property
     def outliers(self) -> frozenset[ClickKey]:
-        """Those of them that no camera is to blame for."""
         cameras = self.fit.question.cameras if self.fit is not None else {}
         return frozenset(own_outliers(self.flagged, self.doubtful, self.clicks, cameras))
 
@@ -103,8 +109,7 @@ def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMar
 def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
     """The best prediction of every landmark in a camera's image, clicked or not.
 
-    A proposal, where there is one; else from the clicks in other views where there are two or more;
-    else the most certain one that the project keeps.
+    In this order: a proposal, clicks in two other views, the most certain one of the project.
     """
     here = [one for one in facts.predictions if one.camera == camera]
     proposed = {one.landmark: one for one in here if one.source == PROPOSED}
@@ -136,10 +141,10 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
         model=_model(facts, camera),
         model_is_old=facts.fit_is_old,
         outside=tuple(
-            _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
+            facts.label(click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
         ),
         proposed_outside=tuple(
-            _label(facts, one.landmark)
+            facts.label(one.landmark)
             for one in predictions_in(facts, camera.name)
             if one.visibility == Visibility.OUTSIDE and one.key not in said
         ),
@@ -148,30 +153,25 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
 
 
 def _offer(facts: FrameMarks, camera: str, own: Iterable[Click]) -> Offer:
-    """What the next click in a camera's image does."""
     there = {click.landmark: click for click in own}
     landmark = facts.offers.get(camera)
     if landmark is None:
         return Offer(words=_nothing_to_place(facts, set(there)))
-    label, click = _label(facts, landmark), there.get(landmark)
+    label, click = facts.label(landmark), there.get(landmark)
     moves = click is not None and click.position is not None
     words = f"move {label} here" if moves else label
-    return Offer(landmark, words, _colour(facts, landmark), moves)
+    return Offer(landmark, words, facts.colour(landmark), moves)
 
 
 def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
-    """Why a click places nothing, and what can be done."""
     names = facts.landmark_set.names
     if not clicked.issuperset(names):  # the chosen landmark waits for the other views
         there = {click.key for click in facts.clicks}
-        views = [
-            facts.views.get(camera, camera)
-            for camera in facts.offers
-            if ClickKey(facts.frame, camera, facts.chosen) not in there
+        left = [
+            one for one in facts.offers if ClickKey(facts.frame, one, facts.chosen) not in there
         ]
-        return (
-            f"{_label(facts, facts.chosen)} is already clicked here: continue in {', '.join(views)}"
-        )
+        views = ", ".join(facts.views.get(camera, camera) for camera in left)
+        return f"{facts.label(facts.chosen)} is already clicked here: continue in {views}"
     count = len(names)
     number = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
     return f"all {number} are clicked here: drag to move, 1-{min(count, _KEYS)} to select one"
@@ -183,8 +183,8 @@ def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
     x, y = click.position
     return ClickMark(
         landmark=click.landmark,
-        label=_label(facts, click.landmark),
-        colour=_colour(facts, click.landmark),
+        label=facts.label(click.landmark),
+        colour=facts.colour(click.landmark),
         x=x,
         y=y,
         guessed=click.visibility == Visibility.GUESSED,
@@ -202,28 +202,21 @@ def _prediction_marks(
 ) -> tuple[PredictionMark, ...]:
     """Predictions where nobody has clicked; of the chosen landmark everywhere, with its error."""
     points = facts.hints.points if facts.hints is not None else {}
-    found = []
-    limit = facts.accepted_sigma * pixel_scale(camera)
+    found, limit = list[PredictionMark](), facts.accepted_sigma * pixel_scale(camera)
     for one in predictions_in(facts, camera.name):
-        chosen = one.landmark == facts.chosen
-        if (one.landmark in clicked and not chosen) or one.visibility == Visibility.OUTSIDE:
+        name, chosen = one.landmark, one.landmark == facts.chosen
+        if (name in clicked and not chosen) or one.visibility == Visibility.OUTSIDE:
             continue
-        errors = points[one.landmark].error_px if one.landmark in points else {}
-        found.append(
-            PredictionMark(
-                one.landmark,
-                _label(facts, one.landmark),
-                _colour(facts, one.landmark),
-                *one.position,
-                error_px=errors.get(camera.name, float("nan")),
-                spread_px=float("nan") if one.sigma is None else one.sigma,
-                chosen=chosen,
-                proposed=one.source == PROPOSED,
-                guessed=one.visibility == Visibility.GUESSED,
-                opacity=_certainty(one.sigma, limit),
-                certain=is_certain(one, {camera.name: camera}, facts.accepted_sigma),
-            )
-        )
+        errors = points[name].error_px if name in points else {}
+        mark = PredictionMark(
+            name, facts.label(name), facts.colour(name), *one.position,
+            error_px=errors.get(camera.name, float("nan")),
+            spread_px=float("nan") if one.sigma is None else one.sigma,
+            chosen=chosen, proposed=one.source == PROPOSED,
+            guessed=one.visibility == Visibility.GUESSED, opacity=_certainty(one.sigma, limit),
+            certain=is_certain(one, {camera.name: camera}, facts.accepted_sigma),
+        )  # fmt: skip
+        found.append(mark)
     return tuple(found)
 
 
@@ -231,21 +224,17 @@ def _curve_marks(facts: FrameMarks, camera: str) -> tuple[CurveMark, ...]:
     """Curves of the chosen landmark; those of the one before it are out of date."""
     if facts.hints is None or facts.hints.question.landmark != facts.chosen:
         return ()
-    views = facts.views
-    return tuple(
-        CurveMark(
-            _colour(facts, curve.landmark),
-            views.get(curve.from_camera, curve.from_camera),
-            curve.pixels,
-        )
-        for curve in facts.hints.curves.get(camera, ())
-    )
+    found = []
+    for curve in facts.hints.curves.get(camera, ()):
+        view = facts.views.get(curve.from_camera, curve.from_camera)
+        found.append(CurveMark(facts.colour(curve.landmark), view, curve.pixels))
+    return tuple(found)
 
 
 def _residual_marks(
     facts: FrameMarks, clicks: Iterable[Click], camera: Camera
 ) -> tuple[ResidualMark, ...]:
-    """From where a click is now to the model as it is now, be the new fit still under way."""
+    """Lines from the clicks to the model, which may be of the fit before the last click."""
     if facts.fit is None:
         return ()
     found = []
@@ -255,7 +244,7 @@ def _residual_marks(
             continue
         end = camera.project(place)
         if np.isfinite(end).all():
-            colour = _colour(facts, click.landmark)
+            colour = facts.colour(click.landmark)
             found.append(ResidualMark(colour, click.position, (float(end[0]), float(end[1]))))
     return tuple(found)
 
@@ -276,15 +265,4 @@ def _certainty(sigma: float | None, limit: float) -> float:
 
 
 def _opacity(sigma_deg: float) -> float:
-    """Of a limb whose direction has this standard deviation."""
     return float(np.interp(sigma_deg, (_SURE_DEG, UNKNOWN_DEG), (1.0, _FAINTEST)))
-
-
-def _label(facts: FrameMarks, landmark: str) -> str:
-    known = landmark in facts.landmark_set.names
-    return facts.landmark_set[landmark].label if known else landmark.replace("_", " ")
-
-
-def _colour(facts: FrameMarks, landmark: str) -> str:
-    known = landmark in facts.landmark_set.names
-    return facts.landmark_set[landmark].colour if known else "#ffffff"

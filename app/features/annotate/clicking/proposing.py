@@ -6,6 +6,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -13,12 +14,11 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
-from stereotrack_core.annotation.follow_body import BodyStep, follow_body, told_by
+from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
-from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.propose import Proposals, Proposer
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import clicks_around
@@ -26,9 +26,8 @@ from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 
+from ....context import Context
 from ....services.tasks.newest import LatestOnly, NewestAnswer, Shared
-from ....session.document import DocumentPresenter
-from ....session.project import ProjectPresenter
 from ....session.runs import RunEntry
 from .annotating import Annotating
 
@@ -39,68 +38,34 @@ _CHAIN = 4
 
 @dataclass(frozen=True, eq=False)
 class _Way:
-    """Clicks of frames near by that are to be followed to one frame."""
+    """Clicks that are to be followed to a frame, or the body that is followed from `start`."""
 
     reader: Shared[FrameReader]
     clicks: tuple[Click, ...]
     frame: int
+    follow: Callable[..., tuple[Prediction, ...] | BodyStep | None]
+    start: int | None = None
     overtaken: threading.Event = field(default_factory=threading.Event)
 
 
-@dataclass(frozen=True, eq=False)
-class _BodyWay:
-    """Two clicked frames, or the one that is clicked next, between which the body is followed."""
-
-    reader: Shared[FrameReader]
-    clicks: tuple[Click, ...]
-    start: int
-    frame: int
-    cameras: Mapping[str, Camera]
-    proportions: Proportions
-    landmarks: LandmarkSet
-    overtaken: threading.Event = field(default_factory=threading.Event)
-
-
-def _follow(way: _Way | _BodyWay) -> tuple[Prediction, ...] | BodyStep | None:
-    """Where the clicks have come to, or how the body moved; None where it was stopped or lost."""
+def _follow(way: _Way) -> tuple[Prediction, ...] | BodyStep | None:
+    """Places of the clicks or motion of the body; None if it was stopped or lost."""
     stopped = way.overtaken.is_set
     with way.reader.used() as reader:
-        found: tuple[Prediction, ...] | BodyStep | None
-        if isinstance(way, _Way):
-            found = follow_clicks(reader, way.clicks, (way.frame,), cancelled=stopped)
-        else:
-            found = follow_body(
-                reader, way.clicks, way.start, way.frame, way.cameras, way.proportions,
-                way.landmarks, cancelled=stopped,
-            )  # fmt: skip
+        found = way.follow(reader, way.clicks, cancelled=stopped)
     return None if stopped() else found
 
 
 class ProposalPresenter(QObject):
-    """Proposes beside the window's thread whenever clicks or the frame change.
-
-    Parameters
-    ----------
-    cameras : callable
-        Names of the cameras whose images are shown and take clicks.
-    """
+    """Proposes beside the window's thread whenever clicks or the frame change."""
 
     changed = Signal()
-    """Other proposals hold for the frame that is shown."""
-    ahead_changed = Signal()
-    """Other landmarks are proposed one step ahead."""
-    failed = Signal(object)
+    """Other landmarks are proposed, in the frame that is shown or one step ahead."""
 
-    def __init__(
-        self,
-        document: DocumentPresenter,
-        project: ProjectPresenter,
-        annotating: Annotating,
-        cameras: Callable[[], Sequence[str]],
-    ) -> None:
+    def __init__(self, context: Context, annotating: Annotating) -> None:
         super().__init__()
+        document, project = context.session.document, context.session.project
         self._document, self._project, self._annotating = document, project, annotating
-        self._shown = cameras
         self._active = False
         self.asks = False
         self._run: RunEntry | None = None
@@ -109,15 +74,15 @@ class ProposalPresenter(QObject):
         self._around: tuple[int, tuple[Click, ...]] | None = None
         self._followed: dict[tuple[ClickKey, object, int], Prediction | None] = {}
         self._steps: dict[tuple[int, int], tuple[object, BodyStep | None]] = {}
-        self._way: _Way | _BodyWay | None = None
-        self._answer: NewestAnswer[Proposals] = NewestAnswer(
-            self._question, Proposer(), "proposals"
+        self._way: _Way | None = None
+        self._tell_failure = context.notifier.error
+        self.answer: NewestAnswer[Proposals] = NewestAnswer(
+            self._question, Proposer(), "proposals", self.changed.emit, context.notifier.error
         )
-        self._answer.changed.connect(self.changed)
-        self._answer.failed.connect(self.failed)
-        self._following = LatestOnly(_follow, "follow clicks")
-        self._following.answered.connect(self._on_followed)
-        self._following.failed.connect(self._on_not_followed)
+        """Proposals for the frame that is shown."""
+        self._following = LatestOnly(
+            _follow, "follow clicks", self._on_followed, self._on_not_followed
+        )
         # the click or the picture is painted first
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self._ask)
@@ -130,8 +95,7 @@ class ProposalPresenter(QObject):
     # ---- what is known
 
     def now(self) -> tuple[Prediction, ...]:
-        """Proposals of what is not clicked in the frame that is shown."""
-        known = self._answer.at(self._document.frame) if self._wanted() else None
+        known = self.answer.at(self._document.frame) if self._wanted() else None
         if known is None:
             return ()
         clicks = self._annotating.clicks()
@@ -149,23 +113,19 @@ class ProposalPresenter(QObject):
         return {frame: names for frame, names in found.items() if names}
 
     def settled(self) -> bool:
-        """Whether everything that was asked for is there."""
-        return not self._soon.isActive() and self._answer.settled() and self._following.settled()
+        return not self._soon.isActive() and self.answer.settled() and self._following.settled()
 
     # ---- what changes it
 
     def set_active(self, active: bool) -> None:
-        """Propose from now on, or rest."""
         self._active = active
         self._soon.start()
 
     def set_asks(self, asks: bool) -> None:
-        """Leave an uncertain landmark to be clicked in one image, or propose all there is."""
         self.asks = asks
         self._soon.start()
 
     def set_run(self, run: RunEntry | None) -> None:
-        """Let a finished run tell how the landmarks move; None: no run."""
         self._run, self._motion = run, {}
         if run is not None:
             trajectory = run.trajectory()
@@ -177,15 +137,13 @@ class ProposalPresenter(QObject):
         self._soon.start()
 
     def close(self) -> None:
-        """End the threads."""
         self._soon.stop()
         self._overtake()
-        self._answer.close()
+        self.answer.close()
         self._following.close()
 
     @Slot()
     def _forget(self, _what: object = None) -> None:
-        """Know nothing of another recording or project."""
         self.close()
         self._around, self._followed, self._steps = None, {}, {}
         self._soon.start()
@@ -209,9 +167,9 @@ class ProposalPresenter(QObject):
     @Slot()
     def _ask(self) -> None:
         self._overtake()
-        self._answer.ask()
+        self.answer.ask()
         self._follow_next()
-        self.ahead_changed.emit()
+        self.changed.emit()
 
     def _overtake(self) -> None:
         if self._way is not None:
@@ -219,7 +177,6 @@ class ProposalPresenter(QObject):
             self._way = None
 
     def _follow_next(self) -> None:
-        """Follow what is missing, to the frame that is shown and then to the one after it."""
         reader = self._document.reader
         if not self._wanted() or reader is None:
             return
@@ -228,13 +185,13 @@ class ProposalPresenter(QObject):
                 continue
             self._way = self._body_way(reader, frame)
             if self._way is None and (clicks := self._to_follow(frame)):
-                self._way = _Way(reader, clicks, frame)
+                self._way = _Way(reader, clicks, frame, partial(follow_clicks, frames=(frame,)))
             if self._way is not None:
                 self._following.ask(self._way)
                 return
 
-    def _body_way(self, reader: Shared[FrameReader], frame: int) -> _BodyWay | None:
-        """The next pair of frames between which nobody has followed the body yet."""
+    def _body_way(self, reader: Shared[FrameReader], frame: int) -> _Way | None:
+        """Work for the next pair of frames between which the body was not followed yet."""
         recording, project = self._document.recording, self._project.project
         if recording is None or project is None:
             return None
@@ -246,8 +203,9 @@ class ProposalPresenter(QObject):
             proportions = proportions_of(subject if subject is not None else recording.subject)
             names = {one.camera for one in clicks} & set(recording.cameras)
             cameras = {name: recording.cameras[name] for name in recording.cameras if name in names}
-            landmarks = self._annotating.landmark_set
-            return _BodyWay(reader, clicks, start, end, cameras, proportions, landmarks)
+            body = FollowedBody(cameras, proportions, self._annotating.landmark_set)
+            follow = partial(follow_body, start=start, frame=end, body=body)
+            return _Way(reader, clicks, end, follow, start)
         return None
 
     def _known(self, frame: int) -> tuple[Click, ...]:
@@ -266,13 +224,13 @@ class ProposalPresenter(QObject):
         return (*reversed(pairs[0]), *reversed(pairs[1]))
 
     def _steps_to(self, frame: int) -> tuple[BodyStep, ...]:
-        """How the body was seen to move on the way to a frame."""
+        """Motions of the body on the way to a frame."""
         pairs = self._pairs(frame, self._known(frame))
         found = (self._steps.get(pair, (None, None))[1] for pair in pairs)
         return tuple(step for step in found if step is not None)
 
     def _to_follow(self, frame: int) -> tuple[Click, ...]:
-        """Clicks that nobody has followed to a frame yet and that lead to something open there."""
+        """Clicks not followed to a frame yet, of landmarks that are open there."""
         clicked = self._clicked_in(frame)
         told = told_by(self._steps_to(frame), frame)
         return tuple(
@@ -299,7 +257,6 @@ class ProposalPresenter(QObject):
         return tuple(one for one in known if one.frame in near and one.position is not None)
 
     def _found(self, frame: int) -> tuple[Prediction, ...]:
-        """Where the nearest clicks were followed to."""
         keys = [(one.key, one.position, frame) for one in self._nearest(frame)]
         return tuple(p for key in keys if (p := self._followed.get(key)) is not None)
 
@@ -308,7 +265,7 @@ class ProposalPresenter(QObject):
         if recording is None or recording.guessed or not self._wanted():
             return None
         around, own = self._clicks_around(), tuple(self._annotating.clicks().values())
-        names = {one.camera for one in (*around, *own)} | set(self._shown())
+        names = {one.camera for one in (*around, *own)} | set(self._annotating.shown_cameras())
         if set(self._cameras) != names & set(recording.cameras):
             self._cameras = {n: one for n, one in recording.cameras.items() if n in names}
         project = self._project.project
@@ -333,12 +290,10 @@ class ProposalPresenter(QObject):
     # ---- answers
 
     @Slot(object, object)
-    def _on_followed(
-        self, way: _Way | _BodyWay, found: tuple[Prediction, ...] | BodyStep | None
-    ) -> None:
+    def _on_followed(self, way: _Way, found: tuple[Prediction, ...] | BodyStep | None) -> None:
         if way is not self._way or way.overtaken.is_set():
             return
-        if isinstance(way, _BodyWay):
+        if way.start is not None:
             step = found if isinstance(found, BodyStep) else None
             self._steps[way.start, way.frame] = (_told(way.clicks, way.start), step)
         elif isinstance(found, tuple):
@@ -348,14 +303,14 @@ class ProposalPresenter(QObject):
                 self._followed[one.key, one.position, way.frame] = place
         self._way = None
         self._follow_next()
-        if way.frame == self._document.frame or isinstance(way, _BodyWay):
-            self._answer.ask()
-        self.ahead_changed.emit()
+        if way.frame == self._document.frame or way.start is not None:
+            self.answer.ask()
+        self.changed.emit()
 
     @Slot(object, object)
     def _on_not_followed(self, _way: object, error: Exception) -> None:
         self._way = None
-        self.failed.emit(error)
+        self._tell_failure(error)
 
 
 def _told(clicks: Sequence[Click], frame: int) -> frozenset[str]:

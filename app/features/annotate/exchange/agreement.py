@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QDialog, QWidget
 
@@ -25,7 +24,7 @@ from stereotrack_core.geometry.camera import Camera
 
 from ....widgets.forms.form_dialog import push_button
 from ....widgets.style.building import hbox, label, vbox
-from ....widgets.tables.table import LEFT, RIGHT, Cell, CellRow, CellTable, Column
+from ....widgets.tables.table import RIGHT, Cell, CellRow, CellTable, Column
 
 GOOD_PX, FAIR_PX = 3.0, 8.0
 """Up to these standard deviations of a click two readings agree well, or well enough."""
@@ -37,24 +36,19 @@ _BIASED = 0.7
 """Share of the median distance that the mean difference has where both mean another place."""
 
 
-COLUMNS = tuple(
-    Column(heading, tip, align=RIGHT if place else LEFT)
-    for place, (heading, tip) in enumerate(
-        (
-            ("Landmark", ""),
-            ("Pairs", "Images in which both annotations have a position"),
-            ("σ [px]", "Standard deviation of one click per axis, from the median distance"),
-            ("Median [px]", "Median distance, pixels"),
-            ("95 %", "95th percentile of the distances, pixels"),
-            ("Largest", "Largest distance, pixels"),
-            ("Bias", "Mean of second minus first: pixels to the right, and down"),
-            ("Median [mm]", "Median distance in 3-D, where both have it in two cameras"),
-            ("95 %", "95th percentile of the distances in 3-D, millimetres"),
-            ("Limb [°]", "Median angle between the limb directions of both annotations"),
-            ("95 %", "95th percentile of the angles, degrees"),
-            ("Only one", "Images in which only one of the two sees the landmark"),
-        )
-    )
+COLUMNS = (
+    Column("Landmark"),
+    Column("Pairs", "Images in which both annotations have a position", RIGHT),
+    Column("σ [px]", "Standard deviation of one click per axis, from the median distance", RIGHT),
+    Column("Median [px]", "Median distance, pixels", RIGHT),
+    Column("95 %", "95th percentile of the distances, pixels", RIGHT),
+    Column("Largest", "Largest distance, pixels", RIGHT),
+    Column("Bias", "Mean of second minus first: pixels to the right, and down", RIGHT),
+    Column("Median [mm]", "Median distance in 3-D, where both have it in two cameras", RIGHT),
+    Column("95 %", "95th percentile of the distances in 3-D, millimetres", RIGHT),
+    Column("Limb [°]", "Median angle between the limb directions of both annotations", RIGHT),
+    Column("95 %", "95th percentile of the angles, degrees", RIGHT),
+    Column("Only one", "Images in which only one of the two sees the landmark", RIGHT),
 )
 """Of the table: a row for all landmarks together, then for each of them."""
 
@@ -79,10 +73,7 @@ def agreement_report(
 ) -> AgreementReport:
     """Compare two readings over the frames that both have annotated.
 
-    Parameters
-    ----------
-    sigmas : mapping from landmark to float, optional
-        What the fit takes as the standard deviation of a click because of these readings, pixels.
+    `sigmas`: standard deviation of a click by landmark, pixels, that the fit takes from them.
     """
     common = common_frames(found)
     together = agreement(common)
@@ -129,14 +120,12 @@ def _remedy(each: Mapping[str, Agreement], together: Agreement, landmarks: Landm
             f"{known[worst].robust_sigma:.1f} px."
         )
     if together.disputed:
-        said.append(
-            f"{counted(together.disputed, 'image')} in which only one of the two sees a landmark."
-        )
+        images = counted(together.disputed, "image")
+        said.append(f"{images} in which only one of the two sees a landmark.")
     return " ".join(said)
 
 
 def _is_biased(one: Agreement) -> bool:
-    """Whether both mean another place: differences that point the same way."""
     bias = math.hypot(*one.bias)
     return one.count >= FEW and bias > max(_BIASED * one.median, 1.0)
 
@@ -144,7 +133,7 @@ def _is_biased(one: Agreement) -> bool:
 def _cells(
     name: str, colour: str, own: Agreement, space: AgreementInSpace | None = None
 ) -> CellRow:
-    """How far both are apart at one landmark, or without a colour at all of them together."""
+    """Row of one landmark, or of all together if `colour` is empty."""
     bias = "–" if math.isnan(own.bias[0]) else "{:+z.1f}, {:+z.1f}".format(*own.bias)
     pixels = (own.robust_sigma, own.median, own.p95, own.largest)
     known = (space.median_mm, space.p95_mm, space.median_deg, space.p95_deg) if space else ()
@@ -159,27 +148,24 @@ def _number(value: float) -> str:
 
 
 class AgreementDialog(QDialog):
-    """A verdict, what to do about it, and the numbers of each landmark."""
+    """A verdict, what to do about it, and the numbers of each landmark.
 
-    other_project_requested = Signal()
-    """The person wants to choose another project to compare with."""
-    again_requested = Signal()
-    """The person wants to see the frames that were annotated again."""
+    `again` compares the passes of the blind repeats, `other` asks for another project.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        again: Callable[[], object],
+        other: Callable[[], object],
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Annotator agreement")
         self._words, self.verdict, self.remedy = label("", "muted"), label("", "heading"), label()
-        again_button = push_button(
-            "&Blind repeats",
-            self.again_requested.emit,
-            "Compare the first and second passes of the blind repeats",
-        )
-        self.other_button = push_button(
-            "&Other project …",
-            self.other_project_requested.emit,
-            "Compare with another annotator's project of this recording",
-        )
+        tip = "Compare the first and second passes of the blind repeats"
+        again_button = push_button("&Blind repeats", again, tip)
+        tip = "Compare with another annotator's project of this recording"
+        self.other_button = push_button("&Other project …", other, tip)
         self.table = CellTable("Agreement by landmark", COLUMNS)
         self.copy_button = push_button("&Copy table", self._copy)
         below = hbox(self.copy_button, None, push_button("Close", self.reject))
@@ -189,7 +175,6 @@ class AgreementDialog(QDialog):
         self.resize(1020, 430)
 
     def show_report(self, compared: str, report: AgreementReport) -> None:
-        """Show how well two readings agree; `compared` says which."""
         self._words.setText(compared)
         self.verdict.setText(report.verdict)
         self.remedy.setText(report.remedy)

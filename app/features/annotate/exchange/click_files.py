@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Signal, Slot
+from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QFormLayout, QWidget
 
 from stereotrack_core.errors import InputError
@@ -15,13 +15,7 @@ from stereotrack_core.interop.landmark_file import world_from_axes
 from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.recording.description import Recording
 
-from ....widgets.forms.form_dialog import (
-    FormDialog,
-    ask_to_open,
-    files_of,
-    line_edit,
-    push_button,
-)
+from ....widgets.forms.form_dialog import FormDialog, ask_to_open, files_of, line_edit, push_button
 from ....widgets.style.building import choice, hbox, label
 
 _FILES = ";;".join(
@@ -42,16 +36,16 @@ _AXES = ("x,y,z", "-x,-y,z", "z,x,y", "x,-z,y", "x,z,-y")
 class ImportDialog(FormDialog):
     """A file, the camera that it is of, and what its landmarks are called here."""
 
-    chosen = Signal(object)
-
     def __init__(
         self,
         recording: Recording,
         landmarks: Sequence[str],
         folder: str,
+        use: Callable[[LabelSource], object],
         parent: QWidget | None = None,
     ) -> None:
         super().__init__("Import clicks", "Compare …", self._on_accepted, parent)
+        self._use = use
         self._recording, self._landmarks, self._folder = recording, landmarks, folder
         cameras = dict.fromkeys((*(view.name for view in recording.views), *recording.cameras))
         self.path = line_edit("File")
@@ -75,14 +69,12 @@ class ImportDialog(FormDialog):
         self.names.textChanged.connect(self._check)
         form = QFormLayout()
         form.addRow("File", hbox((self.path, 1), push_button("&Choose …", self._ask)))
-        form.addRow("Camera", self.camera)
-        form.addRow("Names", self.names)
-        form.addRow("Axes", self.axes)
+        for field in (self.camera, self.names, self.axes):
+            form.addRow(field.accessibleName(), field)
         self.lay_out(label(_WORDS, "muted"), form, None, size=(560, 280))
         self._check()
 
     def ask_again(self, source: LabelSource, complaint: str) -> None:
-        """Show what was chosen before, and what is wrong with it."""
         self.path.setText(str(source.path))
         self.names.setText(", ".join(f"{one}={two}" for one, two in (source.names or {}).items()))
         self.axes.setCurrentText(source.axes or _AS_STATED)
@@ -90,10 +82,8 @@ class ImportDialog(FormDialog):
         self.say(complaint, error=True)
 
     def _ask(self) -> None:
-        def take(path: Path) -> None:
-            self.path.setText(str(path))
-
-        ask_to_open(self, "Import clicks", self._folder, _FILES, take)
+        use = self.path.setText
+        ask_to_open(self, "Import clicks", self._folder, _FILES, lambda path: use(str(path)))
 
     @Slot()
     def _check(self) -> None:
@@ -106,19 +96,14 @@ class ImportDialog(FormDialog):
         def take() -> None:
             names = stated_names(self.names.text().split(","))
             if not path.is_file():
-                raise InputError(
-                    "there is no such file", where=str(path), remedy="Choose another file."
-                )
+                remedy = "Choose another file."
+                raise InputError("there is no such file", where=str(path), remedy=remedy)
             camera = self.camera.currentData() or None
-            axes = self.axes.currentText().strip()
-            if axes in ("", _AS_STATED):
-                axes = ""
-            else:
+            axes = self.axes.currentText().strip().replace(_AS_STATED, "")
+            if axes:
                 world_from_axes(axes, "Axes")
-            source = LabelSource(
-                path, self._recording, self._landmarks, camera, names or None, axes
-            )
-            self.chosen.emit(source)
+            known = self._recording, self._landmarks
+            self._use(LabelSource(path, *known, camera, names or None, axes))
 
         if self.attempt(take):
             self.accept()

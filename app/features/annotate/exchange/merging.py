@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 
-from PySide6.QtCore import Signal, Slot
+from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QCheckBox, QPlainTextEdit, QWidget
 
 from stereotrack_core.counting import counted
@@ -13,7 +13,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.merging import Decision, Incoming
 from stereotrack_core.project.project import Project
 
-from ....services.tasks.task import Task, TaskList
+from ....context import Context
+from ....services.tasks.task import Task
 from ....widgets.forms.form_dialog import FormDialog
 from ....widgets.style.building import choice, label
 
@@ -33,18 +34,8 @@ _DECISIONS = (
 class TakeInDialog(FormDialog):
     """Counts new, equal and differing clicks; one choice decides all that differ.
 
-    Parameters
-    ----------
-    compare : callable
-        Compares once more with the project as it is then.
-    shown : Incoming
-        The comparison that was made last.
-    problems : iterable of InputError
-        Why files, or parts of them, could not be read.
+    `compare` repeats the comparison `shown`; `problems` are errors of reading.
     """
-
-    taken_in = Signal(str)
-    """What was done, in words."""
 
     def __init__(
         self,
@@ -52,12 +43,12 @@ class TakeInDialog(FormDialog):
         compare: Callable[[], Incoming],
         shown: Incoming,
         problems: Iterable[InputError],
-        tasks: TaskList,
+        context: Context,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(f"Merge clicks from {shown.source}", "Merge", self._take, parent)
         self._project, self._compare, self._shown = project, compare, shown
-        self._tasks = tasks
+        self._context = context
         problems = tuple(problems)
         self.summary = label(_summary(shown), "heading")
         self.problems = QPlainTextEdit("\n".join(_problem_words(problems)), readOnly=True)
@@ -108,7 +99,7 @@ class TakeInDialog(FormDialog):
             return edit.words()
 
         def done(words: str) -> None:
-            self.taken_in.emit(words)
+            self._context.notifier.say(words)
             self.accept()
 
         def failed(error: Exception) -> None:
@@ -117,7 +108,7 @@ class TakeInDialog(FormDialog):
 
         self.accept_button.setEnabled(False)
         self.outcome.setText("Writing …")
-        self._tasks.write("merging clicks", work, done).failed.connect(failed)
+        self._context.tasks.write("merging clicks", work, done).failed.connect(failed)
 
 
 def _summary(incoming: Incoming) -> str:
@@ -144,7 +135,6 @@ def _conflict_words(incoming: Incoming) -> str:
 
 
 def _problem_words(problems: tuple[InputError, ...]) -> list[str]:
-    """Errors of reading, one per line."""
     shown = problems[:_SHOWN_PROBLEMS]
     words = [f"{problem.what}. {problem.remedy}".strip() for problem in shown]
     if (more := len(problems) - len(words)) > 0:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSignalBlocker, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, QSignalBlocker, Qt, QTimer, Slot
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -30,7 +29,6 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 
-from ....context import Context
 from ....services.actions import Command, Menu
 from ....services.tasks.newest import LatestOnly
 from ....widgets.forms.form_dialog import (
@@ -52,60 +50,33 @@ _WORDS = (
     "Files of OpenPose (a folder), COCO, MMPose, RTMPose, MediaPipe, FreeMoCap, DeepLabCut, SLEAP, "
     "or a table. Predictions are kept apart from clicks and never change them."
 )
+_SUREST = "the surest of all frames"
 _SOON_MS = 250
-
-
-@dataclass(frozen=True, eq=False)
-class _Question:
-    """What is to be imported, and how."""
-
-    project: Project
-    sources: tuple[KeypointSource, ...]
-    frames: int | None
-    person: str | None
-    all_people: bool
-    propose: bool
-
-
-def _plan(question: _Question) -> DetectorImport:
-    """Read the files; called in a thread of its own."""
-    return plan_import(
-        question.project,
-        question.sources,
-        question.frames,
-        person=question.person,
-        all_people=question.all_people,
-        propose=question.propose,
-    )
 
 
 class PredictionsDialog(FormDialog):
     """Files of one detector, read at once; says what is taken of them before anything is done.
 
-    Parameters
-    ----------
-    frames : int or None
-        Number of frames of the recording.
+    `frames`: number of frames of the recording, if known; `write` imports into the project.
     """
-
-    import_requested = Signal(object, object)
-    """The project, and what is to be written to it."""
 
     def __init__(
         self,
         project: Project,
         recording: Recording,
         frames: int | None,
+        write: Callable[[Project, DetectorImport], object],
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Import predictions", "Import", self._write, parent)
+        super().__init__("Import predictions", "Import", self._on_accepted, parent)
+        self._write = write
         self._project, self._recording, self._frames = project, recording, frames
         self._paths: list[Path] = []
         self._plan: DetectorImport | None = None
-        self._asked: _Question | None = None
-        self._reading = LatestOnly(_plan, "read predictions")
-        self._reading.answered.connect(self._on_read)
-        self._reading.failed.connect(self._on_failed)
+        self._asked: partial[DetectorImport] | None = None
+        self._reading = LatestOnly(
+            lambda plan: plan(), "read predictions", self._on_read, self._on_failed
+        )
         self.finished.connect(self._reading.close)
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self._read)
@@ -135,7 +106,7 @@ class PredictionsDialog(FormDialog):
         )
         self.person = choice(
             "Person",
-            [("", "the surest of all frames")],
+            [("", _SUREST)],
             "Of several people, the one who is kept over all frames.",
         )
         self.person.setEnabled(False)
@@ -158,17 +129,19 @@ class PredictionsDialog(FormDialog):
             changed.connect(self.read_again)
 
     def _lay_out(self) -> None:
-        buttons = hbox(
-            push_button("Add &files …", self._ask_for_files),
-            push_button("Add f&older …", self._ask_for_folder, "Of OpenPose's JSON files"),
-            push_button("&Remove from list", self._drop),
-            None,
+        folder = self._project.path.parent
+        files = partial(ask_to_open_several, self, "Import predictions", folder, _FILES, self.add)
+        one = partial(
+            ask_for_folder, self, "Folder of OpenPose", folder, lambda path: self.add([path])
         )
+        buttons = hbox(
+            push_button("Add &files …", files),
+            push_button("Add f&older …", one, "Of OpenPose's JSON files"),
+            push_button("&Remove from list", self._drop), None,
+        )  # fmt: skip
         form = QFormLayout()
-        form.addRow("Detector", self.detector)
-        form.addRow("Point order", self.layout_box)
-        form.addRow("Person", self.person)
-        form.addRow("Names", self.names)
+        for field in (self.detector, self.layout_box, self.person, self.names):
+            form.addRow(field.accessibleName(), field)
         checks = hbox(self.propose, self.all_people, None)
         self.lay_out(
             label(_WORDS, "muted"), (self.files, 1), buttons, form, checks, self.preview,
@@ -177,20 +150,10 @@ class PredictionsDialog(FormDialog):
 
     # ---- files
 
-    def _ask_for_files(self) -> None:
-        folder = str(self._project.path.parent)
-        ask_to_open_several(self, "Import predictions", folder, _FILES, self.add)
-
-    def _ask_for_folder(self) -> None:
-        folder = str(self._project.path.parent)
-        ask_for_folder(self, "Folder of OpenPose", folder, lambda chosen: self.add([chosen]))
-
     def add(self, paths: Sequence[Path]) -> None:
-        """Add files or folders to the list."""
-        recording = self._recording
-        views = {view.image.camera: view.name for view in recording.views}
-        known = [(views.get(name, name), name) for name in recording.cameras]
-        names = [(name, shown) for shown, name in sorted(known)]
+        views = {view.image.camera: view.name for view in self._recording.views}
+        known = [(name, views.get(name, name)) for name in self._recording.cameras]
+        names = sorted(known, key=lambda pair: pair[::-1])
         for path in paths:
             row = self.files.rowCount()
             self._paths.append(path)
@@ -228,13 +191,14 @@ class PredictionsDialog(FormDialog):
     @Slot()
     def _read(self) -> None:
         def ask() -> None:
-            self._asked = self._question()
+            self._asked = self._to_plan()
             self._reading.ask(self._asked)
 
         if not self.attempt(ask):
             self.preview.setText("")
 
-    def _question(self) -> _Question:
+    def _to_plan(self) -> partial[DetectorImport]:
+        """Function that reads the files as the form says; called in another thread."""
         names = stated_names(self.names.text().split(","))
         detector = self.detector.text().strip()
         if self.files.rowCount() > 1 and not detector:
@@ -250,53 +214,49 @@ class PredictionsDialog(FormDialog):
             sources.append(
                 KeypointSource(path, self._recording, camera or None, layout, names, detector)
             )
-        person = self.person.currentData() or None
-        if self.all_people.isChecked():
-            person = None
-        how = person, self.all_people.isChecked(), self.propose.isChecked()
-        return _Question(self._project, tuple(sources), self._frames, *how)
+        everybody = self.all_people.isChecked()
+        return partial(
+            plan_import, self._project, tuple(sources), self._frames,
+            person=None if everybody else self.person.currentData() or None,
+            all_people=everybody, propose=self.propose.isChecked(),
+        )  # fmt: skip
 
     @Slot(object, object)
-    def _on_read(self, question: _Question, plan: DetectorImport) -> None:
-        if question is self._asked:
+    def _on_read(self, asked: object, plan: DetectorImport) -> None:
+        if asked is self._asked:
             self._plan = plan
             self._offer(plan.people)
-            self.preview.setText(_told(plan, propose=question.propose))
+            self.preview.setText(_told(plan, propose=self.propose.isChecked()))
             self.accept_button.setEnabled(True)
 
     @Slot(object, object)
-    def _on_failed(self, question: _Question, error: Exception) -> None:
-        if question is self._asked:
+    def _on_failed(self, asked: object, error: Exception) -> None:
+        if asked is self._asked:
             self.preview.setText("")
             self.say(str(error), error=True)
 
     def _offer(self, people: Sequence[str]) -> None:
-        """Let the person choose among the people of the files."""
         chosen = self.person.currentData()
-        offered = [("", "the surest of all frames")]
-        if len(people) > 1:
-            offered += [(name, f"person {name}" if name.isdecimal() else name) for name in people]
         with QSignalBlocker(self.person):
             self.person.clear()
-            for name, shown in offered:
-                self.person.addItem(shown, name)
+            self.person.addItem(_SUREST, "")
+            for name in people if len(people) > 1 else ():
+                self.person.addItem(f"person {name}" if name.isdecimal() else name, name)
             self.person.setCurrentIndex(max(self.person.findData(chosen), 0))
         self.person.setEnabled(len(people) > 1 and not self.all_people.isChecked())
 
     def settled(self) -> bool:
-        """Whether what is shown was read with what the form says."""
         return not self._soon.isActive() and self._reading.settled()
 
     # ---- writing
 
-    def _write(self) -> None:
+    def _on_accepted(self) -> None:
         if self._plan is not None:
-            self.import_requested.emit(self._project, self._plan)
+            self._write(self._project, self._plan)
             self.accept()
 
 
 def _told(plan: DetectorImport, *, propose: bool) -> str:
-    """What an import does, in short paragraphs."""
     facts = plan.facts()
     frames, kept = counted(facts["frames"], "frame"), counted(facts["keypoints"], "keypoint")
     lines = [
@@ -315,19 +275,14 @@ def _told(plan: DetectorImport, *, propose: bool) -> str:
 class PredictionExchange(QObject):
     """Asks which files, or which detector."""
 
-    def __init__(
-        self, context: Context, panels: AnnotationPanels, export: Callable[[], None]
-    ) -> None:
+    def __init__(self, panels: AnnotationPanels, export: Callable[[], None]) -> None:
         super().__init__(panels)
-        self._context, self._panels, self._export = context, panels, export
-        self._keypoints = context.session.keypoints
+        self._panels, self._export = panels, export
+        self._keypoints = panels.context.session.keypoints
         self._keypoints.changed.connect(panels.read_kept)
-        self._keypoints.changed.connect(panels.repeat_changed)
-        panels.leaving.connect(self._close)
-        context.tasks.watch(self._settled)
+        panels.context.tasks.watch(self._settled)
 
     def commands(self) -> list[Command]:
-        """Commands of the menu File."""
         panels = self._panels
         command = Menu("&File", panels.no_edit).command
         return [
@@ -343,31 +298,26 @@ class PredictionExchange(QObject):
         ]  # fmt: skip
 
     def why_none(self) -> str:
-        """Why nothing can be removed or exported, as a sentence."""
         none = "The project has no predictions of a detector."
         return self._panels.no_edit() or ("" if self._keypoints.sources else none)
 
     def ask_to_import(self) -> None:
-        """Let the person choose files, and show what they contain."""
         panels = self._panels
         if panels.project is None or panels.recording is None:
             return
+        count = panels.frame_count or None
         dialog = PredictionsDialog(
-            panels.project, panels.recording, panels.frame_count or None, panels.window
+            panels.project, panels.recording, count, self._bring, panels.window
         )
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.import_requested.connect(self._on_requested)
         self._keypoints.changed.connect(dialog.read_again)
-        dialog.show()
+        panels.show_dialog(dialog)
 
-    @Slot(object, object)
-    def _on_requested(self, project: Project, plan: DetectorImport) -> None:
+    def _bring(self, project: Project, plan: DetectorImport) -> None:
         kept = counted(len(plan.keypoints), "keypoint")
         said = f"{kept} of {', '.join(plan.after.sources)} imported."
-        self._keypoints.bring(project, plan, partial(self._panels.said.emit, said))
+        self._keypoints.bring(project, plan, partial(self._panels.say, said))
 
     def ask_to_remove(self) -> None:
-        """Let the person choose a detector."""
         known = {
             f"{name} ({counted(count, 'keypoint')})": name
             for name, count in self._keypoints.sources.items()
@@ -382,14 +332,8 @@ class PredictionExchange(QObject):
         dialog.open()
 
     def remove(self, detector: str) -> None:
-        """Remove what a detector has predicted."""
         said = f"Predictions of {detector} removed. Undo brings them back."
-        self._keypoints.remove(detector, partial(self._panels.said.emit, said))
+        self._keypoints.remove(detector, partial(self._panels.say, said))
 
     def _settled(self) -> bool:
         return all(one.settled() for one in self._panels.window.findChildren(PredictionsDialog))
-
-    @Slot()
-    def _close(self) -> None:
-        for dialog in self._panels.window.findChildren(PredictionsDialog):
-            dialog.close()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.detected_body import body_predictions
@@ -37,7 +37,6 @@ from stereotrack_core.recording.keypoints import Keypoints
 
 from ....services.actions import Command
 from ....services.tasks.task import Task
-from ....session.keypoints import KeypointPresenter
 from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
@@ -53,41 +52,20 @@ NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recordin
 
 
 class PredictionWork(QObject):
-    """Fills in the selection beside the window's thread, one source after the other.
+    """Fills in the selection beside the window's thread, one source after the other."""
 
-    Parameters
-    ----------
-    keypoints : KeypointPresenter, optional
-        What the project keeps of detectors.
-    """
-
-    found = Signal(str)
-    """Other predictions are kept than before; what was done, in words."""
-    busy_changed = Signal()
-
-    def __init__(
-        self, panels: AnnotationPanels, keypoints: KeypointPresenter | None = None
-    ) -> None:
+    def __init__(self, panels: AnnotationPanels) -> None:
         super().__init__(panels)
-        self._p = panels
-        panels.leaving.connect(self._cancel)
-        self.busy_changed.connect(panels.changed)
-        self.found.connect(panels.said)
-        self.found.connect(panels.repeat_changed)
+        self._p, self._tasks = panels, panels.context.tasks
+        self._keypoints = panels.context.session.keypoints
+        panels.context.session.project.closing.connect(self._cancel)
         self._task: Task | None = None
-        self._keypoints = keypoints
         self.run: RunEntry | None = None
-        """The tracker's run to fill in from, which does not grow."""
+        """Finished run to fill in from."""
 
     @property
     def busy(self) -> bool:
-        """Whether predictions are being made."""
-        return self._task is not None
-
-    def set_run(self, run: RunEntry | None) -> None:
-        """Fill in from another run; None where there is none."""
-        self.run = run
-        self.busy_changed.emit()
+        return self._task in self._tasks.tasks
 
     @Slot()
     def _cancel(self) -> None:
@@ -95,7 +73,6 @@ class PredictionWork(QObject):
             self._task.cancel()
 
     def why_not(self, source: Source) -> str:
-        """Why nothing can be filled in from there, as a sentence; empty where it can."""
         if self.busy:
             return _BUSY
         now = self._p.reference.now
@@ -116,17 +93,18 @@ class PredictionWork(QObject):
             return fill_in(project, make(), *how)
 
         title = "proposing landmarks" if make is None else "filling predictions"
-        self._task = self._p.tasks.begin(title, work, self.found.emit)
-        self._task.ended.connect(self._on_ended)
-        self.busy_changed.emit()
+        self._task = self._tasks.begin(title, work, self._tell)
+
+    @Slot(object)
+    def _tell(self, done: str) -> None:
+        self._p.say(done)
+        self._p.read_kept()
 
     def why_no_detection(self) -> str:
-        """Why the installed detector cannot look at the selection now; empty if it can."""
         absent = "" if is_installed() else NO_DETECTOR
         return self._p.no_edit() or (_BUSY if self.busy else absent)
 
     def detect(self) -> None:
-        """Propose landmarks of the selection where the installed detector sees them: one edit."""
         project, recording, selection = self._p.project, self._p.recording, self._p.selection()
         if project is None or recording is None or self.why_no_detection():
             return
@@ -153,13 +131,10 @@ class PredictionWork(QObject):
             return seen, found
 
         take = partial(self._take, project, selection)
-        self._task = self._p.tasks.begin("detecting keypoints", work, take)
-        self._task.ended.connect(self._on_ended)
-        self.busy_changed.emit()
+        self._task = self._tasks.begin("detecting keypoints", work, take)
 
     def _take(self, project: Project, selection: Selection, found: _Detected) -> None:
-        """Write what was detected to the project."""
-        if self._keypoints is None or project is not self._p.project:
+        if project is not self._p.project:
             return
         fills: list[DetectorFill] = []
 
@@ -169,14 +144,14 @@ class PredictionWork(QObject):
 
         def say() -> None:
             proposed = counted(fills[0].proposed, "landmark")
-            self._p.said.emit(f"{proposed} proposed from the detector in {selection.words()}.")
+            self._p.say(f"{proposed} proposed from the detector in {selection.words()}.")
 
         self._keypoints.write(project, f"fill from detector in {selection.words()}", make, say)
 
     def _filling(
         self, source: Source, project: Project, recording: Recording
     ) -> Callable[[], Filling]:
-        """What is filled in from, as it is now; put together in the other thread."""
+        """Function that makes the source of the predictions in the worker thread."""
         cameras, now, entry = click_cameras(recording), self._p.reference.now, self.run
         proportions = proportions_of(project.subject() or recording.subject)
         name, held = ("", None) if entry is None else (entry.name, entry.now())
@@ -196,30 +171,20 @@ class PredictionWork(QObject):
 
         return make
 
-    @Slot()
-    def _on_ended(self) -> None:
-        self._task = None
-        self.busy_changed.emit()
-
     def why_no_accept(self, source: Source) -> str:
-        """Why nothing can be taken from there, as a sentence; empty where it can."""
         none = ""
         if source == "run" and self.run is None:
             none = "There is no finished run. Run the tracker first."
-        elif source == "detector" and not self._detectors():
+        elif source == "detector" and not self._keypoints.sources:
             none = "The project has no keypoints of a detector. Import predictions first."
         return self._p.no_edit() or none
-
-    def _detectors(self) -> tuple[str, ...]:
-        """Names of the detectors that the project has keypoints of."""
-        return () if self._keypoints is None else tuple(self._keypoints.sources)
 
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
         run = source_of_run(self.run.name) if self.run is not None else ""
-        kept = {"proposed": (PROPOSED,), "fit": (FIT,), "run": (run,)}.get(source)
-        sources = self._detectors() if kept is None else kept
-        called, recording = _ACCEPTED[source], self._p.recording
+        kept = {"proposed": (PROPOSED,), "fit": (FIT,), "run": (run,)}
+        sources = kept.get(source, tuple(self._keypoints.sources))
+        called, recording = _SOURCES[source][3].replace("active ", ""), self._p.recording
         cameras = {} if recording is None else recording.cameras
         self._p.edit_selection(
             lambda project, chosen: accept_predictions(project, sources, chosen, called, cameras)
@@ -230,36 +195,27 @@ _BUSY = "Predictions are already being computed. Wait for them to finish."
 _NOT_YET = (
     "Predictions do not become clicks until you accept them. They are no edit: undo leaves them."
 )
-_SOURCES: tuple[tuple[Source, str, str, str, str, str], ...] = (
-    ("proposed", "annotate-propose", "Propose landmarks", "Propose what is not clicked in the "
+_SOURCES: dict[Source, tuple[str, str, str, str, str]] = {
+    "proposed": ("annotate-propose", "Propose landmarks", "Propose what is not clicked in the "
      "selected frames: from the clicks in them and around them, followed through the images of all "
      f"views. {_NOT_YET}", "proposals", "is proposed"),
-    ("fit", "annotate-fill-fit", "Fill from the fit", "Predict landmarks in the selected frames "
+    "fit": ("annotate-fill-fit", "Fill from the fit", "Predict landmarks in the selected frames "
      f"from the body fitted to the clicks. {_NOT_YET}",
      "points from the fit", "was filled from the fit"),
-    ("run", "annotate-fill-run", "Fill from the active run", "Predict landmarks in the selected "
+    "run": ("annotate-fill-run", "Fill from the active run", "Predict landmarks in the selected "
      f"frames from the tracker's active run. {_NOT_YET}",
      "points from the active run", "was filled from the tracker's active run"),
-    ("detector", "annotate-fill-detector", "Fill from keypoints", "Predict landmarks in the "
+    "detector": ("annotate-fill-detector", "Fill from keypoints", "Predict landmarks in the "
      f"selected frames from the keypoints of the detectors. {_NOT_YET}",
      "points from keypoints", "was filled from keypoints or proposed when they were imported"),
-)  # fmt: skip
-"""Source, command that predicts, its text and tip; what is accepted, and what that is."""
-
-_ACCEPTED: dict[Source, str] = {
-    "proposed": "proposals",
-    "fit": "points from the fit",
-    "run": "points from the run",
-    "detector": "points from keypoints",
-}
-"""What is accepted of each."""
+}  # fmt: skip
+"""By source: the command that predicts, its text and tip; what is accepted, and what that is."""
 
 
 def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
-    """All of them, in the order of their menu."""
+    """Commands of predictions over the selection, in the order of their menu."""
 
     def named(words: str) -> str:
-        """``Fill in from run “2: accurate”``, where there is one."""
         name = "" if work.run is None else f"run “{work.run.name}”"
         return words.replace("the active run", name) if name else words
 
@@ -268,7 +224,7 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
             name, menu, text, tip, partial(work.fill, source), icon="prediction",
             why_not=partial(work.why_not, source), says=partial(named, text),
         )
-        for source, name, text, tip, _what, _found in _SOURCES
+        for source, (name, text, tip, _what, _found) in _SOURCES.items()
     ]  # fmt: skip
     accept = [
         Command(
@@ -280,7 +236,7 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
             why_not=partial(work.why_no_accept, source), says=partial(named, f"Accept {what}"),
             section=source == "proposed",
         )
-        for source, _name, _text, _tip, what, found in _SOURCES
+        for source, (_name, _text, _tip, what, found) in _SOURCES.items()
     ]  # fmt: skip
     detect = Command(
         "annotate-detect", menu, "Fill from detector", "Let the installed pose detector look at "

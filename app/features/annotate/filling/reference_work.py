@@ -37,8 +37,6 @@ class ReferenceWork(QObject):
     shown = Signal(object)
     aged = Signal()
     """Other frames of the reference are old: their clicks have changed since the fit."""
-    busy_changed = Signal()
-    failed = Signal(object)
 
     def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -56,33 +54,27 @@ class ReferenceWork(QObject):
 
     @property
     def fitting(self) -> bool:
-        """Whether a fit is under way."""
-        return self._fitting is not None
+        return self._fitting in self._tasks.tasks
 
     def set_project(
         self, project: Project | None, recording: Recording | None, frames: int
     ) -> None:
-        """Work on another project, or on none."""
         self.cancel()
         self._process.end()
         self._project, self._recording, self._frames = project, recording, frames
         self._show_stored()
 
     def set_frame_count(self, frames: int) -> None:
-        """The number of frames is known better."""
         self._frames = frames
 
     def why_not(self) -> str:
-        """Why nothing can be fitted now, as a sentence; empty where it can."""
         if self._project is None or self._recording is None:
             return "No project is open. Open or create one first."
         if self._project.read_only:
             return "The project is open read-only."
         if self._recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
-        if self._fitting is not None:
-            return "A fit is already running. Wait for it, or stop it."
-        return ""
+        return "A fit is already running. Wait for it, or stop it." if self.fitting else ""
 
     def fit(self, frames: range | None = None) -> None:
         """Fit the whole recording, or only these frames with what they hang on."""
@@ -105,20 +97,16 @@ class ReferenceWork(QObject):
                 try:
                     keep_fitted(project, reference, frames)
                 except InputError as error:
-                    self.failed.emit(error)
+                    self._tasks.failed(error)
 
-        task = self._fitting = self._tasks.begin("fitting the body to the clicks", work, keep)
-        task.ended.connect(self._on_ended)
-        self.busy_changed.emit()
+        self._fitting = self._tasks.begin("fitting the body to the clicks", work, keep)
 
     @Slot()
     def cancel(self) -> None:
-        """Stop a fit; nothing changes then."""
         if self._fitting is not None:
             self._fitting.cancel()
 
     def follow(self, changed: Changed) -> None:
-        """Take note of an edit."""
         if changed.tables & {"reference", "choice", "landmark_set"}:
             self._show_stored()
         elif "click" in changed.tables:
@@ -136,11 +124,6 @@ class ReferenceWork(QObject):
         self.now = replace(self.now, clicks=self.now.clicks.after_edit(frames, clicks))
         self.aged.emit()
 
-    @Slot()
-    def _on_ended(self) -> None:
-        self._fitting = None
-        self.busy_changed.emit()
-
     def _show_stored(self) -> None:
         """Read the reference that the project uses; beside the window's thread."""
         project, recording = self._project, self._recording
@@ -149,12 +132,8 @@ class ReferenceWork(QObject):
         if project is None or recording is None or name is None:
             self._take(None)
             return
-        chosen = name
-        self._reading = self._tasks.begin(
-            "reading the reference",
-            lambda _task: read_reference(project, recording, chosen),
-            self._on_read,
-        )
+        read = partial(read_reference, project, recording, name)
+        self._reading = self._tasks.begin("reading the reference", lambda _: read(), self._on_read)
 
     @Slot(object)
     def _on_read(self, found: ShownReference) -> None:
@@ -168,14 +147,9 @@ class ReferenceWork(QObject):
 
 
 def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
-    """How far a fit is: the share, 0 where nobody knows it, and words.
+    """Share of a fit that is done, 0 if unknown, and words.
 
-    Parameters
-    ----------
-    done, of : int
-        Frames that are taken in, and all.
-    seconds : float
-        Since a frame was taken in last: no more of them means that these are being fitted.
+    `done` of all frames are added, the last one `seconds` ago; after a while they are being fitted.
     """
     if done == 0:
         return 0.0, "preparing"

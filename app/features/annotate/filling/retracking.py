@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, QTimer, Slot
 
 from stereotrack_core.annotation.click import click_detections
 from stereotrack_core.counting import frames_in_words
@@ -13,7 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.prepare import Start
 from stereotrack_core.tracking.repeating import StoredSpec, stored_spec
 from stereotrack_core.tracking.retrack import Retrack, Retracked
@@ -24,6 +25,7 @@ from ....context import Context
 from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
 from ....session.runs import RunEntry
+from ....widgets.tables.panels import BodyPanel
 from ..clicking.clicked_frames import ClickedFrames
 
 _MARGIN_S = 0.5
@@ -34,28 +36,30 @@ _SOON_MS = 200
 
 
 class Retracking(QObject):
-    """Knows in which failure the frame that is shown lies, and has it tracked again."""
+    """Knows in which failure the frame that is shown lies, and has it tracked again.
 
-    changed = Signal()
-    """Another failure is at the frame, or a stretch begins or ends to be tracked again."""
+    `body`: the panel that shows a hint on the failure.
+    """
 
-    def __init__(self, context: Context, clicked: ClickedFrames) -> None:
+    def __init__(self, context: Context, clicked: ClickedFrames, body: BodyPanel) -> None:
         super().__init__(context.session)
         self._context, self._session, self._clicked = context, context.session, clicked
+        self._body = body
         self._task: Task | None = None
         self._known: tuple[object, tuple[FailureSegment, ...]] = None, ()
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self.changed)
+        self._soon.timeout.connect(self._show_hint)
         session = context.session
-        clicked.changed.connect(self._soon.start)
-        session.document.frame_changed.connect(self._soon.start)
-        session.judging.judged.connect(self._soon.start)
+        for signal in (
+            session.project.changed, session.project.opened, session.project.closed,
+            session.document.frame_changed, session.judging.judged,
+        ):  # fmt: skip
+            signal.connect(self._look_soon)
         session.leaving.connect(self.cancel)
 
     # ---- what there is
 
     def entry(self) -> RunEntry | None:
-        """The active run, if it is finished."""
         entry = self._session.runs.active
         done = entry is not None and entry.frames and entry.kind == "run"
         return entry if done and entry is not self._session.track.entry else None
@@ -68,12 +72,9 @@ class Retracking(QObject):
             return ()
         key = entry, len(entry.frames), truth
         if self._known[0] != key:
-            run = entry.run()
-            reference = None if truth is None else truth.trajectory
-            found = (
-                () if run is None else stretches_of(FailureSearch(run, recording.fps, reference))
-            )
-            self._known = key, found
+            run, reference = entry.run(), None if truth is None else truth.trajectory
+            search = None if run is None else FailureSearch(run, recording.fps, reference)
+            self._known = key, () if search is None else stretches_of(search)
         return self._known[1]
 
     def failure(self) -> tuple[range, str] | None:
@@ -100,22 +101,26 @@ class Retracking(QObject):
         first = max(frames.start - margin, int(numbers[0]))
         return range(first, min(frames.stop + margin, int(numbers[-1]) + 1))
 
-    def hint(self) -> str:
-        """What is to be said while annotating a frame in which the run fails."""
-        found = self.failure()
-        if found is None:
-            return ""
-        where = f"The run fails here: {frames_in_words(found[0])}, {found[1]}."
-        if self._clicked.within(found[0]):
-            return f"{where} Re-track it around the clicks."
-        return f"{where} Click all landmarks of a frame near the middle, in two views or more."
+    @Slot()
+    def _look_soon(self) -> None:
+        self._soon.start()
+
+    @Slot()
+    def _show_hint(self) -> None:
+        found, hint = self.failure(), ""
+        if found is not None:
+            todo = "Click all landmarks of a frame near the middle, in two views or more."
+            if self._clicked.within(found[0]):
+                todo = "Re-track it around the clicks."
+            hint = f"The run fails here: {frames_in_words(found[0])}, {found[1]}. {todo}"
+        self._body.show_hint(hint)
+        self._context.actions.refresh_soon()
 
     def why_not(self) -> str:
-        """Why nothing can be tracked again now, as a sentence; empty where it can."""
         why_not = self._session.no_recording() or self._session.project.why_no_edit()
         if why_not:
             return why_not
-        if self._task is not None:
+        if self._task in self._context.tasks.tasks:
             return "A stretch is being tracked again. Wait for it."
         entry = self.entry()
         if entry is None:
@@ -130,7 +135,6 @@ class Retracking(QObject):
     # ---- doing it
 
     def begin(self) -> None:
-        """Track the failure at the frame that is shown again, with the clicks in it."""
         entry, stretch, recording = self.entry(), self.stretch(), self._session.document.recording
         if self.why_not() or entry is None or stretch is None or recording is None:
             return
@@ -144,12 +148,8 @@ class Retracking(QObject):
             found: Retracked = in_process(process, todo, task, len(stretch))
             return found, found.into(run, list(entry.ordered()))
 
-        title = f"re-tracking {frames_in_words(stretch)}"
-        self._task = self._context.tasks.begin(
-            title, work, lambda result: self._take(entry, stretch, *result)
-        )
-        self._task.ended.connect(self._on_ended)
-        self.changed.emit()
+        title, take = f"re-tracking {frames_in_words(stretch)}", partial(self._take, entry, stretch)
+        self._task = self._context.tasks.begin(title, work, lambda found: take(*found))
 
     def _task_of(self, entry: RunEntry, run: Run, stretch: range, recording: Recording) -> Retrack:
         project, stored = self._session.project.project, _stored(entry)
@@ -178,8 +178,7 @@ class Retracking(QObject):
         runs = self._session.runs
         if before not in runs.entries:
             return
-        frames: dict[int, TrackedFrame] = {**before.frames}
-        frames.update({one.frame: one for one in found.frames})
+        frames = {**before.frames, **{one.frame: one for one in found.frames}}
         name = runs.free_name(f"{before.name}, re-tracked {stretch.start}–{stretch.stop - 1}")
         entry = RunEntry(
             name, before.preset, before.settings, before.body, before.wanted, frames,
@@ -187,22 +186,15 @@ class Retracking(QObject):
         )  # fmt: skip
         runs.add(entry)
         runs.show(before, visible=False)
-        mended = len(found.mended)
         self._context.notifier.say(
-            f"Tracked again: {frames_in_words(stretch)}, {mended} of them followed backwards from "
-            f"clicks. The run as it was is hidden: {before.name}."
+            f"Tracked again: {frames_in_words(stretch)}, {len(found.mended)} of them followed "
+            f"backwards from clicks. The run as it was is hidden: {before.name}."
         )
 
     @Slot()
     def cancel(self) -> None:
-        """Stop what is being tracked again; the run stays as it is."""
         if self._task is not None:
             self._task.cancel()
-
-    @Slot()
-    def _on_ended(self) -> None:
-        self._task = None
-        self.changed.emit()
 
 
 def in_process(process: TaskProcess, todo: ProcessTask, task: Task, frames: int) -> Any:
@@ -226,7 +218,6 @@ def _stored(entry: RunEntry) -> StoredSpec:
 
 
 def _why_not_with_clicks(entry: RunEntry) -> str:
-    """Why the tracker that made a run cannot follow clicks; empty where it can."""
     try:
         stored = _stored(entry)
     except InputError as error:
@@ -239,12 +230,10 @@ def _why_not_with_clicks(entry: RunEntry) -> str:
     return ""
 
 
-def retrack_commands(retracking: Retracking) -> list[Command]:
-    """Commands of the menu Annotate."""
-    command = Menu("&Annotate").command
-    return [
-        command("annotate-retrack", "Re-track around the clicks", "Track the failure at this frame "
-                "again, with the clicks in it as measurements. The rest of the run stays. You can "
-                "undo this.", retracking.begin, "Shift+F10", "run-tracker",
-                why_not=retracking.why_not, section=True),
-    ]  # fmt: skip
+def retrack_command(retracking: Retracking) -> Command:
+    """Command of the menu Annotate."""
+    return Menu("&Annotate", retracking.why_not).command(
+        "annotate-retrack", "Re-track around the clicks", "Track the failure at this frame again, "
+        "with the clicks in it as measurements. The rest of the run stays. You can undo this.",
+        retracking.begin, "Shift+F10", "run-tracker", section=True,
+    )  # fmt: skip

@@ -44,32 +44,27 @@ class Personalising(QObject):
 
     @Slot()
     def cancel(self) -> None:
-        """Stop the estimate that is under way."""
         if self._task is not None:
             self._task.cancel()
 
     def why_not(self) -> str:
-        """Why nothing can be estimated now, as a sentence; empty where it can."""
         why_not = self._session.no_recording() or self._session.project.why_no_edit()
         recording = self._session.document.recording
         if why_not or recording is None:
             return why_not
         if recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
-        if self._task is not None:
+        if self._task in self._context.tasks.tasks:
             return "The body is being personalised. Wait for it, or stop it."
         count = len(self._clicked.frames())
         if count < FEWEST:
-            return (
-                f"Click all landmarks in {FEWEST} frames first, in two views or more; "
-                f"{counted(count, 'frame')} clicked so far."
-            )
+            todo = f"Click all landmarks in {FEWEST} frames first, in two views or more"
+            return f"{todo}; {counted(count, 'frame')} clicked so far."
         if self._run() is None and not self._session.clouds.available:
             return "Track the recording first: without depth it cannot be tracked here."
         return ""
 
     def begin(self) -> None:
-        """Estimate in the background, with the active run or, without one, a new one."""
         recording, project = self._session.document.recording, self._session.project.project
         if self.why_not() or recording is None or project is None:
             return
@@ -88,13 +83,6 @@ class Personalising(QObject):
         self._task = self._context.tasks.begin(
             "personalising the body", lambda task: in_process(process, todo, task, last), use
         )
-        self._task.ended.connect(self._on_ended)
-        self._context.actions.refresh_soon()
-
-    @Slot()
-    def _on_ended(self) -> None:
-        self._task = None
-        self._context.actions.refresh_soon()
 
     def _run(self) -> Run | None:
         """The active run where it is finished and tracked in clicked frames enough."""
@@ -110,20 +98,17 @@ class Personalising(QObject):
 def _message(found: PersonalSubject) -> Message:
     frames = counted(len(found.found.frames), "clicked frame")
     left_out = "".join(f" {one[:1].upper()}{one[1:]}." for one in left_out_words(found))
-    return Message(
-        "note",
-        f"the body is personalised from {frames}",
-        remedy=f"{lean_words(found)}{left_out} The next run uses it: landmarks and angles change, "
-        "the tracked surface stays. Undo takes it back; Annotate, Subject … saves it to a file.",
+    remedy = (
+        f"{lean_words(found)}{left_out} The next run uses it: landmarks and angles change, the "
+        "tracked surface stays. Undo takes it back; Annotate, Subject … saves it to a file."
     )
+    return Message("note", f"the body is personalised from {frames}", remedy=remedy)
 
 
-def personal_commands(personalising: Personalising) -> list[Command]:
-    """Commands of the menu Annotate."""
-    command = Menu("&Annotate").command
-    return [
-        command("annotate-personalise", "Personalise body", "Estimate from the clicked frames "
-                "where this person's joints lie in the tracked body, and use it for the next run. "
-                "You can undo this.", personalising.begin, icon="ruler",
-                why_not=personalising.why_not),
-    ]  # fmt: skip
+def personal_command(personalising: Personalising) -> Command:
+    """Command of the menu Annotate."""
+    return Menu("&Annotate", personalising.why_not).command(
+        "annotate-personalise", "Personalise body", "Estimate from the clicked frames where this "
+        "person's joints lie in the tracked body, and use it for the next run. You can undo this.",
+        personalising.begin, icon="ruler",
+    )  # fmt: skip

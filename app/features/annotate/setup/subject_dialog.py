@@ -11,11 +11,7 @@ from typing import Any
 from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
-from stereotrack_core.annotation.click_points import (
-    MeasuredLength,
-    lengths_of_clicks,
-    subject_of,
-)
+from stereotrack_core.annotation.click_points import MeasuredLength, lengths_of_clicks, subject_of
 from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
@@ -36,6 +32,9 @@ from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import hbox, label
 
 _FILES = "Subject (*.toml)"
+_DIVIDED = (
+    "The distance from elbow to hand is divided between forearm and hand as in an average arm."
+)
 _LENGTHS: Mapping[str, tuple[str, str]] = {
     "shoulder_width": ("Shoulder width", "between the joint centres of both shoulders"),
     "hip_width": ("Hip width", "between the joint centres of both hips"),
@@ -59,7 +58,6 @@ class _Measured:
     lengths: Mapping[str, MeasuredLength]
 
     def words(self, key: str) -> str:
-        """``331 ± 2 mm, 240 samples``; empty where it is not known."""
         length = getattr(self.subject, key)
         if length is None:
             return ""
@@ -71,10 +69,7 @@ class _Measured:
 class SubjectDialog(FormDialog):
     """The name and the lengths of the subject that the project uses.
 
-    Parameters
-    ----------
-    recorded : Subject or None
-        Of the recording's folder.
+    `recorded` is the subject of the recording's folder.
     """
 
     def __init__(
@@ -139,13 +134,11 @@ class SubjectDialog(FormDialog):
     # ---- what is shown
 
     def draft(self) -> Subject:
-        """The subject as it is written in the form."""
         lengths = {key: box.stored() or None for key, box in self.lengths.items()}
         known: dict[str, Any] = {**lengths, "offsets": self._offsets}
         return Subject(self.name.text().strip(), **known)
 
     def show_subject(self, subject: Subject) -> None:
-        """Write a subject into the form."""
         self._offsets = subject.offsets
         self.name.setText(subject.name)
         for key, box in self.lengths.items():
@@ -166,13 +159,11 @@ class SubjectDialog(FormDialog):
         self.store_button.setEnabled(bool(draft.name))
 
     def _differs(self, draft: Subject) -> bool:
-        """Whether the form says something else than the recording does."""
         return draft != replace(self._recorded, name=draft.name and self._recorded.name)
 
     # ---- what is done
 
     def _measure(self) -> None:
-        """Measure beside the window's thread: there may be many clicks."""
         project, cameras = self._project, self._cameras
 
         def work(_task: object) -> _Measured | InputError:
@@ -196,10 +187,7 @@ class SubjectDialog(FormDialog):
         for key, shown in self._found.items():
             shown.setText(found.words(key))
         self.take_button.setEnabled(True)
-        self.say(
-            "The distance from elbow to hand is divided between forearm and hand as in an average "
-            "arm."
-        )
+        self.say(_DIVIDED)
 
     def _take_measured(self) -> None:
         if self._measured is not None:
@@ -211,11 +199,10 @@ class SubjectDialog(FormDialog):
         draft = self.draft()
 
         def use() -> None:
-            if not self._differs(draft):
-                if self._project.chosen(self._project.subjects) is not None:
-                    self._project.apply(Choose(SUBJECT.name, None))
-            else:
+            if self._differs(draft):
                 self._project.apply(UseSubject(draft, self._origin(draft)))
+            elif self._project.chosen(self._project.subjects) is not None:
+                self._project.apply(Choose(SUBJECT.name, None))
 
         if self.attempt(use):
             self.accept()
@@ -228,8 +215,6 @@ class SubjectDialog(FormDialog):
         return "measured from clicks" if same else "entered"
 
     def load(self, path: Path) -> None:
-        """Write the subject of a file into the form; one without a name gets the file's."""
-
         def load() -> None:
             subject = read_subject(path)
             self.show_subject(replace(subject, name=subject.name or path.stem))
@@ -241,7 +226,6 @@ class SubjectDialog(FormDialog):
         ask_to_save(self, "Save the subject", name, _FILES, self.store)
 
     def store(self, path: Path) -> None:
-        """Write the subject of the form to a file."""
         path = path if path.suffix else path.with_suffix(".toml")
         if self.attempt(lambda: write_subject(path, self.draft())):
             self.say(f"Saved to {path}.")

@@ -112,7 +112,6 @@ class AxesPage(QWidget):
     # ---- showing
 
     def show_state(self, state: Calibration) -> None:
-        """Show what is chosen, and what it comes to."""
         self.choices.setVisible(bool(state.base))
         title, about = _AS_IT_IS if state.of_recording else _WAYS["first"]
         self.ways["first"].setText(title)
@@ -148,20 +147,17 @@ class AxesPage(QWidget):
             self.frame.setValue(axes.frame)
 
     def ask(self) -> None:
-        """Ask for a file, and write it."""
         state, start = self._calibration.state, Path.home()
         if state.sources:
             start = Path(state.sources[0].place).parent
         elif state.recording is not None:
             start = state.recording.folder.parent
-        ask_to_save(
-            self, "Save the calibration", start / "calibration.toml", "Calibration (*.toml)",
-            self._calibration.save,
-        )  # fmt: skip
+        proposed, files = start / "calibration.toml", "Calibration (*.toml)"
+        ask_to_save(self, "Save the calibration", proposed, files, self._calibration.save)
 
 
 def _fill(box: QComboBox, options: Mapping[Any, str], chosen: object) -> None:
-    """Offer these, by their keys; the list is made again only where it is another one."""
+    """Offer options by their keys; the list is rebuilt only if it differs."""
     with QSignalBlocker(box):
         if [(box.itemData(k), box.itemText(k)) for k in range(box.count())] != [*options.items()]:
             box.clear()
@@ -171,22 +167,19 @@ def _fill(box: QComboBox, options: Mapping[Any, str], chosen: object) -> None:
 
 
 def _why_no_way(way: AxesWay, state: Calibration) -> str:
-    """Why the world cannot be turned so; empty where it can."""
     there = any(name in state.recorded for name in state.base)
     views = () if state.recording is None else state.recording.views
-    match way:
-        case "recording" if not there:
-            return "Open the recording of these cameras."
-        case "floor" if not there or all(view.kind == "mono" for view in views):
-            return "Open a recording of these cameras with stereo or depth views."
-        case "board" if not state.board_frames:
-            return "Choose pictures of the board, and find it in them (steps 1 and 2)."
-        case _:
-            return ""
+    if way == "recording" and not there:
+        return "Open the recording of these cameras."
+    if way == "floor" and (not there or all(view.kind == "mono" for view in views)):
+        return "Open a recording of these cameras with stereo or depth views."
+    if way == "board" and not state.board_frames:
+        return "Choose pictures of the board, and find it in them (steps 1 and 2)."
+    return ""
 
 
 def _about(state: Calibration) -> str:
-    """What the world rests on now, and where the cameras come to stand."""
+    """Accuracy of the alignment and height of the lowest camera."""
     if not isinstance(state.alignment, Alignment):
         return ""
     found, said = state.alignment, []

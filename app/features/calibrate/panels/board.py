@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt, Slot
-from PySide6.QtWidgets import (
-    QFormLayout,
-    QGroupBox,
-    QTreeWidget,
-    QTreeWidgetItem,
-    QWidget,
-)
+from PySide6.QtWidgets import QFormLayout, QGroupBox, QTreeWidget, QTreeWidgetItem, QWidget
 
 from stereotrack_core.calibrate.board import DICTIONARIES, Board, charuco, chessboard
 from stereotrack_core.errors import InputError
@@ -45,7 +38,6 @@ class BoardPage(QWidget):
         self.setLayout(vbox((self._pictures(), 1), self._board(), spacing=8))
 
     def show_state(self, state: Calibration) -> None:
-        """Show what is chosen."""
         with QSignalBlocker(self.sources):
             known = [self.sources.topLevelItem(k) for k in range(self.sources.topLevelItemCount())]
             shown = [(one.text(0), one.text(1)) for one in known if one is not None]
@@ -72,15 +64,24 @@ class BoardPage(QWidget):
 
     def _pictures(self) -> QGroupBox:
         box = QGroupBox("Pictures of the board")
+        add = self._calibration
         self.folder_button = push_button(
-            "Add all &cameras …", self._ask_folder,
+            "Add all &cameras …", lambda: ask_for_folder(
+                self, "Folder of all cameras", self._start(), add.add_folder),
             "A recording, or a folder with one video or folder of images per camera, named as the "
             "camera",
         )  # fmt: skip
         self.images_button = push_button(
-            "Add &images …", self._ask_images, "A folder with the images of one camera"
-        )
-        self.video_button = push_button("Add &video …", self._ask_video, "A video of one camera")
+            "Add &images …", lambda: ask_for_folder(
+                self, "Images of one camera", self._start(), add.add_camera),
+            "A folder with the images of one camera",
+        )  # fmt: skip
+        files = files_of("Videos", sorted(VIDEO_SUFFIXES))
+        self.video_button = push_button(
+            "Add &video …", lambda: ask_to_open(
+                self, "Video of one camera", self._start(), files, add.add_camera),
+            "A video of one camera",
+        )  # fmt: skip
         self.recording_button = push_button(
             "", self._calibration.add_recording,
             "Search the images of the open recording for the board",
@@ -94,9 +95,7 @@ class BoardPage(QWidget):
         )  # fmt: skip
         self.every.valueChanged.connect(self._calibration.set_every)
         first = hbox(self.folder_button, self.images_button, self.video_button, None, spacing=6)
-        second = hbox(
-            self.recording_button, self.remove_button, None, self.every, spacing=6
-        )  # fmt: skip
+        second = hbox(self.recording_button, self.remove_button, None, self.every, spacing=6)
         box.setLayout(vbox((self.sources, 1), first, second, margins=(9, 9, 9, 9)))
         return box
 
@@ -122,8 +121,8 @@ class BoardPage(QWidget):
         form.addRow("Dictionary", self.dictionary)
         form.addRow("Side of a marker", hbox(self.marker, None))
         form.addRow(self.problem)
-        self.kind.activated.connect(self._on_board)
-        self.dictionary.activated.connect(self._on_board)
+        for choice_box in (self.kind, self.dictionary):
+            choice_box.activated.connect(self._on_board)
         for field in (self.columns, self.rows, self.square, self.marker):
             field.setKeyboardTracking(False)
             field.valueChanged.connect(self._on_board)
@@ -132,7 +131,6 @@ class BoardPage(QWidget):
     # ---- the board
 
     def _write(self, board: Board) -> None:
-        """Write a board into the fields."""
         self._squares = board
         fields = (self.kind, self.columns, self.rows, self.square, self.dictionary, self.marker)
         blockers = [QSignalBlocker(one) for one in fields]
@@ -179,19 +177,6 @@ class BoardPage(QWidget):
     def _start(self) -> Path:
         sources = self._calibration.state.sources
         return Path(sources[-1].place).parent if sources else Path.home()
-
-    def _ask_folder(self) -> None:
-        title = "Folder of all cameras"
-        ask_for_folder(self, title, self._start(), self._calibration.add_folder)
-
-    def _ask_images(self) -> None:
-        title = "Images of one camera"
-        ask_for_folder(self, title, self._start(), self._calibration.add_camera)
-
-    def _ask_video(self) -> None:
-        files = files_of("Videos", sorted(VIDEO_SUFFIXES))
-        ask_to_open(self, "Video of one camera", self._start(), files, partial(
-            self._calibration.add_camera))  # fmt: skip
 
     def _remove(self) -> None:
         item = self.sources.currentItem() or self.sources.topLevelItem(0)

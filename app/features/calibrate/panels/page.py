@@ -13,7 +13,6 @@ from ....widgets.forms.step_list import StepList, VerdictBox
 from ....widgets.scene.scene_view import SceneView
 from ....widgets.style.building import ElidedLabel, hbox, label, scrolled, thin_progress, vbox
 from ..controller import CalibrationController
-from ..saving import ReadPicture
 from ..shown import coverage_shown, scene_shown, shot_shown, steps_shown, verdict_shown
 from ..state import STEPS, Calibration, StepName
 from .axes import AxesPage
@@ -35,10 +34,10 @@ class CalibrationPage(QWidget):
     def __init__(self, calibration: CalibrationController) -> None:
         super().__init__()
         self._calibration = calibration
-        self._read: ReadPicture | None = None
         self._world: object = None
         self.setAccessibleName("Calibration")
-        self.steps, self.verdict = StepList("Steps of the calibration"), VerdictBox()
+        self.steps = StepList("Steps of the calibration", calibration.show)
+        self.verdict = VerdictBox()
         self.picture = BoardPicture(
             "Picture of the board",
             "Green: corners that were found, in their order. Orange: their errors, "
@@ -60,10 +59,8 @@ class CalibrationPage(QWidget):
             "world": self.world, "axes": self.axes,
         }  # fmt: skip
         self._lay_out()
-        self.steps.chosen.connect(calibration.show)
         calibration.changed.connect(self.show_state)
         calibration.progressed.connect(self._on_progress)
-        calibration.reading.answered.connect(self._on_read)
         self.show_state()
 
     def _lay_out(self) -> None:
@@ -89,7 +86,9 @@ class CalibrationPage(QWidget):
         both.setChildrenCollapsible(False)
         both.setSizes([640, 480])
         right = vbox(self.verdict, (both, 1), self._bar(), spacing=8)
-        left = vbox(label("Calibration", "heading"), self.steps, None, self._close_row(), spacing=8)
+        close, tip = self._calibration.close_page, "Back to the welcome page"
+        self.close_button = push_button("Close", close, tip)
+        left = vbox(label("Calibration", "heading"), self.steps, None, self.close_button, spacing=8)
         self.setLayout(hbox(left, (right, 1), margins=(10, 8, 10, 8), spacing=10))
 
     def _bar(self) -> QWidget:
@@ -103,17 +102,10 @@ class CalibrationPage(QWidget):
         bar.setLayout(hbox(self.do_button, (middle, 1), self.stop_button, self.next_button))
         return bar
 
-    def _close_row(self) -> QWidget:
-        self.close_button = push_button(
-            "Close", self._calibration.close_page, "Back to the welcome page"
-        )
-        return self.close_button
-
     # ---- following
 
     @Slot()
     def show_state(self) -> None:
-        """Show the state as it is now."""
         state, calibration = self._calibration.state, self._calibration
         self.steps.show_steps(steps_shown(state), state.step)
         self.verdict.show_verdict(*verdict_shown(state))
@@ -145,7 +137,7 @@ class CalibrationPage(QWidget):
             return
         if state.step == "lenses":
             self.coverage.show_shot(coverage_shown(state))
-        self.picture.show_shot(shot_shown(state, self._read))
+        self.picture.show_shot(shot_shown(state, self._calibration.picture))
 
     def _show_world(self, state: Calibration) -> None:
         upright = isinstance(state.alignment, Alignment) or state.of_recording
@@ -157,11 +149,6 @@ class CalibrationPage(QWidget):
         if place != self._world:
             self._world = place
             self.scene.set_view("home")
-
-    @Slot(object, object)
-    def _on_read(self, _wanted: object, read: ReadPicture) -> None:
-        self._read = read
-        self._show_side(self._calibration.state)
 
     @Slot(float, str)
     def _on_progress(self, share: float, words: str) -> None:

@@ -29,7 +29,7 @@ _PICTURES = (
 )
 
 
-class _Pictures(CellTree):
+class PicturesPage(CellTree):
     """A row with a tick for each picture, under a row for each camera."""
 
     def __init__(self, calibration: CalibrationController) -> None:
@@ -39,24 +39,10 @@ class _Pictures(CellTree):
         self.chosen.connect(lambda key: calibration.choose(*key))
 
     def show_state(self, state: Calibration) -> None:
-        """Show the pictures as they are known."""
         self.show_rows(camera_rows(state))
         if state.shot is not None and state.busy != "pictures":
             with QSignalBlocker(self):
                 self.choose(state.shot)
-
-
-class PicturesPage(QWidget):
-    """In which pictures the board was found."""
-
-    def __init__(self, calibration: CalibrationController) -> None:
-        super().__init__()
-        self.tree = _Pictures(calibration)
-        self.setLayout(vbox((self.tree, 1)))
-
-    def show_state(self, state: Calibration) -> None:
-        """Show it."""
-        self.tree.show_state(state)
 
 
 class LensesPage(QWidget):
@@ -66,7 +52,7 @@ class LensesPage(QWidget):
         super().__init__()
         self._calibration = calibration
         self.table = PlainTable("Lenses")
-        self.tree = _Pictures(calibration)
+        self.tree = PicturesPage(calibration)
         models = [("auto", "automatic"), *((name, name) for name in LENS_MODELS)]
         self.model = choice("Lens model", models, _ABOUT_MODEL)
         self.model.activated.connect(lambda: calibration.set_model(self.model.currentData()))
@@ -75,7 +61,6 @@ class LensesPage(QWidget):
         self.setLayout(vbox(row, self.table, (self.tree, 1)))
 
     def show_state(self, state: Calibration) -> None:
-        """Show the lenses and the errors of their pictures."""
         self.model.setCurrentIndex(self.model.findData(state.model))
         self.table.show_table(short_lens_table(state))
         self.tree.show_state(state)
@@ -92,7 +77,7 @@ class WorldPage(QWidget):
     def __init__(self, calibration: CalibrationController) -> None:
         super().__init__()
         self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=24)
-        self.tree = _Pictures(calibration)
+        self.tree = PicturesPage(calibration)
         errors = QWidget()
         errors.setLayout(vbox(self.cameras, self.whole, None, margins=(0, 6, 0, 0)))
         self.tabs = QTabWidget()
@@ -102,7 +87,6 @@ class WorldPage(QWidget):
         self.setLayout(vbox((self.tabs, 1)))
 
     def show_state(self, state: Calibration) -> None:
-        """Show the errors of every camera."""
         tables = world_tables(state.world.result)[-2:] if state.world is not None else [None, None]
         for widget, table in zip((self.cameras, self.whole), tables, strict=True):
             widget.show_table(table)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,17 +46,15 @@ class CalibrationPage(QWizardPage):
         reading.addRow("&Unit of its lengths", self.unit)
         reading.addRow("Con&vention", self.convention)
         self.how.setLayout(reading)
-        self.setLayout(
-            vbox(
-                self.from_file, file_row, self.how, (self._area, 1),
-                self.guess, label(GUESS, "muted", margins=(24, 0, 0, 0)), self.words, None,
-            )
-        )  # fmt: skip
+        about_guess = label(GUESS, "muted", margins=(24, 0, 0, 0))
+        parts = (self.from_file, file_row, self.how, (self._area, 1), self.guess, about_guess)
+        self.setLayout(vbox(*parts, self.words, None))
         (self.guess if looked.proposed.calibration is None else self.from_file).setChecked(True)
-        self.guess.toggled.connect(self._on_changed)
-        self.path.textChanged.connect(self._on_changed)
-        for box in (self.unit, self.convention):
-            box.currentIndexChanged.connect(self._on_changed)
+        for changed in (
+            self.guess.toggled, self.path.textChanged, self.unit.currentIndexChanged,
+            self.convention.currentIndexChanged,
+        ):  # fmt: skip
+            changed.connect(self._on_changed)
 
     def _make_fields(self, given: Path | None) -> None:
         self.from_file = QRadioButton("Calibration &file")
@@ -83,12 +80,10 @@ class CalibrationPage(QWizardPage):
         self._cameras: dict[str, QComboBox] = {}
 
     def begin(self, choices: Choices) -> None:
-        """Ask for the cameras of the sources that were chosen."""
         self._choices = choices
         self._on_changed()
 
     def chosen(self, choices: Choices) -> Choices:
-        """The choices with what is written here."""
         if self.guess.isChecked():
             return replace(choices, calibration=None, given=None, cameras={})
         if self._read is None:
@@ -103,10 +98,8 @@ class CalibrationPage(QWizardPage):
     def _problem(self) -> str:
         if self.guess.isChecked():
             return ""
-        if not self._paths():
-            return "Choose a calibration file."
-        if self._complaint:
-            return self._complaint
+        if not self._paths() or self._complaint:
+            return self._complaint or "Choose a calibration file."
         try:
             cameras_for(self.chosen(self._choices))
         except InputError as error:
@@ -150,20 +143,15 @@ class CalibrationPage(QWizardPage):
                 self._complaint = str(error)
         self.how.setVisible(foreign and self.from_file.isChecked())
 
-    def _known(self) -> Sequence[str]:
-        if self._read is None or self._read.calibration is None:
-            return ()
-        return list(self._read.given or read_calibration(self._read.calibration))
-
     def _list_cameras(self) -> None:
         """A field for each camera here: which of the file's cameras it is."""
         before = {name: box.currentData() for name, box in self._cameras.items()}
         while self._form.rowCount():
             self._form.removeRow(0)
         self._cameras.clear()
-        known = self._known()
-        if self._read is None or not known:
+        if self._read is None or self._read.calibration is None:
             return  # it is said below
+        known = self._read.given or read_calibration(self._read.calibration)
         for name in self._choices.camera_names():
             options = [("", "choose"), *((one, one) for one in known)]
             box = choice(f"Camera of {name}", options, f"Which camera of the file {name} is")

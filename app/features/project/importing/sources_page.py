@@ -139,7 +139,6 @@ class _Row:
             self.view.setText(view_for(self.use, self.role.currentData()))
 
     def chosen(self) -> Use:
-        """What is written in the fields."""
         role: Role = self.role.currentData()
         view = self.view.text().strip()
         return replace(self.use, role=role, view=view, mirrored=self.mirrored.isChecked())
@@ -165,9 +164,12 @@ class SourcesPage(QWizardPage):
         told = (self.notes, self._unread, self.words)
         self.setLayout(vbox(label(_WORDS, "muted"), (area, 1), *told))
         for row in self.rows:
-            row.role.currentIndexChanged.connect(self._on_changed)
-            row.view.textChanged.connect(self._on_changed)
-            row.mirrored.toggled.connect(self._on_changed)
+            for changed in (
+                row.role.currentIndexChanged,
+                row.view.textChanged,
+                row.mirrored.toggled,
+            ):
+                changed.connect(self._on_changed)
         self._on_changed()
 
     def _grid(self, looked: Looked) -> QWidget:
@@ -195,14 +197,13 @@ class SourcesPage(QWizardPage):
         return inside
 
     def chosen(self, choices: Choices) -> Choices:
-        """The choices with what is written here."""
         return replace(choices, uses=tuple(row.chosen() for row in self.rows))
 
     def isComplete(self) -> bool:
         return not self._problems()
 
     def _problems(self) -> list[str]:
-        """What keeps a recording from being made, but for the frame rate, which comes later."""
+        """Problems that prevent making a recording, without the frame rate."""
         choices = self.chosen(replace(self._proposed, fps=self._proposed.fps or 1.0))
         return [str(problem) for problem in problems_of(choices)]
 
@@ -239,20 +240,17 @@ class PlacePage(QWizardPage):
         form.addRow("&Name", self.name)
         form.addRow(label_of(self.folder, "&Folder"), hbox((self.folder, 1), browse))
         self.setLayout(vbox(form, self.summary, self.progress, self.words, None))
-        self.name.textChanged.connect(self._on_changed)
-        self.folder.textChanged.connect(self._on_changed)
+        for field in (self.name, self.folder):
+            field.textChanged.connect(self._on_changed)
 
     def begin(self, choices: Choices) -> None:
-        """Say what will be made of these choices."""
         self._choices = choices
         self._on_changed()
 
     def place(self) -> Path:
-        """The folder that is written here."""
         return Path(self.folder.text().strip()).expanduser()
 
     def chosen(self, choices: Choices) -> Choices:
-        """The choices with what is written here."""
         return replace(choices, name=self.name.text().strip())
 
     def isComplete(self) -> bool:
@@ -268,9 +266,8 @@ class PlacePage(QWizardPage):
         return ""
 
     def _ask(self) -> None:
-        start = self.place().parent
-        ask_for_folder(self, "Folder of the recording", start, lambda path: (
-            self.folder.setText(str(path))))  # fmt: skip
+        title, start = "Folder of the recording", self.place().parent
+        ask_for_folder(self, title, start, lambda path: self.folder.setText(str(path)))
 
     @Slot()
     def _on_changed(self) -> None:

@@ -65,15 +65,15 @@ class TimingPage(QWizardPage):
             "They are written again, each frame the nearest in time. Otherwise frame k of every "
             "source is taken for the same instant."
         )
-        self.resample.toggled.connect(self._forget)
         self.offsets, self.words = label("", "muted"), label()
         form = self._form(looked)
         self.setLayout(vbox(label(_WORDS, "muted"), form, self.words, None))
-        self.fps.valueChanged.connect(self._forget)
-        self.method.currentIndexChanged.connect(self._forget)
+        for changed in (
+            self.fps.valueChanged, self.method.currentIndexChanged, self.resample.toggled,
+        ):  # fmt: skip
+            changed.connect(self._forget)
 
     def _form(self, looked: Looked) -> QFormLayout:
-        """The fields in their rows."""
         form = QFormLayout()
         form.addRow("&Frames per second", self.fps)
         form.addRow(label_of(self.method, "&Synchronise by"), hbox((self.method, 1), self.estimate))
@@ -85,14 +85,12 @@ class TimingPage(QWizardPage):
         return form
 
     def begin(self, choices: Choices) -> None:
-        """Show what the sources that were chosen say about time."""
         if choices.used() != self._choices.used():
             self._choices = choices
             self._forget()
         self._say()
 
     def chosen(self, choices: Choices) -> Choices:
-        """The choices with what is written and was estimated here."""
         uses = tuple(
             replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
         )
@@ -102,10 +100,7 @@ class TimingPage(QWizardPage):
         )
 
     def timed(self, choices: Choices) -> Choices:
-        """The choices with what is written here, and all sources at one rate.
-
-        Raises InputError where they have no time in common.
-        """
+        """The choices at one rate. Raises InputError if the sources have no time in common."""
         return at_one_rate(self.chosen(choices))
 
     def isComplete(self) -> bool:
@@ -113,7 +108,6 @@ class TimingPage(QWizardPage):
         return self.fps.value() > 0 and estimated and not self._doubts()[1]
 
     def stop(self) -> None:
-        """Estimate no longer."""
         if self._work is not None:
             self._work.cancel()
             self._work = None
@@ -146,7 +140,7 @@ class TimingPage(QWizardPage):
         self.completeChanged.emit()
 
     def _doubts(self) -> tuple[list[str], str]:
-        """What has to be known about time, and why the sources cannot be put together."""
+        """Doubts about timing, and why the sources cannot be combined."""
         try:
             choices = self.timed(self._choices)
         except InputError as error:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QWidget, QWizard
 
 from stereotrack_core.recording.importing.choices import Choices
-from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.readers import with_one_white
 from stereotrack_core.recording.importing.synchronise import at_one_rate
 
 from ....context import Context
@@ -17,6 +18,7 @@ from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import ask_for_folder, say_in
 from ....widgets.forms.numbers import refusal_in
+from ..files import recent_folder
 from .calibration_page import CalibrationPage
 from .sources_page import Looked, PlacePage, SourcesPage, look
 from .timing_page import TimingPage
@@ -26,17 +28,21 @@ class ImportWizard(QWizard):
     """Sources, timing, calibration, folder; at the end the recording is made.
 
     Nothing is written before the last step; Cancel while it is written leaves nothing behind.
+    `made` is called with the folder of the recording.
     """
 
-    made = Signal(object)
-    """The folder of the recording that was made."""
-
-    def __init__(self, looked: Looked, tasks: TaskList, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        looked: Looked,
+        tasks: TaskList,
+        made: Callable[[Path], object],
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Make a recording")
         self.setWizardStyle(QWizard.WizardStyle.ClassicStyle)
         self.setOption(QWizard.WizardOption.NoBackButtonOnStartPage)
-        self._looked, self._tasks = looked, tasks
+        self._looked, self._tasks, self._made = looked, tasks, made
         self._work: Task | None = None
         self.sources, self.timing = SourcesPage(looked), TimingPage(looked, tasks)
         self.calibration, self.place = CalibrationPage(looked), PlacePage(looked)
@@ -49,7 +55,6 @@ class ImportWizard(QWizard):
         self.resize(900, 640)
 
     def choices(self) -> Choices:
-        """What is chosen in all steps."""
         choices = self._looked.proposed
         for page in self.steps:
             choices = page.chosen(choices)
@@ -70,7 +75,6 @@ class ImportWizard(QWizard):
         return super().validateCurrentPage()
 
     def accept(self) -> None:
-        """Make the recording; the wizard closes when it is there."""
         if self._work is not None:
             return
         choices, folder = self.choices(), self.place.place()
@@ -80,12 +84,15 @@ class ImportWizard(QWizard):
             make_recording(choices, folder, on_progress=task.report, cancelled=task.token.cancelled)
             return folder
 
-        self._work = self._tasks.begin("making the recording", work, self._on_made, self._on_failed)
+        def failed(error: Exception) -> None:
+            self._stand_still(message_of(error).sentence(), error=True)
+
+        self._work = self._tasks.begin("making the recording", work, self._on_made, failed)
         self._work.progressed.connect(self._on_progress)
-        self._work.stopped.connect(self._on_stopped)
+        stopped = "Stopped. No recording was created."
+        self._work.stopped.connect(lambda: self._stand_still(stopped))
 
     def reject(self) -> None:
-        """Stop making the recording, or close."""
         if self._work is not None:
             self._work.cancel()
             return
@@ -110,19 +117,12 @@ class ImportWizard(QWizard):
         self._work = None
         self.timing.stop()
         super().accept()
-        self.made.emit(folder)
+        self._made(folder)
 
-    @Slot(object)
-    def _on_failed(self, error: Exception) -> None:
+    def _stand_still(self, words: str, *, error: bool = False) -> None:
         self._work = None
         self._show_working(working=False)
-        say_in(self.place.words, message_of(error).sentence(), error=True)
-
-    @Slot()
-    def _on_stopped(self) -> None:
-        self._work = None
-        self._show_working(working=False)
-        say_in(self.place.words, "Stopped. No recording was created.")
+        say_in(self.place.words, words, error=error)
 
 
 class ImportController(QObject):
@@ -134,20 +134,16 @@ class ImportController(QObject):
         self._looking: Task | None = None
         self.wizard: ImportWizard | None = None
         """The one that is shown."""
-        context.session.opening.import_wanted.connect(self.offer)
+        self._opening = context.session.opening
+        self._opening.import_wanted.connect(self.offer)
 
     def ask_for_videos(self) -> None:
-        """Let the person choose the folder of the videos."""
-        parent = self._context.docks.dialog_parent
-        recent = self._context.session.opening.recents()
-        start = recent[0].parent if recent else Path.home()
-        ask_for_folder(
-            parent, "Folder of the videos or images", start, lambda path: self.offer((path,))
-        )
+        parent, start = self._context.docks.dialog_parent, recent_folder(self._opening)
+        title = "Folder of the videos or images"
+        ask_for_folder(parent, title, start, lambda path: self.offer((path,)))
 
     @Slot(object)
     def offer(self, paths: tuple[Path, ...]) -> None:
-        """Look at videos and images, and show the wizard."""
         if self.wizard is not None:  # what is being filled in is not thrown away
             self.wizard.raise_()
             return
@@ -159,9 +155,9 @@ class ImportController(QObject):
     def _show(self, looked: Looked) -> None:
         if self.sender() is not self._looking or self.wizard is not None:
             return
-        wizard = ImportWizard(looked, self._context.tasks, self._context.docks.dialog_parent)
+        parent = self._context.docks.dialog_parent
+        wizard = ImportWizard(looked, self._context.tasks, self._opening.open, parent)
         wizard.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        wizard.made.connect(self._context.session.opening.open)
         wizard.finished.connect(self._on_finished)
         self.wizard = wizard
         wizard.open()

@@ -2,35 +2,61 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stereotrack_core.errors import InputError
-
-if TYPE_CHECKING:  # the program begins with this file
-    from stereotrack_core.recording.description import Recording
+from stereotrack_core.locks import writing
 
 
 @dataclass(frozen=True)
 class Option:
-    """What a command is given: the arguments of :meth:`argparse.ArgumentParser.add_argument`."""
+    """Arguments of :meth:`argparse.ArgumentParser.add_argument`."""
 
     names: tuple[str, ...]
     keywords: dict[str, Any] = field(default_factory=dict)
+    suffixes: tuple[str, ...] | None = None
+    """Of a file that is written: endings that its name may have, any if empty."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """A command of a module that has several: its help, its options, and what does it."""
+class CommandLine:
+    """A command: the text and the options of its help, and its function."""
 
     description: str
     options: tuple[Option, ...]
     run: Callable[[Namespace], int]
+
+
+def command(
+    *options: Option, json: bool = True
+) -> Callable[[Callable[[Namespace], int]], CommandLine]:
+    """Make a command of a function that returns the exit status; its docstring is the help.
+
+    Its result may be asked for as JSON, unless it has none. Where it writes an :func:`output`, that
+    is checked before and held meanwhile.
+    """
+    written = next((one.suffixes for one in options if one.suffixes is not None), None)
+
+    def made(run: Callable[[Namespace], int]) -> CommandLine:
+        def checked(args: Namespace) -> int:
+            if written is None:
+                return run(args)
+            check_suffix(args.output, *written)
+            check_output(args.output, args.recording if RECORDING in options else None)
+            with writing(args.output):
+                return run(args)
+
+        every = (*options, JSON) if json else options
+        return CommandLine(" ".join((run.__doc__ or "").split()), every, checked)
+
+    return made
 
 
 def option(words: str, text: str, **keywords: Any) -> Option:
@@ -49,13 +75,48 @@ def flag(name: str, text: str) -> Option:
     return option(name, text, action="store_true")
 
 
+def path(words: str, text: str, **keywords: Any) -> Option:
+    """Declare a file or folder."""
+    return option(words, text, type=Path, **keywords)
+
+
+def output(metavar: str, text: str, *suffixes: str) -> Option:
+    """Declare the file that a command writes, and the endings that its name may have."""
+    declared = path(f"-o --output {metavar}", text, required=True)
+    return replace(declared, suffixes=suffixes)
+
+
+def several(words: str, text: str, **keywords: Any) -> Option:
+    """Declare an option that may be given several times."""
+    return option(words, text, action="append", default=[], **keywords)
+
+
+def positive(text: str) -> float:
+    """A number above 0, as the type of an option."""
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise ArgumentTypeError(f"{text} is not a number above 0")
+    return value
+
+
+def at_least(least: int) -> Callable[[str], int]:
+    """Make a type of an option: whole numbers from a least one on."""
+
+    def whole(text: str) -> int:
+        if int(text) < least:
+            raise ArgumentTypeError(f"{text} is less than {least}")
+        return int(text)
+
+    return whole
+
+
 def changes(what: str) -> Option:
-    """Changes of parameters; `what` begins the help."""
-    text = f"{what}; may be given several times"
-    return option("--set NAME=VALUE", text, action="append", default=[], dest="changes")
+    """Declare changes of parameters; `what` begins the help."""
+    return several("--set NAME=VALUE", f"{what}; may be given several times", dest="changes")
 
 
-RECORDING = option("recording RECORDING", "folder that contains recording.toml", type=Path)
+JSON = flag("--json", "print the result as JSON")
+RECORDING = path("recording RECORDING", "folder that contains recording.toml")
 LAYOUT = option(
     "--layout NAME",
     "order of the points of files without names, such as coco17, body25 or body25b (default: told "
@@ -65,14 +126,15 @@ PERSON = option(
     "--person NAME",
     "name or number of the person in keypoints of several (default: the surest of all frames)",
 )
-JSON = flag("--json", "print the result as JSON")
 PRESET = option(
     "--preset accurate|thesis|fast|FILE.toml",
     "preset that the parameters come from (default: accurate), or a file with your own preset as "
     "saved by the workbench",
-    default="accurate",
 )
-SETTINGS = (PRESET, changes("change one parameter"))
+SETTINGS = (
+    replace(PRESET, keywords={**PRESET.keywords, "default": "accurate"}),
+    changes("change one parameter"),
+)
 FRAMES = option("--frames A:B", "only frames A up to but not including B; either may be omitted")
 SEGMENTS = flag("--segments", "also print the results for each segment of segments.csv")
 VIEWS = option(
@@ -80,12 +142,10 @@ VIEWS = option(
     "use only these views; join names with +; single-letter names may be written together",
 )
 SEED = option("--seed N", "random seed (default: 0)", type=int, default=0)
-FPS = option("--fps N", "frames per second, for files that do not state it", type=float)
-NAMES = option(
+FPS = option("--fps N", "frames per second, for files that do not state it", type=positive)
+NAMES = several(
     "--name THEIRS=OURS",
     "landmark name here for a landmark name in the file; may be given several times",
-    action="append",
-    default=[],
     dest="names",
 )
 AXES = option(
@@ -94,37 +154,17 @@ AXES = option(
     "or x,-z,y; by default z,x,y for .trc, and what the file states, or x,y,z, for the others",
 )
 STATED = (NAMES, AXES)
-REFERENCE = option(
+REFERENCE = path(
     "--reference FILE",
     "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "
     "fit`); by default the reference of the run's recording",
-    type=Path,
 )
-OF_RUN = option(
-    "--recording DIR", "the run's recording; by default the one named in the run", type=Path
-)
-
-
-def check_least(least: int, **values: int | None) -> None:
-    """Refuse numbers, by the names of their options, that are less than a least one.
-
-    Raises InputError for the first that is.
-    """
-    for name, value in values.items():
-        if value is not None and value < least:
-            raise InputError(
-                f"{value} is less than {least}",
-                where=f"--{name.replace('_', '-')}",
-                remedy=f"Give {least} or more.",
-            )
+OF_RUN = path("--recording DIR", "the run's recording; by default the one named in the run")
 
 
 def check_suffix(path: Path, *suffixes: str) -> None:
-    """Refuse a name of a file that does not end as its format wants.
-
-    Raises InputError with a name that would do.
-    """
-    if path.suffix.lower() not in suffixes:
+    """Raise InputError for a file's name that ends in none of these, with one that would do."""
+    if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(
             f"the name must end in {' or '.join(suffixes)}",
             where=str(path),
@@ -132,10 +172,10 @@ def check_suffix(path: Path, *suffixes: str) -> None:
         )
 
 
-def check_output(path: Path, recording: Recording | None = None) -> Path:
+def check_output(path: Path, recording: Path | None = None) -> Path:
     """Refuse at once what could not be written after long work.
 
-    Raises InputError where the folder does not exist, or is the recording's own, which is never
+    Raises InputError where its folder does not exist, or is that of the recording, which is never
     written to.
     """
     if not path.parent.is_dir():
@@ -149,7 +189,7 @@ def check_output(path: Path, recording: Recording | None = None) -> Path:
             "this is a folder", where=str(path), remedy="Give the name of a file in it."
         )
     place = Path(os.path.realpath(path))  # which knows links that lead in a circle
-    if recording is not None and place.is_relative_to(recording.folder.resolve()):
+    if recording is not None and place.is_relative_to(os.path.realpath(recording)):
         raise InputError(
             "this is inside the recording folder, which is never written to",
             where=str(path),

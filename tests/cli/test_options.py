@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.cli.arguments import check_output
+from stereotrack_core.cli.options import check_output
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.selection import asked_frames, views_of
@@ -54,8 +54,7 @@ def test_views_that_are_not_there(text):
 
 
 def test_output_places(tmp_path):
-    inside = recording_with("N", folder=tmp_path)
-    other = recording_with("N", folder=tmp_path / "other")
+    inside, other = tmp_path, tmp_path / "other"
     assert check_output(tmp_path / "run.npz", other) == tmp_path / "run.npz"
     with pytest.raises(InputError, match="never written to"):
         check_output(tmp_path / "run.npz", inside)
