@@ -60,7 +60,7 @@ class Docks(QObject):
         self.middle = QStackedWidget()
         """The views, or what is there while nothing is open."""
         self.dialog_parent: QWidget = self.middle
-        """What dialogs belong to."""
+        """Parent of dialogs."""
         self.middle.addWidget(self.views)
         self._pages: dict[str, QWidget] = {"": self.views}
         host.setCentralWidget(self.middle)

@@ -69,7 +69,7 @@ class DocumentPresenter(QObject):
         super().__init__(parent)
         self._tasks, self._tell = tasks, tell
         self.recording: Recording | None = None
-        """What is open."""
+        """Open recording; None if there is none."""
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in colour."""
         self.frame = 0

@@ -211,8 +211,8 @@ _SPREAD: Mapping[str, tuple[tuple[float, float, float], float]] = MappingProxyTy
         "hand": ((0.006, 0.006, 0.008), 0.003),
     }
 )
-"""How much people differ: metres along the three axes that both sides share, and metres by which
-each side differs from that.
+"""Standard deviations among people, metres: along the three axes, shared by both sides, and of each
+side from that.
 
 Hip joint centres that are predicted from the body's surface are off by 12 mm with a standard
 deviation of 6 mm in 67 people (Mantovani et al. 2016, Harrington's regression), so 8 mm along each
@@ -256,7 +256,7 @@ class ClickedFrame:
     tracked: FloatArray
     """(9, 3), world, metres. Landmarks of the tracked surface, without any offsets."""
     frames: PartFrames
-    """Of the tracked pose."""
+    """Frames of the parts in the tracked pose."""
 
     @property
     def known(self) -> BoolArray:

@@ -285,7 +285,7 @@ _EXACT = {
     "points": "Three points leave no check. Compare the heights of the cameras with a tape "
     "measure.",
 }
-"""How exact what an alignment rests on is."""
+"""Accuracy of an alignment by its source, in words."""
 
 
 def of_no_alignment(error: InputError) -> Verdict:

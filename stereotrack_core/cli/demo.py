@@ -26,7 +26,7 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.window import DemoTracking, Opening
 
 _SHOWN_FRAME = 60
-"""Of the demo, when it has been tracked."""
+"""Frame shown after the demo has been tracked."""
 
 
 @options.command(

@@ -22,7 +22,7 @@ class Option:
     names: tuple[str, ...]
     keywords: dict[str, Any] = field(default_factory=dict)
     suffixes: tuple[str, ...] | None = None
-    """Of a file that is written: endings that its name may have, any if empty."""
+    """Endings allowed for the name of an output file, any if empty; None for other options."""
 
 
 @dataclass(frozen=True)

@@ -331,7 +331,7 @@ class LayoutChoice:
     layout: str
     stated: bool
     misfit: float
-    """How far bones are from a body's proportions, as a logarithm; NaN if nothing tells it."""
+    """Logarithmic deviation of the bones from a body's proportions; NaN if unknown."""
     others: Mapping[str, float]
     """The same of the other layouts of that length."""
 

@@ -22,7 +22,7 @@ _REFERENCES: dict[Against, tuple[str, str]] = {
         "Measure errors against the trajectory fitted to the clicks, and state its accuracy.",
     ),
 }
-"""What errors can be measured against."""
+"""Sources of truth for errors: name and help of each."""
 
 
 def register(context: Context) -> RunsController:

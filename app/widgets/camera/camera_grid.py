@@ -83,7 +83,7 @@ class CameraGrid(QWidget):
     at_hand_changed = Signal(str)
     """Name of the view that a click goes to, and keys about clicks act on."""
     clicked = Signal(object)
-    """What a person did with clicks in a view, where :meth:`set_clicking` allows for it."""
+    """Action that a click in a view means, if :meth:`set_clicking` allows clicks."""
     refused = Signal(str)
     """Why a click was not taken."""
     space_tapped = Signal()
