@@ -25,6 +25,17 @@ def pose_with_arms(right, right_fore, left, left_fore, place=(0.05, -0.1, 0.95))
     return Pose(pose.position, turned)
 
 
+def moving_pose(k):
+    """Pose in frame k of a person whose arms rise and fall."""
+    return pose_with_arms(
+        [1, 0.12 * k, -0.05 * k],
+        [1, 0.3 * k, 0],
+        [-1, 0.1 * k, 0.06 * k],
+        [-1, 0.2 * k, 0.1 * k],
+        place=(0.02 * k, 0.0, 0.95),
+    )
+
+
 def _unit(vector):
     return np.asarray(vector, dtype=float) / np.linalg.norm(vector)
 

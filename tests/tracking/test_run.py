@@ -21,19 +21,9 @@ from stereotrack_core.tracking.saved_state import restored, saved
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.running import go_on, tracked_frames
-from tests.tracking.scenes import pose_with_arms
+from tests.tracking.scenes import moving_pose
 
 FRAMES, MISSING = 6, 4
-
-
-def _pose(k):
-    return pose_with_arms(
-        [1, 0.12 * k, -0.05 * k],
-        [1, 0.3 * k, 0],
-        [-1, 0.1 * k, 0.06 * k],
-        [-1, 0.2 * k, 0.1 * k],
-        place=(0.02 * k, 0.0, 0.95),
-    )
 
 
 def _settings(name):
@@ -46,7 +36,9 @@ def recording(tmp_path_factory):
     """Six frames of four depth views; the body is out of sight in one of them."""
     body = body_model(AVERAGE, _settings("fast").body)
     folder = tmp_path_factory.mktemp("recording") / "cones"
-    return write_depth_recording(folder, body, [_pose(k) for k in range(FRAMES)], missing={MISSING})
+    return write_depth_recording(
+        folder, body, [moving_pose(k) for k in range(FRAMES)], missing={MISSING}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +92,7 @@ def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run,
 
 
 def test_a_smoothed_run_that_is_cancelled_keeps_what_it_has(recording):
-    spec = RunSpec(_settings("fast"), init=_pose(0), smooth=True)
+    spec = RunSpec(_settings("fast"), init=moving_pose(0), smooth=True)
     run = track(recording, spec, hooks=Hooks(cancelled=lambda: True))
     assert list(run.frame) == [0]
     assert run.meta["smoothed"]
@@ -165,9 +157,12 @@ def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_
 
 def test_the_shape_that_was_fitted_and_tracked_with_comes_back(tmp_path):
     settings = _settings("fast").replaced(torso_radius_low=0.15, fit_shape=True)
-    body, poses = body_model(AVERAGE, _settings("fast").body), [_pose(0.3 * k) for k in range(12)]
+    body, poses = (
+        body_model(AVERAGE, _settings("fast").body),
+        [moving_pose(0.3 * k) for k in range(12)],
+    )
     recording = write_depth_recording(tmp_path, body, poses)
-    frames, done = tracked_frames(recording, RunSpec(settings, init=_pose(0)), range(12))
+    frames, done = tracked_frames(recording, RunSpec(settings, init=moving_pose(0)), range(12))
     run, used = run_of(frames, done.origin()), done.body.cones
     assert used.r1[0] == pytest.approx(body.cones.r1[0], abs=0.006)
     write_run(tmp_path / "run.npz", run)
@@ -220,7 +215,7 @@ def test_every_frame_is_replayed_from_its_saved_state_to_the_last_bit(recording)
 
 
 def test_a_first_pose_can_be_given(recording):
-    run = track(recording, RunSpec(_settings("fast"), frames=range(3, 4), init=_pose(3)))
+    run = track(recording, RunSpec(_settings("fast"), frames=range(3, 4), init=moving_pose(3)))
     errors = np.linalg.norm(run.landmarks[0] - recording.reference.points[3], axis=-1)
     assert errors.max() < 0.06
     assert run.meta["init"] == "pose"

@@ -10,19 +10,9 @@ from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 from tests.tracking.recordings import write_depth_recording
-from tests.tracking.scenes import pose_with_arms
+from tests.tracking.scenes import moving_pose
 
 FRAMES = 8
-
-
-def pose(k):
-    return pose_with_arms(
-        [1, 0.12 * k, -0.05 * k],
-        [1, 0.3 * k, 0],
-        [-1, 0.1 * k, 0.06 * k],
-        [-1, 0.2 * k, 0.1 * k],
-        place=(0.02 * k, 0.0, 0.95),
-    )
 
 
 @pytest.fixture(scope="package")
@@ -30,7 +20,7 @@ def cones(tmp_path_factory):
     """Eight frames of four depth views."""
     body = body_model(AVERAGE, preset("fast").body)
     folder = tmp_path_factory.mktemp("tuning") / "cones"
-    return write_depth_recording(folder, body, [pose(k) for k in range(FRAMES)])
+    return write_depth_recording(folder, body, [moving_pose(k) for k in range(FRAMES)])
 
 
 @pytest.fixture(scope="package")

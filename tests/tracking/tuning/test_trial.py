@@ -12,7 +12,8 @@ from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
 from tests.tracking.running import go_on, tracked_frames
-from tests.tracking.tuning.conftest import FRAMES, pose
+from tests.tracking.scenes import moving_pose
+from tests.tracking.tuning.conftest import FRAMES
 
 WHOLE = range(FRAMES)
 
@@ -23,7 +24,7 @@ def quick(name="accurate"):
 
 def trial(settings, stretch, start=None, seed=3, learned_from=WHOLE, init=None, name=""):
     """A trial that begins its fit of the shape with the first pose of the run."""
-    first = pose(0) if init is None else init
+    first = moving_pose(0) if init is None else init
     return Trial(RunSpec(settings, name, stretch, seed=seed, init=first), start, learned_from)
 
 
@@ -46,7 +47,7 @@ def equal(a, b):
 def run(cones):
     """Settings, frames and shape of a run over the whole recording."""
     settings = quick()
-    frames, done = tracked_frames(cones, RunSpec(settings, seed=3, init=pose(0)), WHOLE)
+    frames, done = tracked_frames(cones, RunSpec(settings, seed=3, init=moving_pose(0)), WHOLE)
     return settings, frames, done.body.shape
 
 
