@@ -42,6 +42,7 @@ test-window: ready
 
 test-slow: ready
 	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m slow --timeout 7200 --durations 0
+	$(PY) tools/mutation_sample.py
 
 # Each Python that is found; make test-newest NEWEST=3.12 tries another.
 NEWEST = 3.11 3.13

@@ -1,7 +1,5 @@
 """Start-up: the program, with the window handed to it."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

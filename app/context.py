@@ -1,8 +1,7 @@
 """What a feature may use, and nothing else."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QMainWindow
@@ -11,9 +10,13 @@ from .services.actions import ActionRegistry
 from .services.docks import Docks
 from .services.failures import Notifier
 from .services.tasks.task import Processes, TaskList
+from .session.changes import Changes, Part
 from .session.session import Session
 from .session.view_state import ViewState
+from .widgets.camera.camera_grid import CameraGrid
 from .widgets.forms.message import MessageBar
+from .widgets.redraw import RedrawQueue
+from .widgets.scene.scene_view import SceneView
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,19 +24,13 @@ class Context:
     """The seven services of the workbench."""
 
     session: Session
-    """What is open and what is known about it."""
     view_state: ViewState
-    """What is chosen of what is shown."""
     tasks: TaskList
-    """Work in the background."""
     actions: ActionRegistry
     """Everything that can be done: menus, palette, toolbars and shortcuts follow from it."""
     docks: Docks
-    """Views, panels and workspaces."""
     notifier: Notifier
-    """Messages and the status line."""
-    settings: QSettings
-    """What is kept for the next start, apart from all data."""
+    settings: QSettings  # what is kept for the next start, apart from all data
 
 
 def make_context(
@@ -46,9 +43,19 @@ def make_context(
 
     Processes that are given, for work that lasts, may serve other windows too and outlive this one.
     """
-    notifier, view_state = Notifier(messages, window.statusBar()), ViewState(window)
-    tasks, docks = TaskList(notifier.error, window), Docks(window, settings, notifier)
-    session = Session(notifier.show, tasks, view_state, settings, window, processes)
-    actions = ActionRegistry(window, settings, docks.redraw, notifier.say)
-    tasks.watch(docks.redraw.settled)
+    notifier, changes = Notifier(messages, window.statusBar()), Changes(window)
+    tasks, redraw = TaskList(notifier.error, window), RedrawQueue(window)
+
+    def scene_shows_points() -> bool:
+        return docks.scene.is_seen() and docks.scene.layer_visible("cloud")
+
+    view_state = ViewState(changes.tell, scene_shows_points)
+    session = Session(changes, notifier.show, tasks, view_state, settings, processes)
+    views = CameraGrid(
+        redraw, view_state.choose_kind, view_state.highlight, session.document.toggle_playing
+    )
+    scene, switched = SceneView(view_state.highlight), partial(changes.tell, Part.WORKSPACE)
+    docks = Docks(window, settings, notifier, views, scene, switched)
+    actions = ActionRegistry(window, settings, redraw, notifier.say)
+    tasks.watch(redraw.settled)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)

@@ -1,7 +1,5 @@
 """The application around the window: log, failures, garbage, theme, pictures."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,6 +35,7 @@ from .features.view import feature as view
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.task import GarbageTimer, Processes, wait_for_threads
+from .session.changes import Part
 from .session.runs import RunEntry
 from .session.tracking import Chosen
 from .shell.dialogs import write_picture
@@ -105,12 +104,10 @@ class WindowProgram:
         apply_theme(self.app, stored_theme(settings))
         self.window, self.features = make_window(settings)
         self.context = self.window.context
-        self._relay = FailureRelay()
-        self._relay.install()
-        # a slot of a widget: exceptions come from any thread
-        self._relay.message.connect(self.window.messages.show_message)
+        self._relay = FailureRelay(self.window.messages.show_message)
         self.app.setWindowIcon(icon("model"))
-        self._demo: tuple[DemoTracking, int] | None = None
+        self._demo: DemoTracking | None = None
+        self._demo_frame: int | None = None
 
     def run(self) -> bool:
         """Show the window until it is closed; whether that went well."""
@@ -130,8 +127,8 @@ class WindowProgram:
         """Open the demo recording, track it in the window, tell its errors when done."""
         track = self.context.session.track
         track.take(Chosen(demo.preset, preset(demo.preset), demo.settings))
-        track.finished.connect(self._on_demo_tracked)
-        self._demo = demo, shown_frame
+        self.context.session.changes.hear(Part.RUN_ENDED, self._on_demo_tracked)
+        self._demo, self._demo_frame = demo, shown_frame
         self.features.files.begin_demo(demo.folder)
 
     def picture(
@@ -142,8 +139,8 @@ class WindowProgram:
         window.resize(*size)
         window.show()
         settled = self._wait_until_settled()
-        if self._demo is not None:
-            self.context.session.document.go_to(self._demo[1])
+        if self._demo_frame is not None:
+            self.context.session.document.go_to(self._demo_frame)
             settled = self._wait_until_settled() and settled
         window.statusBar().clearMessage()
         saved = self._write_picture(path, say)
@@ -181,15 +178,15 @@ class WindowProgram:
     def _on_demo_tracked(self, entry: RunEntry) -> None:
         """Keep the run beside the recording, and tell what came out."""
         session, files = self.context.session, self.features.files
-        session.track.finished.disconnect(self._on_demo_tracked)
-        recording, place = session.document.recording, files.demo_run
-        if self._demo is None or recording is None or not entry.frames:
+        recording = session.document.recording
+        place = files.demo.run if files.demo is not None else None
+        demo, self._demo = self._demo, None
+        if demo is None or recording is None or not entry.frames:
             return
         complete = len(entry.frames) == len(entry.wanted)
         saved = place if complete or (place is not None and not place.exists()) else None
         if saved is not None:
             files.save_run(entry, saved)
-        demo, _ = self._demo
         demo.on_tracked(recording, entry.trajectory(), entry.frames_per_second(), saved)
 
 

@@ -6,8 +6,6 @@ A frame that is not tracked counts 90 degrees and 500 mm. Trackers never see the
 ``python benchmarks/accuracy.py RECORDING ... --seeds 0,1,2 > table.md``
 """
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 from argparse import Namespace
@@ -54,8 +52,7 @@ ABLATIONS: Mapping[str, Mapping[str, Value]] = {
     "no collisions": {"clearance": 0.0},
     "full-image matching": {"match_region": "whole"},
     "no left-right check": {"match_left_right": -1},
-}
-"""By the table's name, the parameters that differ from those of ``accurate``."""
+}  # by the table's name, the parameters that differ from those of ``accurate``
 
 _COLUMNS = (
     *("recording", "preset", ">torso mm", ">long axis", ">cross axis"),
@@ -108,16 +105,14 @@ def _specs(
 ) -> Iterator[RunSpec]:
     """Give the runs of one recording: every contestant that can track it, with every seed."""
     found = None if path is None else keypoints_in(path, recording).keypoints
+    views = views_of(recording, args.views)
     with FrameReader(recording, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)
     for name, own in settings.items():
         if own.needs_depth and not gives_depth(recording):
             say(f"{recording.name}: {name} is left out because no view provides depth.")
             continue
-        keypoints, views = (
-            measured_keypoints(recording, own, found),
-            views_of(recording, args.views),
-        )
+        keypoints = measured_keypoints(recording, own, found)
         plain = RunSpec(own, name, frames, views, init=args.init, keypoints=keypoints)
         yield from (dataclasses.replace(plain, seed=seed) for seed in seeds_of(args.seeds))
 

@@ -8,8 +8,6 @@ images' depth and the subject's lengths, never the truth.
 ``python benchmarks/annotation.py RECORDING ... --seeds 0,1,2``
 """
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 from collections.abc import Mapping, Sequence
@@ -17,14 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.common import (
-    ended,
-    parser_of,
-    put_table,
-    recordings_of,
-    reference_within,
-    say,
-)
+from benchmarks.common import ended, parser_of, put_table, recordings_of, reference_within, say
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import pose_at, standing
 from stereotrack_core.annotation.fit.fit import ClickFit
@@ -38,12 +29,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.sampling import segment_blocked
-from stereotrack_core.evaluation.summary import (
-    Summary,
-    errors_against,
-    summarise,
-    truth_of,
-)
+from stereotrack_core.evaluation.summary import Summary, errors_against, summarise, truth_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -51,15 +37,11 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of
 from stereotrack_core.tables import number
 
-COVERED = 0.15
-"""Metres of flesh through which an annotator still sees where a joint is."""
-
-OUTLIER_PX = (30.0, 100.0)
-"""Least and largest distance of an outlier."""
-
+COVERED = 0.15  # metres of flesh through which an annotator still sees where a joint is
+OUTLIER_PX = (30.0, 100.0)  # least and largest distance of an outlier
+# 95 % intervals in standard deviations: of a coordinate, and of a limb's angle, whose two
+# components are between equal (1.73) and one alone (1.96).
 INTERVAL, ANGLE_INTERVAL = 1.96, 1.85
-"""95 % intervals in standard deviations: of a coordinate, and of a limb's angle, whose two
-components are between equal (1.73) and one alone (1.96)."""
 
 _SCORED = tuple(limb for limb in LIMBS if limb != "head")
 
@@ -69,14 +51,11 @@ class AnnotationCase:
     """How somebody annotates."""
 
     name: str
-    sigma: float
-    """Pixels per axis."""
-    every: int
-    """Every so many frames are clicked."""
+    sigma: float  # pixels per axis
+    every: int  # every so many frames are clicked
     depth: bool
-    missing: float = 0.0
-    outliers: float = 0.0
-    """`missing` and `outliers`: shares of clicks that are left out, and that are outliers."""
+    missing: float = 0.0  # share of clicks that are left out
+    outliers: float = 0.0  # share of clicks that are outliers
 
 
 CASES: tuple[AnnotationCase, ...] = (
@@ -100,16 +79,11 @@ class SimulatedClicks:
 class AnnotationScore:
     """How good a fitted reference is."""
 
-    summary: Summary
-    """Errors of all frames."""
-    inside: float
-    limbs_inside: float
-    """`inside` and `limbs_inside`: shares of coordinates, and of limbs' angles, within their 95 %
-    intervals."""
-    found: float
-    accused: float
-    """`found` and `accused`: shares of the outliers, and of the right clicks, that are flagged; NaN
-    without any."""
+    summary: Summary  # errors of all frames
+    inside: float  # share of coordinates within their 95 % intervals
+    limbs_inside: float  # share of limbs' angles within them
+    found: float  # share of the outliers that are flagged; NaN without any
+    accused: float  # share of the right clicks that are flagged; NaN without any
 
 
 def seen_landmarks(recording: Recording, cameras: Sequence[Camera]) -> BoolArray:
@@ -181,13 +155,9 @@ def annotated(
         summary=summarise(errors),
         inside=float((away < INTERVAL * sigma)[known].mean()),
         limbs_inside=float((angles < ANGLE_INTERVAL * good_to)[limbs].mean()),
-        found=_share(len(clicks.outliers & flagged), len(clicks.outliers)),
-        accused=_share(len(flagged & right), len(right)),
+        found=len(clicks.outliers & flagged) / (len(clicks.outliers) or np.nan),
+        accused=len(flagged & right) / (len(right) or np.nan),
     )
-
-
-def _share(some: int, of: int) -> float:
-    return some / of if of else float("nan")
 
 
 def rows_of(recording: Recording, seeds: Sequence[int]) -> list[tuple[str, ...]]:

@@ -1,9 +1,8 @@
 """What the scripts share: their recordings, their tables, and how they end."""
 
-from __future__ import annotations
-
 import sys
 from argparse import ArgumentParser, Namespace
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -25,9 +24,8 @@ from stereotrack_core.tables import markdown_text
 def parser_of(description: str | None) -> ArgumentParser:
     """A parser of a script that measures on recordings."""
     parser = ArgumentParser(description=description)
-    parser.add_argument(
-        "recordings", type=Path, nargs="*", help="recordings (default: the demo, copied if missing)"
-    )
+    help_text = "recordings (default: the demo, copied if missing)"
+    parser.add_argument("recordings", type=Path, nargs="*", help=help_text)
     return parser
 
 
@@ -38,16 +36,12 @@ def recordings_of(args: Namespace, *, with_reference: bool = True) -> list[Recor
     """
     recordings = [open_recording(one) for one in args.recordings or [copied_demo().recording]]
     if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
-        raise InputError(
-            "a recording is given twice", where="RECORDING", remedy="Give each recording once."
-        )
+        what, remedy = "a recording is given twice", "Give each recording once."
+        raise InputError(what, where="RECORDING", remedy=remedy)
     for recording in recordings if with_reference else ():
         truth_of(recording)
-    names = [recording.name for recording in recordings]
-    return [
-        one if names.count(one.name) == 1 else replace(one, name=str(one.folder))
-        for one in recordings
-    ]
+    count = Counter(recording.name for recording in recordings)
+    return [replace(r, name=r.name if count[r.name] == 1 else str(r.folder)) for r in recordings]
 
 
 def say(text: str) -> None:

@@ -4,16 +4,14 @@
 and writes ``tables.md``. Runs that are finished are kept in DIR.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, fields, replace
 from functools import reduce
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -25,17 +23,14 @@ from benchmarks.thesis import (
     FAST,
     MOTIONS,
     ROWS,
-    TABLE_4_1,
-    TABLE_4_2,
-    TABLE_4_3,
-    TABLE_4_4,
+    TABLES,
     ThesisRecording,
     ThesisTable,
     thesis_recordings,
 )
 from stereotrack_core.atomic import write_file
-from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.posing import pose_of_landmarks
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.summary import (
     LimbErrors,
@@ -54,12 +49,9 @@ from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
 
 THESIS = "thesis"
-POINTS = (24, 40, 64, 120)
-"""Model points m of table 4.2; 64 is the preset's."""
-WITH_TWO_CAMERAS = ("P1", "P2", "P4")
-"""As in the thesis, P3 is left out of table 4.3."""
-SLOW = "slow"
-"""Part of a recording: the frames before the first fast motion."""
+POINTS = (24, 40, 64, 120)  # model points m of table 4.2; 64 is the preset's
+WITH_TWO_CAMERAS = ("P1", "P2", "P4")  # as in the thesis, P3 is left out of table 4.3
+SLOW = "slow"  # part of a recording: the frames before the first fast motion
 LINES = (*ROWS, ("lost", "arm segments lost", "%"))
 
 
@@ -68,41 +60,30 @@ class Way:
     """A way of tracking; with a seed and a recording it is a run."""
 
     preset: str
-    points: int | None = None
-    """Model points m, if other than the preset's."""
-    few_views: bool = False
-    """Only the cameras N and S."""
-    averaged: bool = False
-    """The same averaged proportions for everybody."""
+    points: int | None = None  # model points m, if other than the preset's
+    few_views: bool = False  # only the cameras N and S
+    averaged: bool = False  # the same averaged proportions for everybody
+    # Set to the reference's pose at the first frame of every segment. A protocol of this evaluation
+    # alone, which separates new errors from arms that were lost before.
     restarted: bool = False
-    """Set to the reference's pose at the first frame of every segment. A protocol of this
-    evaluation alone, which separates new errors from arms that were lost before."""
 
     def __str__(self) -> str:
-        flags = {
-            f"m{self.points}": self.points is not None,
-            "NS": self.few_views,
-            "averaged": self.averaged,
-            "restarted": self.restarted,
-        }
-        return "-".join([self.preset, *(name for name, is_set in flags.items() if is_set)])
+        flags: dict[str, object] = {f"m{self.points}": self.points, "NS": self.few_views}
+        flags |= {"averaged": self.averaged, "restarted": self.restarted}
+        return "-".join([self.preset, *(name for name, chosen in flags.items() if chosen)])
 
     def spec(self, seed: int) -> RunSpec:
         """Everything but the recording; the thesis's people stood in the T pose at first."""
         changes = [] if self.points is None else [f"model_points={self.points}"]
-        return RunSpec(
-            stereotrack.preset(self.preset, changes),
-            self.preset,
-            views=("N", "S") if self.few_views else None,
-            seed=seed,
-            init="tpose" if self.preset == THESIS else "auto",
-        )
+        settings = stereotrack.preset(self.preset, changes)
+        views = ("N", "S") if self.few_views else None
+        init = "tpose" if self.preset == THESIS else "auto"
+        return RunSpec(settings, self.preset, views=views, seed=seed, init=init)
 
 
-Job: TypeAlias = tuple[str, Way, int]
-"""Recording, way of tracking, seed."""
+Job: TypeAlias = tuple[str, Way, int]  # recording, way of tracking, seed
+# Errors of a run by part: SLOW, FAST, and every segment by its name.
 Parts: TypeAlias = Mapping[str, LimbErrors]
-"""Errors of a run by part: SLOW, FAST, and every segment by its name."""
 
 
 def jobs(names: Sequence[str], presets: Sequence[str], seeds: int) -> list[Job]:
@@ -119,9 +100,6 @@ def jobs(names: Sequence[str], presets: Sequence[str], seeds: int) -> list[Job]:
         for name in (names if not way.few_views else WITH_TWO_CAMERAS)
         for seed in range(seeds if way.preset == THESIS else 1)
     ]
-
-
-# Recordings and runs
 
 
 def made(folder: Path, one: ThesisRecording) -> Recording:
@@ -143,13 +121,11 @@ def made(folder: Path, one: ThesisRecording) -> Recording:
     return recording
 
 
-def averaged_subject(subjects: Iterable[Subject | None]) -> Subject:
+def averaged_subject(subjects: Sequence[Subject | None]) -> Subject:
     """Mean of everybody's lengths; a length that nobody has measured stays unknown."""
-    lengths: dict[str, Any] = {}
-    known = [subject for subject in subjects if subject is not None]
-    for name in LENGTHS:
-        values = [value for one in known if (value := getattr(one, name)) is not None]
-        lengths[name] = float(np.mean(values)) if values else None
+    values = {name: [getattr(one, name, None) for one in subjects] for name in LENGTHS}
+    known = {name: [one for one in own if one is not None] for name, own in values.items()}
+    lengths: dict[str, Any] = {name: float(np.mean(own)) for name, own in known.items() if own}
     return Subject(name="averaged", **lengths)
 
 
@@ -160,7 +136,7 @@ def tracked(recording: Recording, way: Way, seed: int) -> Run:
     """
     spec, blind = way.spec(seed), replace(recording, reference=None)
     starts = _starts(recording) if way.restarted else {}
-    run = restarted(blind, spec, starts) if starts else stereotrack.track(blind, spec)
+    run = _restarted(blind, spec, starts) if starts else stereotrack.track(blind, spec)
     return replace(run, meta={**run.meta, "way": str(way), "started_at_reference": [*starts]})
 
 
@@ -172,7 +148,7 @@ def _starts(recording: Recording) -> dict[int, Pose]:
     return {frame: pose_of_landmarks(at[frame]) for frame in begins if frame in at}
 
 
-def restarted(recording: Recording, spec: RunSpec, starts: Mapping[int, Pose]) -> Run:
+def _restarted(recording: Recording, spec: RunSpec, starts: Mapping[int, Pose]) -> Run:
     """Track a recording; before each frame of `starts` the tracker is set to a pose."""
     found: list[TrackedFrame] = []
     with Clouds(recording, replace(spec, init=starts[0])) as clouds:
@@ -195,12 +171,8 @@ def kept_run(path: Path, recording: Recording, way: Way, seed: int) -> Run | Non
         run = stereotrack.read_run(path)
     except InputError:
         return None
-    wanted = {
-        "parameters": way.spec(seed).settings.values(),
-        "seed": seed,
-        "fingerprint": fingerprint(recording),
-        "way": str(way),
-    }
+    wanted = {"parameters": way.spec(seed).settings.values(), "seed": seed, "way": str(way)}
+    wanted["fingerprint"] = fingerprint(recording)
     return run if all(run.meta.get(key) == value for key, value in wanted.items()) else None
 
 
@@ -208,15 +180,14 @@ def missing_runs_made(
     folder: Path, recordings: Mapping[str, Recording], wanted: Sequence[Job], workers: int
 ) -> dict[Job, Parts]:
     """Track what is not there yet, in several processes; errors of all runs."""
-    average = averaged_subject(recording.subject for recording in recordings.values())
+    average = averaged_subject([recording.subject for recording in recordings.values()])
     paths = {job: folder / "runs" / job[0] / f"{job[1]}-seed{job[2]}.npz" for job in wanted}
     left = [job for job in wanted if kept_run(paths[job], recordings[job[0]], *job[1:]) is None]
     with worker_pool(workers) as pool:
         futures = {}
         for name, way, seed in left:
-            own = recordings[name]
+            own, path = recordings[name], paths[name, way, seed]
             own = replace(own, subject=average) if way.averaged else own
-            path = paths[name, way, seed]
             futures[pool.submit(_track_and_write, own, way, seed, path)] = path
         for count, future in enumerate(as_completed(futures), start=1):
             future.result()
@@ -232,10 +203,9 @@ def parts_of(recording: Recording, run: Run) -> Parts:
     end = int(errors.frame[-1]) + 1
     fast = min((s.first for s in segments if s.name.endswith(FAST)), default=end)
     parts = {SLOW: errors.between(0, fast), FAST: errors.between(fast, end)}
-    for segment in segments:
-        own = errors.between(segment.first, segment.end)
-        before = parts.get(segment.name)
-        parts[segment.name] = own if before is None else _together(before, own)
+    for name in {segment.name for segment in segments}:
+        own = (errors.between(one.first, one.end) for one in segments if one.name == name)
+        parts[name] = reduce(_together, own)
     return parts
 
 
@@ -243,9 +213,6 @@ def _together(one: LimbErrors, later: LimbErrors) -> LimbErrors:
     """Errors of some frames and of later ones."""
     pairs = ((getattr(one, f.name), getattr(later, f.name)) for f in fields(one))
     return LimbErrors(*(np.concatenate(pair) for pair in pairs))
-
-
-# Tables
 
 
 @dataclass(frozen=True)
@@ -267,8 +234,8 @@ class Column:
             if stretches:
                 pooled = summarise(reduce(_together, stretches))
                 is_share = measure == "lost"
-                mean = np.nan if is_share else pooled.measure(measure).statistics.mean
-                values.append(100.0 * pooled.lost if is_share else mean)
+                mean = 100.0 * pooled.lost if is_share else pooled.measure(measure).statistics.mean
+                values.append(mean)
         return Spread.of(values)
 
 
@@ -283,20 +250,18 @@ def tables(found: Mapping[Job, Parts], names: Sequence[str], presets: Sequence[s
     each = [*((name,) for name in names), tuple(names)]
     everybody, plain = tuple(names), [Way(name) for name in presets]
     of_points = [Way(THESIS, points=None if m == 64 else m) for m in POINTS]
-    two = WITH_TWO_CAMERAS
-    columns: dict[ThesisTable, list[list[Column]]] = {
-        TABLE_4_1: [[Column(way, own) for own in each] for way in ways_shown(presets)],
-        TABLE_4_2: [[Column(way, everybody) for way in of_points]] if THESIS in presets else [],
-        TABLE_4_3: [[Column(replace(w, few_views=True), two), Column(w, two)] for w in plain],
-        TABLE_4_4: [
-            [Column(replace(w, averaged=True), everybody), Column(w, everybody)] for w in plain
-        ],
-    }
+    both = [(replace(way, few_views=True), way) for way in plain]
+    columns = (
+        [[Column(way, own) for own in each] for way in ways_shown(presets)],
+        [[Column(way, everybody) for way in of_points]] if THESIS in presets else [],
+        [[Column(way, WITH_TWO_CAMERAS) for way in pair] for pair in both],
+        [[Column(replace(w, averaged=a), everybody) for a in (True, False)] for w in plain],
+    )
     texts = [
         f"## Table {one.number}, page {one.page}: {one.title}\n\n"
         + markdown_text(("", "", *(f">{c}" for c in one.columns)), [*_lines(rows, found, one)])
         + f"\n{one.remark}\n"
-        for one, rows in columns.items()
+        for one, rows in zip(TABLES, columns, strict=True)
     ]
     fast = [[Column(way, own, FAST) for own in each] for way in ways_shown(presets)]
     heads = ("", "", *(f">{name}" for name in (*names, "together")))
@@ -311,14 +276,11 @@ def _lines(
     found: Mapping[Job, Parts],
     given: ThesisTable | None = None,
 ) -> Iterator[tuple[str, ...]]:
-    for name, label, unit in LINES:
+    values = () if given is None else given.values
+    for (name, label, unit), own in zip_longest(LINES, values):
         digits = 0 if unit == "mm" else 1
-        if given is not None and name in given.values:
-            yield (
-                f"{label} [{unit}]",
-                "the thesis",
-                *(f"{v:.{digits}f}" for v in given.values[name]),
-            )
+        if own is not None:
+            yield (f"{label} [{unit}]", "the thesis", *(f"{v:.{digits}f}" for v in own))
         for row in columns:
             figures = [column.figure(found, name) for column in row]
             if any(math.isfinite(one.mean) for one in figures):

@@ -6,14 +6,11 @@
 ``python benchmarks/speed.py RECORDING --only chain``. Run nothing else meanwhile.
 """
 
-from __future__ import annotations
-
 import dataclasses
-import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -42,23 +39,6 @@ PARTS = ("chain", "growth")
 DISPARITIES, WINDOW = 64, 15
 MODEL_POINTS = (24, 40, 64, 120, 240, 480, 960)
 DATA_POINTS = (500, 1000, 2000, 4000, 8000)
-
-
-def seconds_of(function: Callable[[], object]) -> float:
-    """Wall time of one call."""
-    begun = time.perf_counter()
-    function()
-    return time.perf_counter() - begun
-
-
-def exponent(sizes: Sequence[float], times: Sequence[float]) -> float:
-    """Exponent e of time ~ size^e by least squares; NaN for a single size."""
-    if len(sizes) < 2:
-        return math.nan
-    return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
-
-
-# The whole chain
 
 
 def chain_table(recording: Recording, presets: Mapping[str, Settings], frames: int) -> None:
@@ -93,9 +73,8 @@ def _matching_seconds(recording: Recording, views: Sequence[str], frames: int) -
             for name in views:
                 images = found.get(name)
                 if images is None or images.left is None:
-                    raise InputError(
-                        f"view {name} has no images at frame {k}", remedy="Use fewer --frames."
-                    )
+                    what = f"view {name} has no images at frame {k}"
+                    raise InputError(what, remedy="Use fewer --frames.")
                 begun = time.perf_counter()
                 matcher.compute(images.left, images.image)
                 spent += time.perf_counter() - begun
@@ -123,17 +102,16 @@ def _chain_seconds(recording: Recording, spec: RunSpec, frames: int) -> tuple[fl
         return once, (time.perf_counter() - clock) / frames, sum(tracked)
 
 
-# Growth
-
-
 def growth_table(recording: Recording, name: str, settings: Settings) -> None:
     """Print how the tracker's step grows with the points."""
     say(f"Timing {name} on {recording.name}.")
     samples = settings.tracking.matching == "model_to_data"
     costs = dict(cost_of_points(recording, settings, MODEL_POINTS if samples else DATA_POINTS))
-    power = number(exponent([*costs], [*costs.values()]), 2)
+    sizes, times = np.log([*costs]), np.log([*costs.values()])
+    power = float(np.polyfit(sizes, times, 1)[0]) if len(costs) > 1 else np.nan
     put_table(
-        f"{recording.name}, {name}: the tracker's step grows as points^{power} (processor time)",
+        f"{recording.name}, {name}: the tracker's step grows as points^{number(power, 2)}"
+        " (processor time)",
         (">points", ">ms", ">ms for each"),
         [(str(n), number(ms), number(ms / n, 3)) for n, ms in costs.items()],
     )
@@ -142,10 +120,7 @@ def growth_table(recording: Recording, name: str, settings: Settings) -> None:
 def cost_of_points(
     recording: Recording, settings: Settings, sizes: Sequence[int], frames: int = 10
 ) -> Iterator[tuple[int, float]]:
-    """Give sizes and milliseconds: model points if they are sampled, else measured points.
-
-    Sizes beyond the smallest cloud are left out.
-    """
+    """Give milliseconds for numbers of model points, else of data up to the smallest cloud's."""
     samples = settings.tracking.matching == "model_to_data"
     dense = settings.replaced(fit_shape=False, **({} if samples else {"pixel_step": 1}))
     with Clouds(recording, RunSpec(dense, init="tpose")) as chain:

@@ -4,15 +4,12 @@
 screen, set QT_QPA_PLATFORM=offscreen.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile
 import time
 from argparse import ArgumentParser
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,12 +26,10 @@ from app.widgets.style.theme import apply_theme
 from benchmarks.common import ended
 
 
-@contextmanager
-def opened(recording: Path, frames: int, workspace: str) -> Iterator[tuple[Any, int]]:
-    """Give the window with a recording, and the last of the frames that were shown once."""
+def frame_steps(recording: Path, frames: int, workspace: str) -> dict[str, float]:
+    """Milliseconds of a step over frames that are in the cache, forth and back."""
     leave_out_noise()
-    existing = QApplication.instance()
-    app = existing if isinstance(existing, QApplication) else QApplication(["stereotrack"])
+    app = QApplication(["stereotrack"])
     with tempfile.TemporaryDirectory() as folder:
         settings = QSettings(str(Path(folder) / "window.ini"), QSettings.Format.IniFormat)
         settings.setValue("projects_folder", folder)
@@ -52,31 +47,20 @@ def opened(recording: Path, frames: int, workspace: str) -> Iterator[tuple[Any, 
         for frame in range(last + 1):
             document.go_to(frame)
             _until(partial(_shows, window, frame))
-        yield window, last
-        window.close()
-        garbage.deleteLater()
-
-
-def frame_steps(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
-    """Milliseconds of a step over frames that are in the cache, forth and back."""
-    times = []
-    with opened(recording, frames, workspace) as (window, last):
-        begun_computing = time.thread_time()
+        times, computing = [], time.thread_time()
         for key, step in ((Qt.Key.Key_Left, -1), (Qt.Key.Key_Right, 1)):
             for _ in range(last):
-                wanted = window.context.session.document.frame + step
-                begun = time.perf_counter()
+                begun, wanted = time.perf_counter(), document.frame + step
                 QTest.keyClick(window, key)
                 _until(partial(_shows, window, wanted))
                 times.append(1000.0 * (time.perf_counter() - begun))
-        computing = 1000.0 * (time.thread_time() - begun_computing) / len(times)
+        computing = 1000.0 * (time.thread_time() - computing) / len(times)
         views = len(window.context.docks.views.tiles)
-    return {**_statistics("frame_step", times), "computing_ms": round(computing, 2), "views": views}
-
-
-def _statistics(name: str, times: Sequence[float]) -> dict[str, float]:
+        window.close()
+        garbage.deleteLater()
     figures = {"": np.median(times), "_p95": np.percentile(times, 95), "_max": np.max(times)}
-    return {f"{name}_ms{end}": round(float(value), 2) for end, value in figures.items()}
+    found = {f"frame_step_ms{end}": round(float(value), 2) for end, value in figures.items()}
+    return {**found, "computing_ms": round(computing, 2), "views": views}
 
 
 def _shows(window: Any, frame: int) -> bool:

@@ -4,8 +4,6 @@ Whatever the program writes goes through here. What is new is on the drive and h
 before it takes the place of what is old: many libraries do not notice that a drive is full.
 """
 
-from __future__ import annotations
-
 import contextlib
 import glob
 import os
@@ -71,11 +69,9 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
-        raise InputError(
-            f"cannot write a file here ({error.strerror})",
-            where=str(path),
-            remedy="Choose a folder that exists and that you may write to.",
-        ) from error
+        what = f"cannot write a file here ({error.strerror})"
+        remedy = "Choose a folder that exists and that you may write to."
+        raise InputError(what, where=str(path), remedy=remedy) from error
     whole = False
     try:
         yield temporary
@@ -110,11 +106,9 @@ def filling(folder: Path) -> Iterator[Path]:
     try:
         workplace.mkdir(parents=True)
     except OSError as error:
-        raise InputError(
-            f"cannot write here ({error.strerror})",
-            where=str(folder),
-            remedy="Choose a folder that you may write to.",
-        ) from error
+        what = f"cannot write here ({error.strerror})"
+        remedy = "Choose a folder that you may write to."
+        raise InputError(what, where=str(folder), remedy=remedy) from error
     try:
         with writing(None if there else target):
             yield workplace
@@ -134,10 +128,7 @@ def filling(folder: Path) -> Iterator[Path]:
 
 
 def forget_unfinished(path: Path) -> None:
-    """Delete what programs have left that were killed while they wrote `path`.
-
-    To be called only while nobody else can be writing it.
-    """
+    """Delete what killed programs have left of writing `path`; only while nobody writes it."""
     unfinished = f".{glob.escape(path.stem)}-{'[0-9a-f]' * 32}{glob.escape(path.suffix)}"
     for left in path.parent.glob(unfinished):
         left.unlink(missing_ok=True)

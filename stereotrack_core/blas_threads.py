@@ -1,7 +1,5 @@
 """Linear algebra on one thread, for as long as anybody needs it."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Small hot loops compiled by numba, which is loaded when the first of them is called."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import os
@@ -35,15 +33,12 @@ def load_before_threads() -> None:
 
 
 def compiled(**options: Any) -> Callable[[_FunctionT], _FunctionT]:
-    """Compile a function at its first call, and keep the machine code on the drive.
+    """Compile a function at its first call, with options of ``numba.njit``, and keep the machine
+    code.
 
     It runs without the interpreter's lock and without fast-math, so that results are repeatable.
     Decorating costs nothing: loading numba takes about as long as making the window, and many
     modules that the window needs at its start hold a loop for later.
-
-    Parameters
-    ----------
-    options : more arguments of ``numba.njit``
     """
 
     def decorate(function: _FunctionT) -> _FunctionT:
@@ -145,10 +140,7 @@ def _code_identity(code: CodeType) -> list[object]:
 
 
 def _identity(value: Any) -> object:
-    """A global value as the digest takes it, the same in every process.
-
-    Raises TypeError for a kind of value whose changes could not be noticed.
-    """
+    """A global value as the digest takes it in every process; TypeError if changes go unnoticed."""
     import numpy as np
 
     if isinstance(value, _Compiled):

@@ -1,7 +1,5 @@
 """Numbers as a person types them, and with their words."""
 
-from __future__ import annotations
-
 import re
 
 _NUMBER = re.compile(r"[+-]?([0-9]+[.,]?[0-9]*|[.,][0-9]+)([eE][+-]?[0-9]+)?")
@@ -40,8 +38,7 @@ def frames_in_words(frames: range) -> str:
     return f"frames {frames.start} – {frames.stop - 1}"
 
 
-UNKNOWN_DEG = 45.0
-"""Standard deviation of a limb's direction from which it says nothing."""
+UNKNOWN_DEG = 45.0  # standard deviation of a limb's direction from which it says nothing
 
 
 def spread_words(degrees: float, unit: str = "°", digits: int = 1) -> str:

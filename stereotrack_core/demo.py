@@ -1,7 +1,5 @@
 """The demo recording that is shipped, and the copy of it that a person works on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,8 +7,7 @@ from platformdirs import user_data_path
 
 from stereotrack_core.atomic import filling, write_file
 
-SHIPPED = Path(__file__).with_name("demo_recording")
-"""Made by ``tools/write_demo.py``."""
+SHIPPED = Path(__file__).with_name("demo_recording")  # made by ``tools/write_demo.py``
 
 
 @dataclass(frozen=True)
@@ -22,10 +19,7 @@ class DemoPlaces:
 
 
 def copied_demo(folder: Path | None = None) -> DemoPlaces:
-    """Copy the demo recording to `folder`, or to the program's data folder, unless it is there.
-
-    Raises InputError if the folder cannot be made or written.
-    """
+    """Copy the demo to `folder`, or to the data folder, unless it is there; else InputError."""
     if folder is None:
         folder = user_data_path("stereotrack", appauthor=False) / "demo"
     places = DemoPlaces(folder / "recording", folder / "run.npz")

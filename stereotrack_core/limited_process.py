@@ -6,8 +6,6 @@ after it could not write. Here that process is another one, and what was left of
 sentence.
 """
 
-from __future__ import annotations
-
 import errno
 import faulthandler
 import gc
@@ -44,8 +42,7 @@ _ANSWER_SHARE = 4
 LEAST_SECONDS, _SECONDS_FOR_MB = 120.0, 2.0
 """A busy machine needs some seconds to start a process, and an idle one 0.3 s for each MB."""
 _LONGEST_WRITING = 3600.0  # seconds: pictures of long videos may have to be put into it
-_OWN_SECONDS = 5.0
-"""So much later the process ends by itself, where nobody is left to end it."""
+_OWN_SECONDS = 5.0  # so much later the process ends by itself, where nobody is left to end it
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Each further thread of theirs would take addresses."""
 
@@ -68,8 +65,7 @@ class Ended(NamedTuple):
     code: int
     answer: bytes
     complaint: str = ""
-    late: bool = False
-    """Whether it was ended because it took too long."""
+    late: bool = False  # whether it was ended because it took too long
 
 
 def read_apart(
@@ -80,34 +76,16 @@ def read_apart(
     memory: int | None = None,
     seconds: float | None = None,
 ) -> Result:
-    """Read a file in another process; what that has read.
+    """Read a file, or a folder of files that are one, in another process; what that has read.
 
-    It imports the module of `read` alone: neither the user's script nor the window. It ends with
-    this process. Where a system knows no limits of memory (Windows, macOS), only time is limited.
+    It imports the module of `read` alone, a function or a partial of one, and ends with this
+    process. What `read` returns and raises is sent by pickle, and should be small or arrays.
+    `memory`: most bytes of addresses; without it 4 GB, or 2 GB and 30 times the file where that is
+    more, at most half the machine's memory. Where a system knows no such limit (Windows, macOS),
+    only time is limited, by default to 2 minutes, and 2 s for each MB.
 
-    Parameters
-    ----------
-    read : callable
-        Function of a module, or partial of one. What it returns and raises is sent by pickle, and
-        should be small or arrays.
-    path : Path
-        A file that is there, or a folder of files that are read as one.
-    remedy : str
-        What to do about a file that cannot be read so.
-    memory : int, optional
-        Most bytes of addresses; without it 4 GB, or 30 times the file and 2 GB where that is more,
-        of these at most half the machine's memory.
-    seconds : float, optional
-        Longest time; without it 2 minutes, and 2 s for each MB of the file.
-
-    Raises
-    ------
-    Exception
-        What `read` raises.
-    InputError
-        Where the process takes more memory or time, or is ended by what it reads.
-    OSError
-        Where no process can be started.
+    Raises what `read` raises; InputError with `remedy` where it takes more than allowed, or the
+    process is ended by what it reads; OSError where none can be started.
     """
     size = sum(one.stat().st_size for one in (path, *path.glob("*")) if one.is_file())
     wanted = _BASE_MEMORY + _MEMORY_FOR_SIZE * size
@@ -122,12 +100,8 @@ def read_apart(
 def write_apart(write: Callable[[Path], None], path: Path) -> None:
     """Have a file written in another process, as :func:`read_apart` reads one, without its limits.
 
-    Raises
-    ------
-    Exception
-        What `write` raises.
-    OSError
-        Where no process can be started, or it is ended by what it does, or after an hour.
+    Raises what `write` raises; OSError where no process can be started, or it is ended by what it
+    does, or after an hour.
     """
     ended = _run(write, path, Limits(sys.maxsize, _LONGEST_WRITING))
     if ended.code != 0 or ended.late or not ended.answer:

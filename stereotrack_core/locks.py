@@ -29,17 +29,13 @@ _TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
 _BEYOND = 2**40
 """Byte that stands for the file where bytes are locked, so that others may read those before."""
 
-_TRIES, _TRY_SECONDS = 5, 0.1
-"""Whoever only asks whether a lock is held has it for a moment."""
+_TRIES, _TRY_SECONDS = 5, 0.1  # whoever only asks whether a lock is held has it for a moment
 
 _MOST_OF_A_NOTE = 2000
 
 
 def take_lock(file: IO[bytes]) -> bool:
-    """Lock an open file until it is closed; False on a drive that knows no locks.
-
-    Raises BlockingIOError when another program has the lock.
-    """
+    """Lock an open file until it is closed, False if impossible; BlockingIOError if it is taken."""
     try:
         if sys.platform == "win32":
             here = file.tell()
@@ -111,13 +107,10 @@ def is_held(path: Path, *, unsure: bool) -> bool:
 class FileLock:
     """The lock of a file or folder: taken on construction, given back by :meth:`release`.
 
-    It is the operating system's, on a file beside `path`. The system lets go of it when the program
-    ends in whichever way. The locked file says who has it.
-
-    `holds`: False on drives that know no locks.
-
-    Raises BlockingIOError when another program has it; OSError when no file can be made beside
-    `path`; InputError where something else stands there.
+    It is the operating system's, on a file beside `path` that says who has it; the system lets go
+    of it when the program ends. `holds`: False on drives that know no locks. Raises BlockingIOError
+    when another program has it; OSError when no file can be made beside `path`; InputError where
+    something else stands there.
     """
 
     def __init__(self, path: Path) -> None:
@@ -130,11 +123,8 @@ class FileLock:
 
     def _locked(self) -> IO[bytes]:
         if self._path.is_symlink() or (self._path.exists() and not self._path.is_file()):
-            raise InputError(
-                "this is not a file that the program has made",
-                where=str(self._path),
-                remedy="Remove it.",
-            )
+            what = "this is not a file that the program has made"
+            raise InputError(what, where=str(self._path), remedy="Remove it.")
         while True:
             file = self._opened()
             try:
@@ -168,22 +158,16 @@ class FileLock:
 
 
 def lock_output(path: Path) -> FileLock:
-    """The lock of an output.
-
-    Raises InputError where another process writes to it, which is named, or nothing can be written
-    there.
-    """
+    """The lock of an output; InputError where another process has it, or nothing can be written."""
     for _ in range(_TRIES):
         try:
             return FileLock(path)
         except BlockingIOError:
             time.sleep(_TRY_SECONDS)
         except OSError as error:
-            raise InputError(
-                f"cannot write here ({error.strerror})",
-                where=str(path.parent),
-                remedy="Choose a folder that you may write to.",
-            ) from error
+            what = f"cannot write here ({error.strerror})"
+            remedy = "Choose a folder that you may write to."
+            raise InputError(what, where=str(path.parent), remedy=remedy) from error
     raise _in_use(path)
 
 
@@ -195,10 +179,7 @@ def refuse_second(path: Path) -> None:
 
 @contextmanager
 def writing(path: Path | None) -> Iterator[None]:
-    """Keep other processes from writing to an output while the work on it lasts; None: no output.
-
-    Raises InputError as :func:`lock_output`.
-    """
+    """Keep others from writing to an output meanwhile, if one is given; see :func:`lock_output`."""
     if path is None:
         yield
         return
@@ -210,11 +191,9 @@ def writing(path: Path | None) -> Iterator[None]:
 
 
 def _in_use(path: Path) -> InputError:
-    return InputError(
-        f"this output is being written by {_owner_of(path) or 'another process'}",
-        where=str(path),
-        remedy="Wait until it has finished, stop it, or choose another output.",
-    )
+    what = f"this output is being written by {_owner_of(path) or 'another process'}"
+    remedy = "Wait until it has finished, stop it, or choose another output."
+    return InputError(what, where=str(path), remedy=remedy)
 
 
 def _owner_of(path: Path) -> Owner | None:

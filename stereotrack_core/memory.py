@@ -1,7 +1,5 @@
 """Results by key, within a limit of memory; those in use are given up last."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import threading

@@ -4,8 +4,6 @@ A program that PyInstaller has put together has no interpreter; it starts itself
 its first argument that it shall run a module.
 """
 
-from __future__ import annotations
-
 import os
 import runpy
 import signal

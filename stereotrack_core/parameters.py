@@ -4,8 +4,6 @@ A parameter is a field of a frozen dataclass made by :func:`parameter`. Validati
 command line's ``--set``, the tuning panel and the documentation are generated from that row.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -25,10 +23,7 @@ _ROW = "parameter"
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """What is declared about one parameter.
-
-    `minimum` and `maximum`: closed range that is accepted.
-    """
+    """What is declared about one parameter; `minimum` to `maximum` is the closed range."""
 
     name: str  # name for ``--set`` and the tuning panel; unique over all groups
     type: type  # ``bool``, ``int``, ``float`` or ``str``
@@ -55,6 +50,11 @@ class ParameterRow:
     def words(self, value: Value) -> str:
         """Name and value as a person reads them: ``sigma joint 20 deg``."""
         return f"{self.name.replace('_', ' ')} {self.text(value)}"
+
+    def matches(self, words: str) -> bool:
+        """Whether its name, group or explanation has each of some words, in any case."""
+        text = f"{self.name} {self.name.replace('_', ' ')} {self.group} {self.help}".lower()
+        return all(word in text for word in words.lower().split())
 
     def checked(self, value: Value) -> Value:
         """Return `value` in the row's type, or raise :class:`InputError`."""
@@ -179,10 +179,7 @@ class ParameterGroup:
         return result
 
     def replaced(self: ParametersT, **values: Value) -> ParametersT:
-        """Return a copy with some values changed, named flatly.
-
-        Raises InputError for an unknown name or a value outside its range.
-        """
+        """Return a copy with values changed, named flatly; InputError for wrong names or values."""
         known = {row.name for row in self.rows()}
         for name in values:
             if name not in known:

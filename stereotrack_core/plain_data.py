@@ -1,7 +1,5 @@
 """Plain data, as JSON and TOML give them: how deep, how large, of which kinds."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re
@@ -13,11 +11,8 @@ import numpy as np
 
 from stereotrack_core.errors import InputError, shortened
 
-DEEPEST = 32
-"""Lists and tables within each other; no file of ours has ten."""
-
-LARGEST_INTEGER = 2**63 - 1
-"""What TOML and all common programs can hold."""
+DEEPEST = 32  # lists and tables within each other; no file of ours has ten
+LARGEST_INTEGER = 2**63 - 1  # what TOML and all common programs can hold
 
 Kind: TypeAlias = Any
 """What a value shall be: ``object`` for anything, ``str``, ``bool``, ``int``, ``float`` for any
@@ -35,49 +30,32 @@ _WORDS = {str: "a text", bool: "true or false", int: "a whole number", float: "a
 
 
 def checked_tree(content: Any, where: str) -> None:
-    """Refuse what nobody writes: nesting and whole numbers without end, halves of letters.
-
-    Raises InputError, which names the key.
-    """
+    """Refuse endless nesting and numbers, halves of letters: InputError, which names the key."""
     waiting: list[tuple[Any, tuple[Any, ...]]] = [] if _is_sound(content) else [(content, ())]
     while waiting:
         value, place = waiting.pop()
         if isinstance(value, Mapping | list):
             if len(place) >= DEEPEST:
-                raise InputError(
-                    "it is nested too deeply",
-                    where=_at(where, place[:3]),
-                    remedy=f"Use at most {DEEPEST} levels of lists and tables.",
-                )
+                what = "it is nested too deeply"
+                remedy = f"Use at most {DEEPEST} levels of lists and tables."
+                raise InputError(what, where=_at(where, place[:3]), remedy=remedy)
             inner = value.items() if isinstance(value, Mapping) else enumerate(value)
             waiting += [(one, (*place, key)) for key, one in inner if not _is_sound(one)]
             if isinstance(value, Mapping):
                 waiting += [(key, place) for key in value if not _is_sound(key)]
         elif isinstance(value, str):
-            raise InputError(
-                "a text contains invalid characters",
-                where=_at(where, place),
-                remedy="Write the file again.",
-            )
+            what = "a text contains invalid characters"
+            raise InputError(what, where=_at(where, place), remedy="Write the file again.")
         elif isinstance(value, int):
-            raise InputError(
-                f"a number of about {int(0.30103 * value.bit_length())} digits is too large",
-                where=_at(where, place),
-                remedy="Write a smaller number.",
-            )
+            what = f"a number of about {int(0.30103 * value.bit_length())} digits is too large"
+            raise InputError(what, where=_at(where, place), remedy="Write a smaller number.")
 
 
 def check_kind(content: Any, kind: Kind, where: str, remedy: str) -> None:
-    """Refuse plain data that are of another kind than they shall be.
-
-    Raises InputError, which names the key.
-    """
+    """Refuse plain data of another kind than they shall be: InputError, which names the key."""
     for place, value, wanted in _wrong(content, kind, ()):
-        raise InputError(
-            f"{shortened(repr(value))} is not {_said(wanted)}",
-            where=_at(where, place),
-            remedy=remedy,
-        )
+        what = f"{shortened(repr(value))} is not {_said(wanted)}"
+        raise InputError(what, where=_at(where, place), remedy=remedy)
 
 
 def _wrong(value: Any, kind: Kind, place: tuple[Any, ...]) -> Iterator[_Wrong]:

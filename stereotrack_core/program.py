@@ -1,7 +1,5 @@
 """The program: one of its commands, and how errors end it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -4,8 +4,6 @@ Whatever a format's decoder raises about a file that is damaged, or no file of i
 the one sentence here, in :func:`decoding`; readers themselves only say what the file should be.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import lzma
@@ -26,14 +24,9 @@ from stereotrack_core.plain_data import checked_tree
 
 MB = 1024 * 1024
 
-SETTINGS_BYTES = 4 * MB
-"""Of TOML files and other settings: thousands of times what they hold."""
-
-TABLE_BYTES = 512 * MB
-"""Of tables and labels: hours of a person's landmarks."""
-
-PICTURE_BYTES = 512 * MB
-"""Of a picture."""
+SETTINGS_BYTES = 4 * MB  # of TOML files and other settings: thousands of times what they hold
+TABLE_BYTES = 512 * MB  # of tables and labels: hours of a person's landmarks
+PICTURE_BYTES = 512 * MB  # of a picture
 
 _AGAIN = "Use another copy of the file."
 _WRITE_AGAIN = "Write the file again."
@@ -94,28 +87,19 @@ def read_bytes(path: Path, at_most: int) -> bytes:
 
 
 def read_text(path: Path, at_most: int = SETTINGS_BYTES) -> str:
-    """Content of a regular UTF-8 file.
-
-    Raises InputError: see :func:`open_file`; also where it is no text.
-    """
+    """Content of a regular UTF-8 file; InputError: see :func:`open_file`, and for no text."""
     content = read_bytes(path, at_most)
     with decoding(path, "the file cannot be read", "It must be a UTF-8 text file."):
         return content.decode("utf-8-sig")
 
 
 def read_json(path: Path, at_most: int = SETTINGS_BYTES, remedy: str = _WRITE_AGAIN) -> Any:
-    """Content of a JSON file.
-
-    Raises InputError: see :func:`read_text`; also where it is not JSON.
-    """
+    """Content of a JSON file; InputError: see :func:`read_text`, and where it is no JSON."""
     return parsed_json(read_text(path, at_most), str(path), remedy)
 
 
 def parsed_json(text: str | bytes, where: str, remedy: str = _WRITE_AGAIN) -> Any:
-    """What JSON text says.
-
-    Raises InputError where it is none, too deep, or holds a number that no file of ours does.
-    """
+    """What JSON text says; InputError where it is none, too deep, or with endless numbers."""
     with decoding(where, "this is not valid JSON", remedy):
         content = json.loads(text)
     checked_tree(content, where)
@@ -180,8 +164,5 @@ def _check_kind(where: Path | str, found: os.stat_result) -> None:
 
 def _check_size(path: Path, size: int, at_most: int | None) -> None:
     if at_most is not None and size > at_most:
-        raise InputError(
-            f"the file has more than {at_most // MB} MB, too large for this type of file",
-            where=str(path),
-            remedy="Check that it is the right file.",
-        )
+        what = f"the file has more than {at_most // MB} MB, too large for this type of file"
+        raise InputError(what, where=str(path), remedy="Check that it is the right file.")

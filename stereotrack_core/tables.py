@@ -5,8 +5,6 @@ whoever has named a recording, run or segment so. Such a text is written with an
 it, which is taken away when it is read.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 import re
@@ -21,8 +19,7 @@ from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import TABLE_BYTES, decoding, open_file
 
-LARGEST = 2**31 - 1
-"""Frame numbers beyond this are slips."""
+LARGEST = 2**31 - 1  # frame numbers beyond this are slips
 
 _WHOLE = "Write a whole number."
 _COMPUTED = re.compile(r"'*[=+\-@\t\r\n]")
@@ -123,22 +120,20 @@ def read_rows(
 ) -> list[tuple[int, dict[str, str]]]:
     """Line number and cells by column of every row that is not empty.
 
-    Columns may stand in any order; further columns are ignored unless they are `optional`. Raises
-    InputError when the file is missing or unreadable, or a column is missing. What is wrong about
-    single rows is appended to `complaints`, and these rows are left out; without such a list it is
-    raised as well.
+    Columns may stand in any order; others are ignored unless they are `optional`. Raises InputError
+    when the file is missing or unreadable, or a column is missing. Rows that are wrong are left out
+    and appended to `complaints`; without such a list that is raised as well.
     """
     lines = read_cells(path)
     header = lines[0] if lines else []
     foreign = any(sign in name for name in header for sign in ";\t")
     missing = [name for name in columns if name not in header]
     if missing:
-        raise InputError(
-            f"the column {missing[0]!r} is missing in the first line",
-            where=str(path),
-            remedy=f"Write the first line as {','.join(columns)}"
-            + (", with commas between the values and decimal points." if foreign else "."),
+        what = f"the column {missing[0]!r} is missing in the first line"
+        remedy = f"Write the first line as {','.join(columns)}" + (
+            ", with commas between the values and decimal points." if foreign else "."
         )
+        raise InputError(what, where=str(path), remedy=remedy)
     there = [*columns, *(name for name in optional if name in header)]
     place = {name: header.index(name) for name in there}
     rows = []
@@ -210,17 +205,12 @@ def read_csv_table(
     lines = read_cells(path, delimiter=delimiter)
     filled = [(number, line) for number, line in enumerate(lines, start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
-        raise InputError(
-            "the first line must name every column exactly once",
-            where=str(path),
-            remedy="Write the column names, separated by commas.",
-        )
+        what = "the first line must name every column exactly once"
+        remedy = "Write the column names, separated by commas."
+        raise InputError(what, where=str(path), remedy=remedy)
     headings = filled[0][1]
     for number, line in filled[1:]:
         if len(line) != len(headings):
-            raise InputError(
-                f"line {number} has {len(line)} values, expected {len(headings)}",
-                where=str(path),
-                remedy="Write one value per column.",
-            )
+            what = f"line {number} has {len(line)} values, expected {len(headings)}"
+            raise InputError(what, where=str(path), remedy="Write one value per column.")
     return tuple(headings), tuple(tuple(line) for _, line in filled[1:])

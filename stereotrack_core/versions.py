@@ -1,7 +1,5 @@
 """Which versions of this program and of what it computes with are running."""
 
-from __future__ import annotations
-
 import importlib
 import platform
 import sys

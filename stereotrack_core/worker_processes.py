@@ -5,8 +5,6 @@ far they are, and one of them that is killed takes no other with it. They never 
 that has started them.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal
@@ -39,13 +37,7 @@ class Stop:
 
 
 class Asker:
-    """Whoever wants a task done, as the process at work knows it.
-
-    Attributes
-    ----------
-    kept : dict
-        What tasks leave in the process for those after them.
-    """
+    """Whoever wants a task done, as the process at work knows it; `kept` is for later tasks."""
 
     def __init__(self, pipe: Connection) -> None:
         self.kept: dict[str, Any] = {}
@@ -84,10 +76,7 @@ class Asker:
         return found
 
     def cancelled(self) -> bool:
-        """Whether the task in work is no longer wanted; for tasks that hear no other orders.
-
-        May be asked by several threads.
-        """
+        """Whether the task in work is no longer wanted; may be asked by several threads."""
         try:
             self.orders()
         except Cancelled:
@@ -166,13 +155,8 @@ class _Worker:
 class TaskProcess:
     """Started with its first task, it does one after the other; threads wait for theirs.
 
-    Parameters
-    ----------
-    count : int
-        So many processes share the machine's cores.
-    nice : int
-        How far it stands back. By default who paints goes first; where nothing is to be painted,
-        nothing is lost.
+    `count` processes share the machine's cores. `nice`: how far it stands back; by default who
+    paints goes first.
     """
 
     def __init__(self, count: int = 1, *, nice: int = _NICE) -> None:
@@ -193,26 +177,12 @@ class TaskProcess:
     ) -> Any:
         """Have a task done, when those before are; what it returns.
 
-        A process that has ended before it has told anything is started anew, once.
+        `hear` is called with each word that the task tells, `cancelled` asked some times a second
+        whether it is still wanted. A task that `listens` looks at its orders; otherwise the process
+        is ended to cancel it. One that has ended before it has told anything is started anew, once.
 
-        Parameters
-        ----------
-        task : ProcessTask
-        hear : callable
-            Called with each word that the task tells.
-        cancelled : callable
-            Whether the task is no longer wanted; asked some times a second.
-        listens : bool
-            Whether the task looks at its orders. Otherwise the process is ended to cancel it.
-
-        Raises
-        ------
-        Exception
-            What the task raised.
-        Cancelled
-            Where the task is no longer wanted, or the process is closed.
-        Lost
-            Where the process has ended by itself.
+        Raises what the task raised; Cancelled where it is no longer wanted, or the process is
+        closed; Lost where the process has ended by itself.
         """
 
         def unwanted() -> bool:

@@ -1,7 +1,5 @@
 """Fixtures that every room uses."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path

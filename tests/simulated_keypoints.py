@@ -1,7 +1,5 @@
 """What a 2-D detector would predict of a recording whose truth is known, with its errors."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -29,16 +27,11 @@ _ARMS = ("elbow", "wrist")
 class KeypointErrors:
     """How a detector errs."""
 
-    noise: float = 5.0
-    """Pixels. Standard deviation of each coordinate."""
-    gross: float = 0.05
-    """Share of keypoints anywhere on the person's part of the picture."""
-    exchanged: float = 0.02
-    """Share of pictures with left for right, half of them for the arms alone."""
-    hidden_missing: float = 0.5
-    """Share of hidden keypoints that are missing; the others are guessed."""
-    guess: float = 8.0
-    """Factor on the noise of guessed ones."""
+    noise: float = 5.0  # pixels, standard deviation of each coordinate
+    gross: float = 0.05  # share of keypoints anywhere on the person's part of the picture
+    exchanged: float = 0.02  # share of pictures with left for right, half of them of the arms alone
+    hidden_missing: float = 0.5  # share of hidden keypoints; the others are guessed
+    guess: float = 8.0  # factor on the noise of guessed ones
 
 
 def simulated_keypoints(
@@ -49,16 +42,8 @@ def simulated_keypoints(
 ) -> Keypoints:
     """Shoulders, elbows, wrists, hips and head of the truth in the pictures of cameras.
 
-    What the trunk is in front of is hidden.
-
-    Parameters
-    ----------
-    truth : LandmarkTrajectory
-        Frames in which a landmark is not known have none of it.
-    cameras : mapping from str to Camera
-        By the names that the rows get.
-    seed : int
-        Of all that is random.
+    What the trunk is in front of is hidden, and what the truth does not know is left out. Rows get
+    the names by which the cameras are given.
     """
     errors = errors or KeypointErrors()
     rows: list[Row] = []

@@ -1,7 +1,5 @@
 """Files and folders that appear completely or not at all."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -52,21 +50,6 @@ def test_what_cannot_be_read_back_replaces_nothing(older, error):
     ):
         temporary.write_text("half")
     assert refused.value.where == str(older)
-    assert older.read_text() == "older"
-    assert names(older.parent) == ["a.txt"]
-
-
-@pytest.mark.parametrize(
-    ("error", "seen"), [(OSError(28, "No space left"), InputError), (Cancelled(), Cancelled)]
-)
-def test_a_block_that_fails_replaces_nothing(older, error, seen):
-    def write() -> None:
-        with replacing(older) as temporary:
-            temporary.write_text("half")
-            raise error
-
-    with pytest.raises(seen):
-        write()
     assert older.read_text() == "older"
     assert names(older.parent) == ["a.txt"]
 

@@ -1,7 +1,5 @@
 """Compiled loops: numba is loaded at the first call, and the functions they call are compiled."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -75,12 +73,6 @@ def told(thread):
     start(thread)
 threading.Thread.start = told
 """
-_SIMULATED = """
-from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.rig import SceneOptions
-size = SceneOptions().replaced(width=160, height=120, focal=100)
-simulate(Path(sys.argv[1]) / "again", Simulation(frames=1, views="N", options=size))
-"""
 _CLOUDS = """
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
@@ -105,7 +97,7 @@ program.exec()
 """
 
 
-@pytest.mark.parametrize("work", [_SIMULATED, _CLOUDS, _WINDOW], ids=["made", "clouds", "window"])
+@pytest.mark.parametrize("work", [_CLOUDS, _WINDOW], ids=["clouds", "window"])
 def test_scipy_linalg_is_loaded_before_threads_start(work, tmp_path):
     """Else numba and scipy.special load parts of it from opposite ends, and one of them fails."""
     if work is _CLOUDS:

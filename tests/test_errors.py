@@ -20,9 +20,8 @@ def test_what_may_have_been_meant(name, meant):
 
 
 def test_values_are_cut_and_control_characters_spelled_out():
-    error = InputError(
-        f"{'x' * 10_000!r} is not a number", where="a\x1b.toml, fps\n", remedy="Write\t\u202eone."
-    )
+    what, remedy = f"{'x' * 10_000!r} is not a number", "Write\t\u202eone."
+    error = InputError(what, where="a\x1b.toml, fps\n", remedy=remedy)
     assert len(error.what) < 420
     assert error.what.startswith("'xxx")
     assert error.what.endswith("xxx' is not a number")

@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-import textwrap
 import time
 from functools import partial
 from pathlib import Path
@@ -40,14 +39,6 @@ def wrong(path):
 
 def wrong_project(path):
     raise ProjectDamaged(path, "no table")
-
-
-def odd(path):
-    raise KeyError("a")
-
-
-def unspeakable(path):
-    raise ValueError(lambda: "cannot be sent")
 
 
 def much(path):
@@ -104,13 +95,6 @@ def test_errors_of_the_project_arrive_unchanged(path):
         assert vars(there.value) == vars(here.value)
 
 
-def test_errors_of_others_arrive_too(path):
-    with pytest.raises(KeyError, match="a"):
-        read_apart(odd, path, REMEDY)
-    with pytest.raises(RuntimeError, match="ValueError"):
-        read_apart(unspeakable, path, REMEDY)
-
-
 @limited
 @pytest.mark.parametrize("read", [much, bit_by_bit])
 def test_one_that_takes_all_memory_gives_a_sentence(read, path):
@@ -129,27 +113,6 @@ def test_one_that_ends_its_process_gives_a_sentence(read, why, path):
 def test_one_that_never_ends_gives_a_sentence(read, path):
     with pytest.raises(InputError, match="or too large: reading it takes more than 3 s"):
         read_apart(read, path, REMEDY, seconds=3.0)
-
-
-def test_the_script_that_reads_is_not_run_again(path):
-    script = path.with_name("script.py")
-    script.write_text(
-        textwrap.dedent("""
-        import sys
-        from pathlib import Path
-        from stereotrack_core.limited_process import read_apart
-        from tests.test_limited_process import content
-        print("here")
-        print(read_apart(content, Path(sys.argv[1]), "")[0])
-        """)
-    )
-    done = subprocess.run(
-        [sys.executable, str(script), str(path)],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-    )
-    assert (done.stdout, done.stderr) == ("here\ncontent\n", "")
 
 
 @needs_proc

@@ -28,11 +28,8 @@ def test_a_frozen_program_starts_itself_and_knows_what_it_is_asked(monkeypatch):
 
 
 def blas_threads():
-    return {
-        pool["num_threads"]
-        for pool in threadpoolctl.threadpool_info()
-        if pool["user_api"] == "blas"
-    }
+    pools = threadpoolctl.threadpool_info()
+    return {pool["num_threads"] for pool in pools if pool["user_api"] == "blas"}
 
 
 def test_blas_really_runs_on_one_thread_until_the_last_has_left():

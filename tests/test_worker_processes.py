@@ -76,17 +76,6 @@ def test_it_does_tasks_in_another_process_and_keeps_what_they_leave(process):
     assert [process(count), process(count)] == [1, 2]
 
 
-def count_frames(asker):
-    for _ in range(40):
-        asker.on_frames(1)
-
-
-def test_frames_are_counted_and_told_now_and_then(process):
-    told = []
-    process(count_frames, told.append)
-    assert (sum(told), len(told) < 40) == (40, True)
-
-
 def test_what_a_task_raises_is_raised_here_and_the_next_one_is_done(process):
     with pytest.raises(InputError) as error:
         process(fail)
@@ -94,19 +83,6 @@ def test_what_a_task_raises_is_raised_here_and_the_next_one_is_done(process):
     with pytest.raises(RuntimeError, match=r"^ValueError"):
         process(fail_oddly)
     assert process(partial(turned, "abc")) == "cba"
-
-
-def test_orders_reach_their_task_however_early_they_are_given_and_no_other(process):
-    first, second = partial(follow), partial(follow)
-    process.order(first, "early")
-    process.order(first, "enough")
-    process.order(second, "of the second")
-    process.order(second, "enough")
-    assert process(first) == ["early", "enough"]
-    process.order(first, "late")
-    told = []
-    assert process(second, told.append) == ["of the second", "enough"]
-    assert told[-1] == ["of the second", "enough"]
 
 
 @pytest.mark.parametrize("task", [sleep, follow])
@@ -162,14 +138,6 @@ def test_one_that_is_closed_is_gone_and_does_nothing_more(process):
         process(who)
 
 
-def test_several_threads_take_turns_also_where_the_process_has_died(process):
-    os.kill(process(who), signal.SIGTERM)
-    texts = [f"{k} {'x' * (k % 7) * 20_000}" for k in range(60)]
-    with ThreadPoolExecutor(6) as pool:
-        tasks = [partial(turned, text) for text in texts]
-        assert list(pool.map(process, tasks)) == [text[::-1] for text in texts]
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
 @pytest.mark.parametrize("seconds", [0.0, 0.3, 1.5], ids=["started", "loading", "waiting"])
 def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, seconds):
@@ -191,13 +159,8 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
                     worker.close()
         """)
     )
-    with subprocess.Popen(
-        [sys.executable, str(script)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as asker:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "start_new_session": True}
+    with subprocess.Popen([sys.executable, str(script)], text=True, **pipes) as asker:
         pids = [int(word) for word in asker.stdout.readline().split()]
         time.sleep(seconds)
         os.killpg(asker.pid, signal.SIGINT)
@@ -218,30 +181,6 @@ def has_ended(pid):
 
 
 needs_proc = pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc")
-
-
-@needs_proc
-def test_a_process_at_work_ends_when_the_one_that_asked_is_killed(tmp_path):
-    script = tmp_path / "asker.py"
-    script.write_text(
-        textwrap.dedent("""
-        from stereotrack_core.worker_processes import TaskProcess
-        from tests.test_worker_processes import sleep
-        if __name__ == "__main__":
-            worker = TaskProcess()
-            worker(sleep, lambda _: print(worker.pid, flush=True))
-        """)
-    )
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
-    with subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env=environment
-    ) as asker:
-        try:
-            pid = int(asker.stdout.readline())
-            assert not has_ended(pid)
-        finally:
-            asker.kill()
-    wait_until(lambda: has_ended(pid))
 
 
 def wait_until(true, seconds=60):

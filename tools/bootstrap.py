@@ -3,8 +3,6 @@
 Run by the Makefile with any Python from 3.11 to 3.14; needs nothing but the standard library.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import json

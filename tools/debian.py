@@ -4,8 +4,6 @@
 person can do it and ends with status 1. Needs nothing but the standard library.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

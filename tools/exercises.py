@@ -1,7 +1,5 @@
 """Motions of data sets about everyday actions and sports: sitting, squats, boxing, jogging."""
 
-from __future__ import annotations
-
 from stereotrack_core.simulation.postures import Arm, Motion, Posture, keyed
 
 _STANDING = Posture()
@@ -83,12 +81,6 @@ def _throw() -> Motion:
 
 
 EXERCISES: dict[str, Motion] = {
-    "sit": _sit(),
-    "squat": _squat(),
-    "box": _box(),
-    "jog": _jog(),
-    "clap": _clap(),
-    "wave": _wave(),
-    "throw": _throw(),
-}
-"""By name."""
+    "sit": _sit(), "squat": _squat(), "box": _box(), "jog": _jog(),
+    "clap": _clap(), "wave": _wave(), "throw": _throw(),
+}  # fmt: skip

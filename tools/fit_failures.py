@@ -9,11 +9,9 @@ already are taken as they are too. It takes about an hour. The recordings are ot
 better than it is.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -40,13 +38,9 @@ from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/failure_segments/coefficients.py"
-SHRINKAGE = 30.0
-"""Examples that speak for slopes of 0 in units of the signs' own spread."""
-
-
+SHRINKAGE = 30.0  # examples that speak for slopes of 0 in units of the signs' own spread
+# Preset, views and seed of the runs of a recording.
 Tracked: TypeAlias = tuple[tuple[str, str, int], ...]
-"""Preset, views and seed of the runs of a recording."""
-
 _MANY: Tracked = (
     ("fast", "NOSW", 0), ("fast", "NS", 0), ("fast", "O", 0), ("thesis", "NOSW", 0),
     ("thesis", "NS", 1), ("accurate", "OW", 0), ("accurate", "S", 0),
@@ -60,78 +54,49 @@ def _each_by(views: str) -> Tracked:
     return tuple((used, views, 0) for used in ("fast", "thesis", "accurate"))
 
 
-@dataclass(frozen=True)
-class Simulated:
-    """A recording to simulate, and how it is tracked."""
+_FAST = SceneOptions(pace=3.0)
 
-    person: str
-    motion: str
-    frames: int
-    seed: int
-    options: Mapping[str, str | float] = field(default_factory=dict)
-    views: str = "NOSW"
-    tracked: Tracked = _MANY
-
-
-RECORDINGS: Mapping[str, Simulated] = {
-    "hA": Simulated("P1", "travolta+cross-arms+whip", 130, 101, {"pace": 1.2}),
-    "hB": Simulated("P3", "cross-arms+arms-at-sides+point", 120, 102, {"clothes": "plain"}),
-    "hC": Simulated("P4", "tie-shoes+cross-arms+walk", 130, 103, {"clothes": "striped"}),
-    "hD": Simulated("P2", "whip+cross-arms+travolta", 120, 104),
-    "iA": Simulated("P1", "cross-arms", 78, 21, views="NS", tracked=_each_by("NS")),
-    "iB": Simulated("P4", "cross-arms", 78, 22, views="NO", tracked=_each_by("NO")),
-    "iC": Simulated("P3", "cross-arms", 78, 31, views="OW", tracked=_each_by("OW")),
-    "iD": Simulated("P2", "cross-arms", 78, 121, views="NS", tracked=_each_by("NS")),
-    "iE": Simulated("P4", "arms-at-sides", 60, 36, views="NO", tracked=_each_by("NO")),
-    "iF": Simulated("P2", "whip", 50, 23, {"pace": 3.0}, tracked=_QUICK),
-    "iG": Simulated("P3", "travolta", 50, 24, {"pace": 3.0}, tracked=_QUICK),
-    "iH": Simulated("P4", "travolta", 50, 123, {"pace": 3.0}, tracked=_QUICK),
-}
+# What is simulated, and how it is tracked.
+RECORDINGS: Mapping[str, tuple[Simulation, Tracked]] = {
+    "hA": (Simulation("P1", "travolta+cross-arms+whip", 130, seed=101,
+                      options=SceneOptions(pace=1.2)), _MANY),
+    "hB": (Simulation("P3", "cross-arms+arms-at-sides+point", 120, seed=102,
+                      options=SceneOptions(clothes="plain")), _MANY),
+    "hC": (Simulation("P4", "tie-shoes+cross-arms+walk", 130, seed=103,
+                      options=SceneOptions(clothes="striped")), _MANY),
+    "hD": (Simulation("P2", "whip+cross-arms+travolta", 120, seed=104), _MANY),
+    "iA": (Simulation("P1", "cross-arms", 78, "NS", 21), _each_by("NS")),
+    "iB": (Simulation("P4", "cross-arms", 78, "NO", 22), _each_by("NO")),
+    "iC": (Simulation("P3", "cross-arms", 78, "OW", 31), _each_by("OW")),
+    "iD": (Simulation("P2", "cross-arms", 78, "NS", 121), _each_by("NS")),
+    "iE": (Simulation("P4", "arms-at-sides", 60, "NO", 36), _each_by("NO")),
+    "iF": (Simulation("P2", "whip", 50, seed=23, options=_FAST), _QUICK),
+    "iG": (Simulation("P3", "travolta", 50, seed=24, options=_FAST), _QUICK),
+    "iH": (Simulation("P4", "travolta", 50, seed=123, options=_FAST), _QUICK),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """A run with what it is fitted to.
-
-    Attributes
-    ----------
-    recording : str
-    run : Run
-    fps : float
-    truth : tuple of FailureSegment
-    signs : (F, 6, S) float64
-    failing : (F, 6) bool
-        Whether limbs are in failures by error.
-    """
+    """A run with what it is fitted to."""
 
     recording: str
     run: Run
     fps: float
     truth: tuple[FailureSegment, ...]
-    signs: FloatArray
-    failing: BoolArray
+    signs: FloatArray  # (F, 6, S)
+    failing: BoolArray  # (F, 6). Whether limbs are in failures by error.
 
 
 def main(arguments: list[str]) -> int:
     """Simulate and track what is missing, fit, say how well it finds what was left out, write."""
     folder = Path(arguments[0])
     examples = []
-    for name, made in RECORDINGS.items():
+    for name, (made, runs) in RECORDINGS.items():
         place = folder / "sims" / name
         if not place.exists():
-            options = SceneOptions().replaced(**made.options)
-            simulate(
-                place,
-                Simulation(
-                    person=made.person,
-                    motion=made.motion,
-                    frames=made.frames,
-                    views=made.views,
-                    seed=made.seed,
-                    options=options,
-                ),
-            )
-        for used, views, seed in made.tracked:
+            simulate(place, made)
+        for used, views, seed in runs:
             print(name, used, views, seed, flush=True)
             examples.append(example(tracked(folder, place, used, views, seed), place))
     print("each recording classified with weights from the others:", left_out(examples))
@@ -144,12 +109,8 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> Run:
     file = folder / "runs" / f"{place.name}_{used}_{views}_{seed}.npz"
     if not file.exists():
         file.parent.mkdir(exist_ok=True)
-        recording = replace(open_recording(place), reference=None)
-        run = track(
-            recording,
-            RunSpec(preset(used), views=tuple(views), seed=seed, init="tpose", preset=used),
-        )
-        write_npz(file, run)
+        spec = RunSpec(preset(used), views=tuple(views), seed=seed, init="tpose", preset=used)
+        write_npz(file, track(replace(open_recording(place), reference=None), spec))
     return read_npz(file)
 
 

@@ -14,8 +14,6 @@ While it tracks, no limb is called lost, so that the result does not depend on t
 that are there already.
 """
 
-from __future__ import annotations
-
 import sys
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,13 +35,14 @@ from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.simulation.make import simulate
 from stereotrack_core.tracking.detecting import seen_keypoints
 from stereotrack_core.tracking.estimate import views_named
 from stereotrack_core.tracking.failure import features
-from stereotrack_core.tracking.failure.disagreement import carried_on
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
     LOST_DEG,
+    carried_on,
     coefficients_of,
     with_neighbours,
 )
@@ -54,25 +53,20 @@ from stereotrack_core.tracking.run_spec import RunSpec
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/tracking/failure/coefficients.py"
 
-SHRINKAGE = 3.0
-"""Examples that speak for slopes of 0 in units of the signs' own spread."""
-
+SHRINKAGE = 3.0  # examples that speak for slopes of 0 in units of the signs' own spread
+# Numbers of views, and runs with how many their coefficients are fitted on. Limbs of recordings
+# that were left out, with two and with four views, are judged best by coefficients of all runs.
 FITTED_ON = {"one": ("one",), "several": ("one", "two", "several")}
-"""Numbers of views, and runs with how many their coefficients are fitted on. Limbs of recordings
-that were left out, with two and with four views, are judged best by coefficients of all runs."""
-
+# Signs of a limb that is not lost; no slope may have the other sign than it should.
 FALLING = [FEATURES.index(name) for name in ("visible", "detected")]
-"""Signs of a limb that is not lost; no slope may have the other sign than it should."""
 
 OF_DETECTOR = ("disagreement", "detected")
 STORED = ("signs", "degrees", "sigma")
 ARMS = [*UPPER_ARMS, *FOREARMS]
-BINS = 10
-"""Of the same width, in which what is stated is compared with what happens."""
-
+BINS = 10  # of the same width, in which what is stated is compared with what happens
+# Standard deviations of a direction within which so many percent of errors lie: they have two
+# normally distributed components, and the standard deviation is that of both together.
 INTERVALS = {50: np.sqrt(np.log(2.0)), 90: np.sqrt(np.log(10.0))}
-"""Standard deviations of a direction within which so many percent of errors lie: they have two
-normally distributed components, and the standard deviation is that of both together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +74,11 @@ class Examples:
     """Limbs of one run that begins in the pose that the recording says."""
 
     recording: str
-    views: str
-    """``one``, ``two`` or ``several``."""
-    used: str
-    """Name in :data:`TRACKED`."""
-    signs: FloatArray
-    """(F, 6, S)."""
-    degrees: FloatArray
-    """(F, 6). Errors; NaN where not known."""
-    sigma: FloatArray
-    """(F, 6). Stated standard deviations, degrees."""
+    views: str  # `one`, `two` or `several`
+    used: str  # name in :data:`TRACKED`
+    signs: FloatArray  # (F, 6, S)
+    degrees: FloatArray  # (F, 6). Errors; NaN where not known.
+    sigma: FloatArray  # (F, 6). Stated standard deviations, degrees.
 
 
 def main(arguments: list[str]) -> int:
@@ -118,11 +107,12 @@ def examples_of(folder: Path) -> Iterator[Examples]:
     """Those of all runs of recordings, which are made where they are not there yet."""
     for name, made in RECORDINGS.items():
         for views, used in product(made.chosen, made.presets):
-            seen = views or made.views
+            seen = views or made.simulation.views
             file = folder / "examples" / f"{name}_{seen}_{used}.npz"
             if not file.exists():
                 print(file.stem, flush=True)
-                made.make(folder / name)
+                if not (folder / name).exists():
+                    simulate(folder / name, made.simulation)
                 signs, degrees, sigma = judged_run(folder / name, used, seen, made.init)
                 file.parent.mkdir(exist_ok=True)
                 np.savez_compressed(file, signs=signs, degrees=degrees, sigma=sigma)
@@ -147,7 +137,7 @@ def judged_run(place: Path, used: str, views: str, init: str) -> tuple[FloatArra
         raise ValueError(f"{place} has no reference")
     blind, frames = replace(recording, reference=None), dict[int, TrackedFrame]()
     settings = preset(*TRACKED[used])
-    with patch.object(features, "failure_probability", nothing_lost):
+    with patch.object(features, "failure_probability", lambda *_: np.zeros(6)):
         run = track(
             blind,
             RunSpec(settings, views=tuple(views), init=init),
@@ -188,11 +178,6 @@ def with_keypoints(
             result[k] = signs[k].copy()
             result[k][:, columns] = said
     return result
-
-
-def nothing_lost(_features: FloatArray | None, _views: str) -> FloatArray:
-    """Probabilities (6,) in place of those that are to be fitted."""
-    return np.zeros(6)
 
 
 def without_detector(signs: FloatArray) -> FloatArray:
@@ -265,11 +250,10 @@ def agreement(chance: FloatArray, lost: BoolArray) -> str:
 
 def area_under_roc(chance: FloatArray, lost: BoolArray) -> float:
     """Probability that a lost limb has a higher probability (N,) than one that is not lost."""
-    positive, count = np.count_nonzero(lost), len(lost)
-    if positive in (0, count):
+    if lost.all() or not lost.any():
         return float("nan")
-    ranks = scipy.stats.rankdata(chance)[lost].sum() - positive * (positive + 1) / 2
-    return float(ranks / (positive * (count - positive)))
+    pairs = np.count_nonzero(lost) * np.count_nonzero(~lost)
+    return float(scipy.stats.mannwhitneyu(chance[lost], chance[~lost]).statistic / pairs)
 
 
 def coverage(runs: Sequence[Examples]) -> Iterator[str]:

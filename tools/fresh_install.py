@@ -6,8 +6,6 @@ versions that pyproject.toml allows. There the demo is tracked, and tests are ru
 packages, the checkout out of sight.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

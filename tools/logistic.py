@@ -1,15 +1,12 @@
 """Logistic regression of "lost" on the signs of it, for those tools that fit coefficients."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.optimize
 from scipy.special import expit
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 
-FRAMES_OF_ONE = 3.0
-"""Successive frames show nearly the same: so many count as one example."""
+FRAMES_OF_ONE = 3.0  # successive frames show nearly the same: so many count as one example
 
 
 def fitted(

@@ -6,8 +6,6 @@ without a screen, without any other Python and in another folder; where somethin
 archive.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import re
@@ -24,15 +22,14 @@ import debian
 
 ROOT = bootstrap.ROOT
 WORK = ROOT / "build" / "bundle"
-DETECTOR = WORK / "detector"
-"""Files of the pose detector with their licence, if there is a network."""
+DETECTOR = WORK / "detector"  # files of the pose detector with their licence, if there is a network
 SPEC = ROOT / "tools" / "bundle" / "stereotrack.spec"
+# Files without which something is missing that is not tried.
 PARTS = (
     *("stereotrack_app/docs/index.md", "stereotrack_app/resources/icons/play.svg"),
     "stereotrack_core/report/templates/*.html",
     *(f"PySide6/Qt/plugins/platforms/libq{name}*.so" for name in ("xcb", "offscreen", "wayland")),
 )
-"""Files without which something is missing that is not tried."""
 BESIDE = ("README.md", "LICENSE", "CHANGELOG.md", "examples")
 
 SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")

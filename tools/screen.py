@@ -1,7 +1,5 @@
 """Ends with status 0 if a window can be opened here, with 1 if there is no screen."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -4,8 +4,6 @@
 such as the limbs', get a share of the palette of their own; else the many greys would take it all.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path

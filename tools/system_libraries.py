@@ -6,8 +6,6 @@ where it may. Otherwise it says what to type, and ends with status 1 if the prog
 run without a screen, or, with ``--window``, if it cannot show a window.
 """
 
-from __future__ import annotations
-
 import ctypes
 import importlib.util
 import re

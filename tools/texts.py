@@ -7,8 +7,6 @@ neither docstrings nor code: keys, SQL, formats and style sheets are left out. L
 side by side, and f-strings with their placeholders, are one text.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

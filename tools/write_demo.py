@@ -1,7 +1,5 @@
 """The demo recording that is shipped: ``python tools/write_demo.py`` renders it anew."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Writes docs/parameters.md from the rows that the code declares: ``make docs``."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Sequence
 from itertools import groupby
@@ -49,8 +47,6 @@ def _accepted(row: ParameterRow) -> str:
         return "any"
     if row.maximum is None:
         return f"from {_text(row.minimum)}"
-    if row.minimum is None:
-        return f"up to {_text(row.maximum)}"
     return f"{_text(row.minimum)} to {_text(row.maximum)}"
 
 

@@ -24,12 +24,10 @@ if TYPE_CHECKING:
 FRAME = 60
 PRESETS = ("thesis", "accurate")
 SIZE, SMALL = (1400, 840), (1240, 740)
-BOARD, POSITIONS = ("9x6", 0.09), 40
-"""The board that is calibrated with, and in how many places it is rendered."""
-TUTORIAL_FRAMES = (99, 110)
-"""Frames that the tutorial says to click."""
-CALM_LOOKS = 3
-"""So often nothing is under way before a picture is taken."""
+BOARD = ("9x6", 0.09)  # that is calibrated with
+POSITIONS = 40  # places in which it is rendered
+TUTORIAL_FRAMES = (99, 110)  # frames that the tutorial says to click
+CALM_LOOKS = 3  # so often nothing is under way before a picture is taken
 
 
 def main(demo: Path, docs: Path) -> int:
@@ -40,29 +38,40 @@ def main(demo: Path, docs: Path) -> int:
     places = copied_demo(demo)
     stored = demo / "runs"  # not beside the recording, where the window would offer them
     stored.mkdir(exist_ok=True)
-    runs = [_run_of(places.recording, stored / f"{preset}.npz", preset) for preset in PRESETS]
+    film = places.recording
+    runs = [_tracked(film, stored / f"{name}.npz", "--preset", name) for name in PRESETS]
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     prepare(needs_screen=False)
     load_qt()
     docs.mkdir(parents=True, exist_ok=True)
-    done = _picture(places.recording, runs[-1:], "track", docs / "workbench.png")
-    done = _picture(places.recording, runs, "tune", docs / "comparison.png", "comparison") and done
-    done = (
-        _picture(places.recording, runs[::-1], "review", docs / "review.png", "failures") and done
-    )
-    done = _calibration(places.recording, demo / "boards", docs) and done
-    done = _import(places.recording, docs) and done
-    done = _annotate(places.recording, docs / "annotate.png") and done
-    done = _tutorial(demo / "tutorial", docs) and done
-    return 0 if done else 1
+    done = [
+        _picture(film, runs[-1:], "track", docs / "workbench.png"),
+        _picture(film, runs, "tune", docs / "comparison.png", "comparison"),
+        _picture(film, runs[::-1], "review", docs / "review.png", "failures"),
+        _calibration(film, demo / "boards", docs),
+        _annotate(film, docs / "annotate.png"),
+        _tutorial(demo / "tutorial", docs),
+    ]
+    _import(film, docs)
+    return 0 if all(done) else 1
 
 
-def _run_of(recording: Path, path: Path, preset: str) -> Path:
+def _tracked(recording: Path, path: Path, *options: str) -> Path:
     from stereotrack_core.program import main as command_line
 
     if not path.is_file():
-        command_line(["track", str(recording), "--preset", preset, "-o", str(path)])
+        command_line(["track", str(recording), "-o", str(path), *options])
     return path
+
+
+def _program() -> WindowProgram:
+    """A window in dark colours."""
+    from app.program import WindowProgram
+    from app.widgets.style.theme import apply_theme
+
+    program = WindowProgram()
+    apply_theme(program.app, "dark")
+    return program
 
 
 def _picture(
@@ -73,17 +82,15 @@ def _picture(
     panel: str = "runs",
     frame: int = FRAME,
 ) -> bool:
-    from app.program import WindowProgram
-    from app.widgets.style.theme import apply_theme
+    from app.session.changes import Part
     from stereotrack_core.cli.output import say
 
-    program = WindowProgram()
-    apply_theme(program.app, "dark")
+    program = _program()
     context = program.context
     context.view_state.change_display(keep_person=True)
     # the last one that is opened is the active one
-    context.session.ready.connect(lambda: _open_runs(program, runs))
-    context.session.ready.connect(lambda: context.docks.bring_up(panel))
+    context.session.changes.watch(Part.READY, lambda: _open_runs(program, runs))
+    context.session.changes.watch(Part.READY, lambda: context.docks.bring_up(panel))
     failures = program.features.review.failures
     context.tasks.changed.connect(
         lambda: failures.go(1) if failures.listed and failures.chosen is None else None
@@ -96,16 +103,13 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
     """The workspace Calibrate on rendered boards before the cameras of the recording."""
     from PySide6.QtCore import QEventLoop, QTimer
 
-    from app.program import WindowProgram
     from app.shell.dialogs import write_picture
-    from app.widgets.style.theme import apply_theme
     from stereotrack_core.cli.output import say
     from stereotrack_core.recording.folder import open_recording
 
     if not boards.is_dir():
         _render_boards(open_recording(recording), boards)
-    program = WindowProgram()
-    apply_theme(program.app, "dark")
+    program = _program()
     program.window.resize(*SMALL)
     program.window.show()
     calibration = program.features.calibrate.calibration
@@ -157,8 +161,7 @@ def _tutorial(folder: Path, docs: Path) -> bool:
     options = {"both": [], "north": ["--views", "N"]}
     options["mended"] = [*options["north"], "--clicks", project]
     for name, path in runs.items():
-        if not path.is_file():
-            command_line(["track", str(walk), "-o", str(path), *options[name]])
+        _tracked(walk, path, *options[name])
     frame = TUTORIAL_FRAMES[-1]
     done = _picture(walk, [], "annotate", docs / "tutorial-clicks.png", "body", frame)
     command_line(["import", "labels", truth, "--into", project])
@@ -190,25 +193,21 @@ def _clicked(
     return path
 
 
-def _import(recording: Path, docs: Path) -> bool:
+def _import(recording: Path, docs: Path) -> None:
     """The first step of the wizard on the videos of two views."""
     from app.features.project.importing.sources_page import look
     from app.features.project.importing.wizard import ImportWizard
-    from app.program import WindowProgram
     from app.shell.dialogs import write_picture
-    from app.widgets.style.theme import apply_theme
     from stereotrack_core.recording.folder import open_recording
 
     views = open_recording(recording).views[:2]
     files = [one.frames for view in views for one in (view.left, view.image) if one is not None]
-    program = WindowProgram()
-    apply_theme(program.app, "dark")
+    program = _program()
     looked = look([recording / file for file in files])
     wizard = ImportWizard(looked, program.context.tasks, lambda _path: None, program.window)
     wizard.show()
     write_picture(docs / "import-sources.png", wizard.grab())
     wizard.reject()
-    return True
 
 
 def _render_boards(recording: Recording, folder: Path) -> None:

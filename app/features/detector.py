@@ -1,10 +1,8 @@
 """Installing the pretrained pose detector, in the background."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 
 from stereotrack_core.pose_model.installation import (
@@ -27,14 +25,13 @@ _ABOUT = (
     "The pose detector sees a person's shoulders, elbows, wrists, hips and head in single images, "
     "and tells front from back and left from right. It runs on this computer; no image leaves it."
 )
-_FILES = "Wheel of MediaPipe, or one of the files (*.whl *.tflite)"
+_FILES = "Wheel of MediaPipe, archive, or one of the files (*.whl *.tgz *.tflite)"
 
 
-class DetectorController(QObject):
+class DetectorController:
     """Installs the detector."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context = context
         self._task: Task | None = None
 

@@ -1,10 +1,8 @@
 """The report on the active run: asked for, made in the background, opened when wanted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QUrl
+from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
 from stereotrack_core.report.pages import repeat_command, write_page
@@ -19,11 +17,10 @@ from ..widgets.forms.message import Message
 _FILTER = "Page for a browser (*.html)"
 
 
-class ReportController(QObject):
+class ReportController:
     """Writes reports."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         self._task: Task | None = None
 

@@ -1,7 +1,5 @@
 """Every command once: name, shortcut, icon, tooltip, what it does, why it is disabled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -32,30 +30,20 @@ _SHORTCUTS = "shortcuts"
 class Command:
     """One thing that the workbench can do."""
 
-    id: str
-    """Name under which the shortcut is stored; never changes."""
-    menu: str
-    """Menu that it stands in, with submenus after a slash."""
+    id: str  # name under which the shortcut is stored; never changes
+    menu: str  # menu that it stands in, with submenus after a slash
     text: str
-    """What it is called in menus and the palette."""
     tip: str
-    """What it does, in a sentence."""
     run: Callable[[], None]
-    """Does it."""
-    shortcut: str = ""
-    """Key sequence it has unless the person chooses another."""
+    shortcut: str = ""  # key sequence it has unless the person chooses another
     icon: str = ""
-    """Name of an icon in the resources."""
-    why_not: Callable[[], str] = str
-    """Why it cannot be done now, as a sentence; empty where it can."""
+    why_not: Callable[[], str] = str  # why it cannot be done now, as a sentence; empty where it can
     checked: Callable[[], bool] | None = None
     """For commands that switch something: whether it is on."""
-    section: bool = False
-    """Whether a separator stands before it in the menu."""
+    section: bool = False  # whether a separator stands before it in the menu
     says: Callable[[], str] | None = None
     """What it is called now, where that changes: ``Undo Place left elbow``."""
-    shown: Callable[[], bool] = lambda: True
-    """Whether it stands in its menu and in the palette now."""
+    shown: Callable[[], bool] = lambda: True  # whether it stands in its menu and in the palette now
     goes_first: bool = False
     """Whether it takes its keys from another command of the same keys, while it can be done."""
 
@@ -68,7 +56,6 @@ class Command:
 
     @property
     def place(self) -> str:
-        """Where it stands in the menus, as a person reads it."""
         return self.menu.replace("&", "").replace("/", " › ")
 
 
@@ -96,6 +83,8 @@ class Menu:
 
 _UNDO_REDO = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)
 _TEXT_FIELDS = (QLineEdit, QAbstractSpinBox, QTextEdit, QPlainTextEdit)
+_FIELDS = (*_TEXT_FIELDS, QComboBox)
+_FUNCTION_KEYS = range(Qt.Key.Key_F1, Qt.Key.Key_F35 + 1)
 _WITH_KEYS = (
     Qt.KeyboardModifier.ControlModifier
     | Qt.KeyboardModifier.AltModifier
@@ -106,8 +95,7 @@ _WITH_KEYS = (
 def _is_edited(field: QObject) -> bool:
     """Whether undo and redo are for the text: some was typed that no one has taken yet."""
     if isinstance(field, QTextEdit | QPlainTextEdit):
-        document = field.document()
-        return document.isUndoAvailable() or document.isRedoAvailable()
+        return field.document().isUndoAvailable() or field.document().isRedoAvailable()
     line = field.lineEdit() if isinstance(field, QAbstractSpinBox | QComboBox) else field
     if not isinstance(line, QLineEdit):
         return False
@@ -116,49 +104,23 @@ def _is_edited(field: QObject) -> bool:
     return in_a_table or line.isUndoAvailable() or line.isRedoAvailable()
 
 
-class _Typing(QObject):
-    """Keys that are pressed in a text field are for the text, but for those with Ctrl or Alt.
+def _is_for_text(field: QObject, event: QKeyEvent) -> bool:
+    """Keys in a text field are for the text, but for those with Ctrl or Alt.
 
     Undo and redo are for the text where there is something of it to be undone.
     """
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
-            return False
-        if any(event.matches(key) for key in _UNDO_REDO) and not _is_edited(watched):
-            event.ignore()  # a field would accept it, and do nothing
-            return True
-        if not isinstance(watched, _TEXT_FIELDS):
-            return False
-        command = bool(event.modifiers() & _WITH_KEYS)
-        if command or Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F35:
-            return False
-        event.accept()
+    if any(event.matches(key) for key in _UNDO_REDO) and not _is_edited(field):
+        event.ignore()  # a field would accept it, and do nothing
         return True
-
-
-class _Unused(QObject):
-    """Hears the keys that nothing in a window had a use for."""
-
-    def __init__(self, heard: Callable[[QKeySequence], bool], parent: QObject) -> None:
-        super().__init__(parent)
-        self._heard = heard
-
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if event.type() != QEvent.Type.KeyPress or not isinstance(event, QKeyEvent):
-            return False
-        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-        return self._heard(QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key()))))
+    command = bool(event.modifiers() & _WITH_KEYS)
+    if not isinstance(field, _TEXT_FIELDS) or command or event.key() in _FUNCTION_KEYS:
+        return False
+    event.accept()
+    return True
 
 
 class ActionRegistry(QObject):
-    """The commands as actions of a window; says which of them can be done, and why not.
-
-    Signals
-    -------
-    refreshed : ()
-        What can be done now has been found out again.
-    """
+    """The commands as actions of a window; says which of them can be done, and why not."""
 
     refreshed = Signal()
 
@@ -176,28 +138,17 @@ class ActionRegistry(QObject):
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
         self._said: dict[str, tuple[str, str, str]] = {}
-        self._typing, self._unused = _Typing(self), _Unused(self._on_unused, self)
-        window.installEventFilter(self._unused)
+        window.installEventFilter(self)
         app = QApplication.instance()
         if isinstance(app, QApplication):
             app.focusChanged.connect(self._on_focus)
 
     @property
     def commands(self) -> tuple[Command, ...]:
-        """All commands, in order of their declaration."""
         return tuple(self._commands.values())
 
     def add(self, commands: Iterable[Command]) -> None:
-        """Make actions of commands.
-
-        Raises
-        ------
-        ValueError
-            If there is a command of that id already.
-        """
         for command in commands:
-            if command.id in self._commands:
-                raise ValueError(f"two commands have the id {command.id!r}")
             self._commands[command.id] = command
             self._actions[command.id] = self._action(command)
             stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
@@ -205,11 +156,9 @@ class ActionRegistry(QObject):
             self._give_keys(command, QKeySequence(keys))
 
     def action(self, name: str) -> QAction:
-        """Action of a command."""
         return self._actions[name]
 
     def command(self, name: str) -> Command:
-        """A command by its id."""
         return self._commands[name]
 
     def refresh(self, menu: str = "") -> None:
@@ -240,10 +189,20 @@ class ActionRegistry(QObject):
 
     @Slot(QWidget, QWidget)
     def _on_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
-        if isinstance(new, (*_TEXT_FIELDS, QComboBox)):
-            new.installEventFilter(self._typing)
+        if isinstance(new, _FIELDS):
+            new.installEventFilter(self)
         if new is not None and isinstance(new.window(), QDockWidget):  # one that floats
-            new.window().installEventFilter(self._unused)
+            new.window().installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if not isinstance(event, QKeyEvent):
+            return False
+        if isinstance(watched, _FIELDS):
+            return event.type() == QEvent.Type.ShortcutOverride and _is_for_text(watched, event)
+        # a key that reaches the window was of no use to anything in it
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        keys = QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key())))
+        return event.type() == QEvent.Type.KeyPress and self._on_unused(keys)
 
     def _on_unused(self, keys: QKeySequence) -> bool:
         """Say why the command of these keys cannot be done; do it, if meanwhile it can."""
@@ -253,16 +212,14 @@ class ActionRegistry(QObject):
         typing = isinstance(QApplication.focusWidget(), _TEXT_FIELDS)
         if name is None or typing or self._actions[name].isEnabled():
             return False
-        command = self._commands[name]
-        if why_not := command.why_not():
-            self._say_refusal(f"{command.title}: unavailable. {why_not}")
+        if why_not := self._commands[name].why_not():
+            self._say_refusal(f"{self._commands[name].title}: unavailable. {why_not}")
         else:
             self.refresh()
             self._actions[name].trigger()
         return True
 
     def set_shortcut(self, name: str, keys: str) -> None:
-        """Give a command another shortcut, and keep it for next time."""
         command = self._commands[name]
         if keys == command.shortcut:
             self._settings.remove(f"{_SHORTCUTS}/{name}")
@@ -281,36 +238,28 @@ class ActionRegistry(QObject):
 
     def user_of(self, keys: str, besides: str = "") -> Command | None:
         """Tell which command has a key sequence already, where neither of both goes first."""
-        wanted = QKeySequence(keys)
-        if wanted.isEmpty():
-            return None
         first = besides in self._commands and self._commands[besides].goes_first
-        for name, used in self._keys.items():
-            command = self._commands[name]
-            if name != besides and used == wanted and command.goes_first == first:
-                return command
-        return None
+        others = (one for one in self.commands if one.id != besides and one.goes_first == first)
+        users = (one for one in others if keys and self._keys[one.id] == QKeySequence(keys))
+        return next(users, None)
 
     def fill(self, bar: QMenuBar, order: Sequence[str]) -> None:
-        """Build the menus, in this order, from what the commands say about themselves."""
         menus: dict[str, QMenu] = {}
+
+        def menu_at(path: str) -> QMenu:
+            if path not in menus:
+                parent, _, title = path.rpartition("/")
+                menus[path] = (menu_at(parent) if parent else bar).addMenu(title)
+                menus[path].setToolTipsVisible(True)
+            return menus[path]
+
         for title in order:
-            self._menu(bar, menus, title)
+            menu_at(title)
         for command in self._commands.values():
-            menu = self._menu(bar, menus, command.menu)
+            menu = menu_at(command.menu)
             if command.section and not menu.isEmpty():
                 menu.addSeparator()
             menu.addAction(self._actions[command.id])
-
-    def _menu(self, bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
-        if path not in menus:
-            parent, _, title = path.rpartition("/")
-            if parent:
-                menus[path] = self._menu(bar, menus, parent).addMenu(title)
-            else:
-                menus[path] = bar.addMenu(title)
-            menus[path].setToolTipsVisible(True)
-        return menus[path]
 
     def _action(self, command: Command) -> QAction:
         action = QAction(command.text, self._window)
@@ -319,7 +268,7 @@ class ActionRegistry(QObject):
         action.setCheckable(command.checked is not None)
         if command.icon:
             set_icon(action, command.icon)
-        action.triggered.connect(lambda _checked=False, run=command.run: self._run(run))
+        action.triggered.connect(lambda _checked: self._run(command.run))
         self._window.addAction(action)
         return action
 
@@ -333,8 +282,7 @@ class ActionRegistry(QObject):
         action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
-        before = self._keys.get(command.id, keys)
-        self._keys[command.id] = keys
+        before, self._keys[command.id] = self._keys.get(command.id, keys), keys
         action = self._actions[command.id]
         if command.goes_first:  # shown in menus all the same
             action.setText(f"{command.text}\t{self.key_words(command.id)}")

@@ -1,15 +1,12 @@
 """What stands in the window: the views, the panels around them, and workspaces of panels."""
 
-from __future__ import annotations
+from collections.abc import Callable
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, Signal
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
 
-from stereotrack_core.errors import InputError
-
 from ..widgets.camera.camera_grid import CameraGrid
 from ..widgets.forms.message import BarsOver, Message
-from ..widgets.redraw import RedrawQueue
 from ..widgets.scene.scene_view import SceneView
 from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
@@ -17,34 +14,40 @@ from ..widgets.timeline.timeline_view import TimelineView
 from .failures import Notifier
 from .focus import FocusWalk
 from .layout import (
+    LAYOUT_KEY,
+    LAYOUT_VERSION,
     Workspace,
     arrange,
-    forget_layout,
     is_in_front,
     leave_room,
     restore_layout,
-    save_layout,
     stored_text,
 )
 
 _CORNER = Qt.Corner.BottomRightCorner
-_USUAL = ("track", "annotate")
-"""Workspaces that are shown first, where they have something to show."""
+_USUAL = ("track", "annotate")  # workspaces that are shown first, where they have something to show
 
 
 class Docks(QObject):
     """Panels by name, the workspaces that arrange them, and the parts that all features share.
 
-    `host` holds the panels, `settings` keep how a person has arranged them.
+    `host` holds the panels, `settings` keep how a person has arranged them; `workspace_changed` is
+    called when another workspace is shown.
     """
 
-    workspace_changed = Signal()
-    """Another workspace is shown."""
-    left = Signal()
-    """A workspace without a recording was closed by the person."""
+    left = Signal()  # A workspace without a recording was closed by the person
 
-    def __init__(self, host: QMainWindow, settings: QSettings, notifier: Notifier) -> None:
+    def __init__(
+        self,
+        host: QMainWindow,
+        settings: QSettings,
+        notifier: Notifier,
+        views: CameraGrid,
+        scene: SceneView,
+        workspace_changed: Callable[[], None],
+    ) -> None:
         super().__init__(host)
+        self._workspace_changed = workspace_changed
         self._host, self._settings, self._notifier = host, settings, notifier
         self._docks: dict[str, QDockWidget] = {}
         self._workspaces: dict[str, Workspace] = {}
@@ -53,14 +56,11 @@ class Docks(QObject):
         """Whether a workspace is shown without panels, while nothing is open."""
         self._before: QByteArray | None = None
         host.installEventFilter(self)
-        self.redraw = RedrawQueue(self)
-        self.views, self.scene = CameraGrid(self.redraw), SceneView()
+        self.redraw, self.views, self.scene = views.redraw, views, scene
         self.timeline, self.transport = TimelineView(), Transport()
         self.focus = FocusWalk(host, self.views, self._docks)
         self.middle = QStackedWidget()
-        """The views, or what is there while nothing is open."""
         self.dialog_parent: QWidget = self.middle
-        """Parent of dialogs."""
         self.middle.addWidget(self.views)
         self._pages: dict[str, QWidget] = {"": self.views}
         host.setCentralWidget(self.middle)
@@ -69,11 +69,9 @@ class Docks(QObject):
         both = QWidget()
         self._timeline_column = vbox((self.timeline, 1), spacing=0)
         both.setLayout(self._timeline_column)
-        self.add("timeline", "Timeline", both, titled=False)
+        dock = self.add("timeline", "Timeline", both, titled=False)
         # the timeline is the scrubber: it stays where it is
-        self.dock("timeline").setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
-
-    # ---- panels
+        dock.setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
 
     def add(self, name: str, title: str, widget: QWidget, *, titled: bool = True) -> QDockWidget:
         """Add a panel; one that says by itself what it shows needs no title."""
@@ -89,11 +87,10 @@ class Docks(QObject):
 
     def lay_over_views(self, bar: QWidget) -> None:
         """Let a bar lie over the lower end of the views, so that it never moves them."""
-        self._over_views.add(bar)
+        self._over_views.column.addWidget(bar)
 
     def add_above_timeline(self, widget: QWidget) -> None:
-        """Let a bar stand above the timeline."""
-        self._timeline_column.insertWidget(self._timeline_column.count() - 1, widget)
+        self._timeline_column.insertWidget(0, widget)
 
     def add_page(self, name: str, page: QWidget) -> None:
         """Add a page that a workspace may have in the middle in place of the views."""
@@ -101,15 +98,12 @@ class Docks(QObject):
         self.middle.addWidget(page)
 
     def pages(self) -> dict[str, QWidget]:
-        """Pages that were added, by their titles."""
         return {one.accessibleName(): one for name, one in self._pages.items() if name}
 
     def dock(self, name: str) -> QDockWidget:
-        """The dock of a panel."""
         return self._docks[name]
 
     def titles(self) -> dict[str, str]:
-        """Titles of all panels, by name."""
         return {name: dock.windowTitle() for name, dock in self._docks.items()}
 
     def is_shown(self, name: str) -> bool:
@@ -122,14 +116,12 @@ class Docks(QObject):
 
     def toggle(self, name: str) -> None:
         """Show or hide a panel; one that was never placed comes to the right."""
-        dock = self._docks[name]
-        if dock.isHidden():
-            self.bring_up(name)
+        if self.is_shown(name):
+            self._docks[name].hide()
         else:
-            dock.hide()
+            self.bring_up(name)
 
     def bring_up(self, name: str) -> None:
-        """Show a panel before those that share its place."""
         dock = self._docks[name]
         if dock.isHidden():
             if self._host.dockWidgetArea(dock) == Qt.DockWidgetArea.NoDockWidgetArea:
@@ -146,7 +138,6 @@ class Docks(QObject):
             self.show_workspace(name)
 
     def hide_all(self) -> None:
-        """Hide all panels, while nothing is open."""
         for dock in self._docks.values():
             dock.hide()
 
@@ -165,11 +156,8 @@ class Docks(QObject):
             self._host.restoreState(self._before)
             self._before = None
 
-    # ---- workspaces
-
     @property
     def workspaces(self) -> tuple[Workspace, ...]:
-        """All of them, in the order of their features."""
         return tuple(self._workspaces.values())
 
     @property
@@ -178,32 +166,28 @@ class Docks(QObject):
         return self._shown.name if self._shown is not None else ""
 
     def add_workspace(self, space: Workspace) -> None:
-        """Offer an arrangement of panels."""
         self._workspaces[space.name] = space
 
     def show_workspace(self, name: str) -> None:
-        """Arrange the panels as a workspace has them, as the person left it."""
         self._keep()
         space = self._shown = self._workspaces[name]
         self.middle.setCurrentWidget(self._pages[space.middle])
-        if space.no_panels():
+        self.is_alone = bool(space.no_panels())
+        if self.is_alone:
             self.hide_all()
-            self.is_alone = True
-            self.workspace_changed.emit()
-            return
-        self._settings.setValue("workspace", space.name)
-        if not restore_layout(self._host, self._settings, space):
-            arrange(self._host, self._docks, space)
-        leave_room(self._host, self._docks)
-        self.workspace_changed.emit()
+        else:
+            self._settings.setValue("workspace", space.name)
+            if not restore_layout(self._host, self._settings, space):
+                arrange(self._host, self._docks, space)
+            leave_room(self._host, self._docks)
+        self._workspace_changed()
 
     def show_named(self, name: str) -> None:
         """Show a workspace by its name; one that has nothing to show says why."""
         space = self._workspaces.get(name.strip().lower())
         if space is None:
-            known = ", ".join(self._workspaces)
-            unknown = InputError(f"there is no workspace {name!r}", remedy=f"Available: {known}.")
-            self._notifier.error(unknown)
+            remedy = f"Available: {', '.join(self._workspaces)}."
+            self._notifier.show(Message("error", f"there is no workspace {name!r}", remedy=remedy))
         elif why_not := space.why_not():
             what = f"The {space.title} workspace has nothing to show"
             self._notifier.show(Message("note", what, remedy=why_not))
@@ -222,17 +206,15 @@ class Docks(QObject):
         """Show no workspace any more; how it was arranged is kept."""
         self._keep()
         self._shown = None
-        self.workspace_changed.emit()
+        self._workspace_changed()
 
     def close_alone(self) -> None:
-        """Close a workspace that is shown while nothing is open."""
         if self.is_alone:
             self.left.emit()
 
     def reset(self) -> None:
-        """Put the panels of this workspace back where they belong."""
         if self._shown is not None and not self.is_alone:
-            forget_layout(self._settings, self._shown)
+            self._settings.remove(LAYOUT_KEY.format(self._shown.name))
             self.arrange()
 
     def arrange(self) -> None:
@@ -250,4 +232,5 @@ class Docks(QObject):
         alone, self.is_alone = self.is_alone, False
         if self._shown is not None and not alone:
             self.give_room_back()
-            save_layout(self._host, self._settings, self._shown)
+            state = self._host.saveState(LAYOUT_VERSION)
+            self._settings.setValue(LAYOUT_KEY.format(self._shown.name), state)

@@ -1,7 +1,5 @@
 """What happens when something fails: a sentence for the person, the details in a log file."""
 
-from __future__ import annotations
-
 import logging
 import sys
 import threading
@@ -17,6 +15,7 @@ from PySide6.QtCore import (
     QObject,
     QtMsgType,
     Signal,
+    Slot,
     qInstallMessageHandler,
 )
 from PySide6.QtWidgets import QStatusBar
@@ -28,7 +27,6 @@ from ..widgets.forms.message import Message, MessageBar
 
 LOG = logging.getLogger("stereotrack")
 Tell: TypeAlias = Callable[[Message], object]
-"""Shows a person a message."""
 _LOST = "Try again. If it happens again, free memory by closing other programs."
 
 
@@ -37,21 +35,15 @@ def log_path() -> Path:
     return Path(platformdirs.user_log_dir("stereotrack", appauthor=False)) / "stereotrack.log"
 
 
-class _LogFile(RotatingFileHandler):
-    """The log; where it cannot be written to, nobody is bothered with that."""
-
-    def handleError(self, record: logging.LogRecord) -> None:
-        """Leave the record out instead of printing a traceback."""
-
-
 def open_log() -> None:
     """Write the log to :func:`log_path`; without a writable folder the program runs without."""
     path = log_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handler = _LogFile(path, maxBytes=1_000_000, backupCount=2, encoding="utf-8")
+        handler = RotatingFileHandler(path, maxBytes=1_000_000, backupCount=2, encoding="utf-8")
     except OSError:
         return
+    logging.raiseExceptions = False  # where the drive is full, nobody is bothered with that
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     LOG.addHandler(handler)
     LOG.setLevel(logging.INFO)
@@ -77,39 +69,38 @@ def message_of(error: BaseException) -> Message:
 
 def leave_out_noise() -> None:
     """Keep from the terminal what Qt's platform without a screen says about every window."""
-    before: list[Callable[[QtMsgType, QMessageLogContext, str], object] | None] = []
 
     def handle(kind: QtMsgType, context: QMessageLogContext, words: str) -> None:
         if "does not support propagateSizeHints" in words:
             return
-        if before and before[0] is not None:
-            before[0](kind, context, words)
+        if before is not None:
+            before(kind, context, words)
         else:
             sys.stderr.write(f"{visible(words)}\n")
 
-    before.append(qInstallMessageHandler(handle))
+    before = qInstallMessageHandler(handle)
 
 
 class FailureRelay(QObject):
-    """Brings exceptions that nobody caught, of any thread, to the window as messages."""
+    """Tells exceptions that nobody caught, of any thread, as messages in the window's thread."""
 
-    message = Signal(object)
+    _message = Signal(object)
 
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._before: tuple[Callable[..., object], Callable[..., object]] | None = None
-
-    def install(self) -> None:
-        """Catch from now on what nobody catches."""
-        self._before = (sys.excepthook, threading.excepthook)
+    def __init__(self, tell: Tell) -> None:
+        super().__init__()
+        self._tell_message = tell
+        self._message.connect(self._on_message)
+        self._before = sys.excepthook, threading.excepthook
         sys.excepthook = self._on_exception
         threading.excepthook = self._on_thread_exception
 
     def remove(self) -> None:
-        """Leave exceptions to whoever had them before."""
-        if self._before is not None:
-            sys.excepthook, threading.excepthook = self._before
-            self._before = None
+        """Leave exceptions to whoever had them before; a second time does nothing."""
+        sys.excepthook, threading.excepthook = self._before
+
+    @Slot(object)
+    def _on_message(self, message: Message) -> None:
+        self._tell_message(message)
 
     def _on_exception(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
@@ -117,11 +108,11 @@ class FailureRelay(QObject):
         if issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
             return
-        self.message.emit(message_of(error.with_traceback(trace)))
+        self._message.emit(message_of(error.with_traceback(trace)))
 
     def _on_thread_exception(self, args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None and not isinstance(args.exc_value, SystemExit):
-            self.message.emit(message_of(args.exc_value))
+            self._message.emit(message_of(args.exc_value))
 
 
 SAID_MS = 6000
@@ -133,14 +124,11 @@ class Notifier:
     def __init__(self, bar: MessageBar, status: QStatusBar) -> None:
         self._bar, self._status = bar, status
         self.dismissed = bar.dismissed
-        """A person has closed this message without doing what it offers."""
 
     def show(self, message: Message) -> None:
-        """Show a message until it is closed."""
         self._bar.show_message(message)
 
     def error(self, error: BaseException) -> None:
-        """Show what went wrong in words."""
         self.show(message_of(error))
 
     def attempt(self, do: Callable[[], object]) -> bool:
@@ -153,13 +141,10 @@ class Notifier:
         return True
 
     def take_back(self, message: Message) -> None:
-        """Remove a message that holds no longer."""
         self._bar.take_back(message)
 
     def clear(self) -> None:
-        """Close all messages."""
         self._bar.clear()
 
     def say(self, words: str, milliseconds: int = SAID_MS) -> None:
-        """Say something in the status line, for a while."""
         self._status.showMessage(words, milliseconds)

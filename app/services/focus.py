@@ -1,7 +1,5 @@
 """Where keys and the wheel go: Tab walks through controls, F6 through panels, the wheel scrolls."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
@@ -42,15 +40,17 @@ class FocusWalk(QObject):
         start = self._window.focusWidget() or self._window
         reasons = Qt.FocusReason
         reason = reasons.TabFocusReason if forward else reasons.BacktabFocusReason
-        each: QWidget | None = start
-        while each is not None:
-            each = each.nextInFocusChain() if forward else each.previousInFocusChain()
-            if each is start:
-                break
-            if each is not None and self._takes_tab(each):
-                self._give(each, reason)
-                return True
-        return False
+
+        def after(widget: QWidget) -> QWidget:
+            following = widget.nextInFocusChain() if forward else widget.previousInFocusChain()
+            return following or start
+
+        each = after(start)
+        while each is not start and not self._takes_tab(each):
+            each = after(each)
+        if each is not start:
+            self._give(each, reason)
+        return each is not start
 
     def walk(self, by: int) -> None:
         """Go to the next (1) or previous (-1) panel; the views are one of them."""
@@ -60,11 +60,9 @@ class FocusWalk(QObject):
             stops.insert(0, self._views)
         now = self._window.focusWidget()
         place = next((k for k, stop in enumerate(stops) if _holds(stop, now)), -1 if by > 0 else 0)
-        for k in range(1, len(stops) + 1):
-            inside = self._first_in(stops[(place + k * by) % len(stops)])
-            if inside is not None:
-                self._give(inside, Qt.FocusReason.ShortcutFocusReason)
-                return
+        onward = (stops[(place + k * by) % len(stops)] for k in range(1, len(stops) + 1))
+        if inside := next(filter(None, map(self._first_in, onward)), None):
+            self._give(inside, Qt.FocusReason.ShortcutFocusReason)
 
     def eventFilter(self, button: QObject, event: QEvent) -> bool:
         """The space bar presses the button that somebody has gone to by keys."""

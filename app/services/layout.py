@@ -1,41 +1,32 @@
 """Workspaces: which panels each shows, and where; and how a person has left them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 from PySide6.QtCore import QByteArray, QSettings, QSize, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar
 
-T = TypeVar("T")
-
 
 def stored_text(settings: QSettings, key: str) -> str:
     """A text; empty where there is none."""
-    return _of_kind(settings.value(key), str) or ""
+    value = settings.value(key)
+    return value if isinstance(value, str) else ""
 
 
 def stored_texts(settings: QSettings, key: str) -> list[str] | None:
     """Texts; None where there are none. A single one comes back from the file by itself."""
     value = settings.value(key)
-    if isinstance(value, str):
-        return [value]
-    texts = _of_kind(value, list)
-    return None if texts is None else [text for text in texts if isinstance(text, str)]
+    texts = [value] if isinstance(value, str) else value
+    return [text for text in texts if isinstance(text, str)] if isinstance(texts, list) else None
 
 
 def stored_bytes(settings: QSettings, key: str) -> QByteArray | None:
     """What a widget says about its arrangement."""
-    return _of_kind(settings.value(key), QByteArray)
+    value = settings.value(key)
+    return value if isinstance(value, QByteArray) else None
 
 
-def _of_kind(value: object, kind: type[T]) -> T | None:
-    return value if isinstance(value, kind) else None
-
-
-_VERSION = 10
+LAYOUT_VERSION, LAYOUT_KEY = 10, "workspaces/{}/state"
 LEAST_WIDTH, LEAST_HEIGHT = 0.45, 0.35
 """Shares of the window that are left to the pictures, however large the panels were."""
 
@@ -46,35 +37,26 @@ _ACROSS, _DOWN = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
 class Workspace:
     """A named arrangement of panels."""
 
-    name: str
-    """As it is stored and given to ``--workspace``."""
+    name: str  # as it is stored and given to `--workspace`
     title: str
     tip: str
     icon: str
     side: tuple[tuple[str, ...], ...]
     """Panels at the right, from top to bottom; those in one tuple share a place as tabs."""
-    bottom: tuple[str | tuple[str, ...], ...]
-    """Panels over the whole width below the views, from top to bottom; those in
-    one tuple share a place as tabs."""
-    side_share: float
-    """Width of the panels at the right, as a share of the window."""
-    bottom_shares: tuple[float, ...]
-    """Heights of the panels below, as shares of the window."""
-    side_heights: tuple[int, ...]
-    """Relative heights of the panels at the right."""
+    bottom: tuple[str, ...]  # panels over the whole width below the views, from top to bottom
+    side_share: float  # width of the panels at the right, as a share of the window
+    bottom_shares: tuple[float, ...]  # heights of the panels below, as shares of the window
+    side_heights: tuple[int, ...]  # relative heights of the panels at the right
     tall_side: bool = False
     """Whether the panels at the right go down to the lower end of the window."""
     why_not: Callable[[], str] = field(default=str, compare=False)
     """Why it has nothing to show now, as a sentence; empty where it has."""
-    middle: str = ""
-    """Name of the page in the middle, see :meth:`Docks.add_page`; empty for the views."""
+    middle: str = ""  # name of the page in the middle, see `Docks.add_page`; empty for the views
     no_panels: Callable[[], str] = field(default=str, compare=False)
     """Why its panels have nothing to show, so that its page stands alone; empty where they have."""
 
     def has(self, panel: str) -> bool:
-        """Whether a panel belongs to it."""
-        below = (name for names in self.bottom for name in _together(names))
-        return panel in {name for names in self.side for name in names} | {*below}
+        return panel in self.bottom or any(panel in names for names in self.side)
 
 
 def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> None:
@@ -84,7 +66,7 @@ def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Worksp
     corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
     window.setCorner(Qt.Corner.BottomRightCorner, corner)
     _stack(window, docks, area.RightDockWidgetArea, space.side)
-    _stack(window, docks, area.BottomDockWidgetArea, [*map(_together, space.bottom)])
+    _stack(window, docks, area.BottomDockWidgetArea, [(name,) for name in space.bottom])
     width, height, shares = window.width(), window.height(), _shares(space)
     _resize(window, {docks[name]: share * width for name, (share, _) in shares.items()}, _ACROSS)
     _resize(window, {docks[name]: share * height for name, (_, share) in shares.items()}, _DOWN)
@@ -111,14 +93,12 @@ def _stack(
     groups: Sequence[tuple[str, ...]],
 ) -> None:
     """Put panels below each other in an area; those of one group share a place as tabs."""
-    above = None
-    for first, *_ in groups:
-        if above is None:
-            window.addDockWidget(area, docks[first])
+    for place, (first, *_) in enumerate(groups):
+        if place:
+            window.splitDockWidget(docks[groups[place - 1][0]], docks[first], _DOWN)
         else:
-            window.splitDockWidget(docks[above], docks[first], _DOWN)
+            window.addDockWidget(area, docks[first])
         docks[first].show()
-        above = first
     for first, *behind in groups:  # nothing can be put below tabs
         for name in behind:
             window.tabifyDockWidget(docks[first], docks[name])
@@ -132,16 +112,10 @@ def _shares(space: Workspace) -> dict[str, tuple[float, float]]:
     Heights at the right are those of a window without anything else.
     """
     heights, whole = space.side_heights, sum(space.side_heights)
-    side = {
-        names[0]: (space.side_share, height / whole)
-        for names, height in zip(space.side, heights, strict=True)
-    }
+    side = zip(space.side, heights, strict=True)
     below = zip(space.bottom, space.bottom_shares, strict=True)
-    return side | {_together(names)[0]: (1.0, share) for names, share in below}
-
-
-def _together(names: str | tuple[str, ...]) -> tuple[str, ...]:
-    return (names,) if isinstance(names, str) else names
+    shares = {names[0]: (space.side_share, height / whole) for names, height in side}
+    return shares | {name: (1.0, share) for name, share in below}
 
 
 def leave_room(window: QMainWindow, docks: Mapping[str, QDockWidget]) -> None:
@@ -149,19 +123,16 @@ def leave_room(window: QMainWindow, docks: Mapping[str, QDockWidget]) -> None:
     width, height = window.width(), window.height()
     middle, area = window.centralWidget(), Qt.DockWidgetArea
     pictures = middle.size() if middle is not None else QSize()
-    there = [dock for dock in docks.values() if _is_placed(dock) and is_in_front(dock)]
-    beside, below = (
-        [dock for dock in there if window.dockWidgetArea(dock) & areas]
-        for areas in (
-            area.LeftDockWidgetArea | area.RightDockWidgetArea,
-            area.TopDockWidgetArea | area.BottomDockWidgetArea,
-        )
-    )
+    there = [dock for dock in docks.values() if is_in_front(dock)]
+    there = [dock for dock in there if not dock.isHidden() and not dock.isFloating()]
+    sides = area.LeftDockWidgetArea | area.RightDockWidgetArea
+    beside = [dock for dock in there if window.dockWidgetArea(dock) & sides]
     too_wide = (width - pictures.width()) / ((1.0 - LEAST_WIDTH) * width)
     too_high = (height - pictures.height()) / ((1.0 - LEAST_HEIGHT) * height)
     if too_wide > 1.0:
         _resize(window, {dock: dock.width() / too_wide for dock in beside}, _ACROSS)
     if too_high > 1.0:
+        below = [dock for dock in there if dock not in beside]
         _resize(window, {dock: dock.height() / too_high for dock in below}, _DOWN)
     for tabs in window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
         tabs.setVisible(tabs.count() > 0)  # Qt leaves some hidden that it uses again
@@ -175,10 +146,6 @@ def is_in_front(dock: QDockWidget) -> bool:
     return dock.isFloating() or dock.geometry().right() >= 0
 
 
-def _is_placed(dock: QDockWidget | None) -> bool:
-    return dock is not None and not dock.isHidden() and not dock.isFloating()
-
-
 def _resize(
     window: QMainWindow, sizes: Mapping[QDockWidget, float], orientation: Qt.Orientation
 ) -> None:
@@ -187,20 +154,10 @@ def _resize(
         layout.activate()
 
 
-def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> None:
-    """Keep how the person has arranged a workspace; apart from all data."""
-    settings.setValue(f"workspaces/{space.name}/state", window.saveState(_VERSION))
-
-
 def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> bool:
     """Put the panels where they were kept; False if nothing fitting was."""
-    state = stored_bytes(settings, f"workspaces/{space.name}/state")
+    state = stored_bytes(settings, LAYOUT_KEY.format(space.name))
     if state is None:
         return False
     _clear(window)
-    return window.restoreState(state, _VERSION)
-
-
-def forget_layout(settings: QSettings, space: Workspace) -> None:
-    """Go back to the default next time."""
-    settings.remove(f"workspaces/{space.name}")
+    return window.restoreState(state, LAYOUT_VERSION)

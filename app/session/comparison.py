@@ -1,7 +1,5 @@
 """Runs beside each other in numbers: the same that ``stereotrack evaluate --against`` prints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,17 +8,7 @@ import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.compare import (
-    Candidate,
-    Comparison,
-    Measured,
-    Pair,
-    Paired,
-    compare,
-    how_it_is_made,
-    measured,
-    verdict,
-)
+from stereotrack_core.evaluation import compare as comparing
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ..widgets.style.colours import LIMB_COLOURS
@@ -32,7 +20,6 @@ _LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
 _UNITS = {"deg": "°"}
 
 LOST_DEG = 45.0
-"""An arm segment farther off than this is lost."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +27,7 @@ class ComparedRuns:
     """Numbers of several runs; the first is what the others are compared with."""
 
     words: str
-    """What is compared, over which frames."""
-    how: str
-    """How intervals are made; empty for one run."""
+    how: str  # how intervals are made; empty for one run
     runs: tuple[str, ...]
     rows: tuple[CellRow, ...]
     """A measure, a value of each run, and of two runs the difference and a conclusion."""
@@ -76,7 +61,7 @@ def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | Non
         )
         return ComparedRuns(words, "", names, rows)
     try:
-        found = compare(candidates, reference, selection)
+        found = comparing.compare(candidates, reference, selection)
     except InputError as error:
         return ComparedRuns(f"{error.what[0].upper()}{error.what[1:]}.", "", names, ())
     count = len(found.frames)
@@ -87,28 +72,28 @@ def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | Non
         else "in brackets the difference from the first run"
     )
     words = f"Mean values over {frames}{_against(truth)}; {told}."
-    return ComparedRuns(words, how_it_is_made(found), names, _rows(found, truth))
+    return ComparedRuns(words, comparing.how_it_is_made(found), names, _rows(found, truth))
 
 
 def _against(truth: Judgement) -> str:
     return f", against {truth.truth.words}" if truth.truth is not None else ""
 
 
-def _candidate(entry: RunEntry) -> Candidate:
+def _candidate(entry: RunEntry) -> comparing.Candidate:
     frames = list(entry.ordered())
     unexplained_fraction = np.array(
         [frame.estimate.unexplained_fraction for frame in frames], dtype=np.float64
     )
-    return Candidate(entry.name, entry.trajectory(), unexplained_fraction)
+    return comparing.Candidate(entry.name, entry.trajectory(), unexplained_fraction)
 
 
 def _rows_of_one(
-    candidate: Candidate,
+    candidate: comparing.Candidate,
     reference: LandmarkTrajectory | None,
     truth: Judgement,
     selection: range | None,
 ) -> tuple[CellRow, ...]:
-    series = measured(candidate, reference, selection)
+    series = comparing.measured(candidate, reference, selection)
     chosen = candidate.trajectory.frame
     if selection is not None:
         chosen = chosen[(chosen >= selection.start) & (chosen < selection.stop)]
@@ -118,7 +103,7 @@ def _rows_of_one(
     )
 
 
-def _rows(found: Comparison, truth: Judgement) -> tuple[CellRow, ...]:
+def _rows(found: comparing.Comparison, truth: Judgement) -> tuple[CellRow, ...]:
     """Two runs leave room for words; of more the intervals and verdicts are in the tips."""
     quality, two = truth.quality_over(found.frames), len(found.pairs) == 1
     rows: list[CellRow] = []
@@ -126,18 +111,18 @@ def _rows(found: Comparison, truth: Judgement) -> tuple[CellRow, ...]:
         row = [_name(first.measure, quality), Cell(_number(first.first_mean))]
         for pair in found.pairs:
             got = pair.measures[place]
-            row += _compared(got, verdict(got, pair.first, pair.second), two=two)
+            row += _compared(got, comparing.verdict(got, pair.first, pair.second), two=two)
         rows.append(row)
     if not found.against_reference:
         rows += _rows_apart(found.pairs, two=two)
     return tuple(rows)
 
 
-def _rows_apart(pairs: Sequence[Pair], *, two: bool) -> list[CellRow]:
+def _rows_apart(pairs: Sequence[comparing.Pair], *, two: bool) -> list[CellRow]:
     """How far each run is from the first one, where nobody knows which is right."""
     rows: list[CellRow] = []
     for place, first in enumerate(pairs[0].apart.measures):
-        named = Measured(first.name, first.label, first.unit)
+        named = comparing.Measured(first.name, first.label, first.unit)
         row = [_name(named, {}, "difference: "), Cell()]
         for pair in pairs:
             figures = pair.apart.measures[place].statistics
@@ -145,12 +130,12 @@ def _rows_apart(pairs: Sequence[Pair], *, two: bool) -> list[CellRow]:
                 f"{first.label}, {pair.first} to {pair.second}: median difference "
                 f"{figures.median:.1f} {first.unit}, 95th percentile {figures.p95:.1f}"
             )
-            row += _compared(Paired(named, second_mean=figures.mean), said, two=two)
+            row += _compared(comparing.Paired(named, second_mean=figures.mean), said, two=two)
         rows.append(row)
     return rows
 
 
-def _name(measure: Measured, quality: Mapping[str, float], before: str = "") -> Cell:
+def _name(measure: comparing.Measured, quality: Mapping[str, float], before: str = "") -> Cell:
     name = f"{before}{measure.label} [{_UNITS.get(measure.unit, measure.unit)}]"
     swatch = LIMB_COLOURS.get(_LIMB_OF.get(measure.name, ""), "")
     return Cell(with_quality(name, quality.get(measure.name)), swatch=swatch)
@@ -160,7 +145,7 @@ def _number(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.1f}"
 
 
-def _compared(got: Paired, said: str, *, two: bool) -> list[Cell]:
+def _compared(got: comparing.Paired, said: str, *, two: bool) -> list[Cell]:
     """Value, difference and conclusion, or the value with the difference in brackets."""
     sentence = f"{said[0].upper()}{said[1:]}." if said else ""
     # only what the frames can show is coloured

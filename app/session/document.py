@@ -1,12 +1,10 @@
 """The open recording, the frame that is shown, and playback."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QElapsedTimer, QTimer
 
 from stereotrack_core.doctor.diagnose import glance, hindrances
 from stereotrack_core.errors import Cancelled, InputError
@@ -17,8 +15,9 @@ from stereotrack_core.recording.reader import FrameReader, FrameSet
 
 from ..services.failures import Tell, message_of
 from ..services.tasks.newest import LatestOnly, Shared
-from ..services.tasks.task import Task, TaskList
+from ..services.tasks.task import CancelToken, Task, TaskList
 from ..widgets.forms.message import Message
+from .changes import Changes, Part
 
 
 def _looked_at(recording: Recording) -> tuple[Finding, ...]:
@@ -48,49 +47,38 @@ def read_folder(folder: Path) -> FrameReader:
     return reader
 
 
-class DocumentPresenter(QObject):
+class DocumentPresenter:
     """Opens recordings, steps and plays; pictures are read off the window's thread."""
 
-    opened = Signal()
-    """Another recording is open."""
-    closed = Signal()
-    """There is no recording any more."""
-    frame_changed = Signal(int)
-    """The frame that shall be shown."""
-    frame_read = Signal(object)
-    """Its images are there."""
-    count_changed = Signal(int)
-    """The number of frames is known better than before."""
-    playing_changed = Signal(bool)
-    findings_changed = Signal()
-    """What looks wrong about the recording is known."""
-
-    def __init__(self, tasks: TaskList, tell: Tell, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._tasks, self._tell = tasks, tell
+    def __init__(
+        self,
+        changes: Changes,
+        tasks: TaskList,
+        tell: Tell,
+        opened: Callable[[], None],
+        closed: Callable[[], None],
+    ) -> None:
+        self._changes, self._tasks, self._tell = changes, tasks, tell
+        self._opened, self._closed = opened, closed
         self.recording: Recording | None = None
-        """Open recording; None if there is none."""
         self.reader: Shared[FrameReader] | None = None
-        """Reader of the images in colour."""
         self.frame = 0
-        """The frame that shall be shown."""
         self._frame_set: FrameSet | None = None
         self._reading: LatestOnly | None = None
-        self._opening: Task | None = None
+        self._opening: CancelToken | None = None
         self._start_frame = 0
         self.findings: tuple[Finding, ...] | None = None
         self._examined: tuple[Finding, ...] = ()
-        self._measured: tuple[Finding, ...] | None = None
-        self._play_timer = QTimer(self)
+        self._measured: tuple[Finding, ...] = ()
+        self._play_timer = QTimer(changes)
         self._play_timer.timeout.connect(self._on_play)
         self._clock = QElapsedTimer()
         self._played_from = 0
         self.loop: range | None = None
         """Frames that are played again and again; None where playing goes on to the end."""
-        self._count_timer = QTimer(self, interval=200)
+        self._count_timer = QTimer(changes, interval=200)
         self._count_timer.timeout.connect(self._on_count)
         self.frame_count = 0
-        """Number of frame sets as far as it is known."""
 
     @property
     def frame_set(self) -> FrameSet | None:
@@ -100,12 +88,10 @@ class DocumentPresenter(QObject):
 
     @property
     def opening(self) -> bool:
-        """Whether a recording is being opened."""
         return self._opening is not None
 
     @property
     def playing(self) -> bool:
-        """Whether frames go on by themselves."""
         return self._play_timer.isActive()
 
     def open(self, folder: Path, frame: int = 0) -> None:
@@ -113,13 +99,20 @@ class DocumentPresenter(QObject):
         if self._opening is not None:
             self._opening.cancel()
         self._start_frame = frame
-        self._opening = self._tasks.begin(
+
+        def not_opened() -> None:
+            if self._opening is token:
+                self._opening = None
+
+        opening = self._tasks.begin(
             f"opening {folder.name}",
             lambda task: _unless_cancelled(task, lambda: read_folder(folder)),
-            self._on_opened,
+            # what is open is closed once all of it is written
+            lambda reader: self._tasks.after_writes(partial(self._take, token, reader)),
         )
-        self._opening.failed.connect(self._on_not_opened)
-        self._opening.stopped.connect(self._on_not_opened)
+        self._opening = token = opening.token
+        opening.failed.connect(not_opened)
+        opening.stopped.connect(not_opened)
 
     def close(self) -> None:
         """Close the recording; one that is being opened does not come any more."""
@@ -133,11 +126,11 @@ class DocumentPresenter(QObject):
             self._reading = None
         reader, self.recording, self.reader = self.reader, None, None
         self._frame_set, self.frame, self.frame_count, self.findings = None, 0, 0, None
-        self._examined, self._measured = (), None
+        self._examined = self._measured = ()
         self.loop = None
         if reader is not None:
             reader.close()
-            self.closed.emit()
+            self._closed()
 
     def go_to(self, frame: int) -> None:
         """Show a frame; beyond the ends the first or last one."""
@@ -149,7 +142,6 @@ class DocumentPresenter(QObject):
         self._show(wanted)
 
     def step(self, by: int) -> None:
-        """Show the frame `by` further."""
         self.pause()
         self.go_to(self.frame + by)
 
@@ -161,32 +153,27 @@ class DocumentPresenter(QObject):
         self._restart_clock(0 if at_end else self.frame)
         interval = max(10, round(1000.0 / self.recording.fps))
         self._play_timer.start(interval)
-        self.playing_changed.emit(True)
+        self._changes.tell(Part.PLAYING)
 
     def set_loop(self, frames: range | None) -> None:
-        """Play these frames again and again, or go on to the end."""
         self.loop = frames if frames else None
 
     def pause(self) -> None:
-        """Stay at this frame."""
         if self.playing:
             self._play_timer.stop()
-            self.playing_changed.emit(False)
+            self._changes.tell(Part.PLAYING)
 
     def toggle_playing(self) -> None:
-        """Play or pause."""
         if self.playing:
             self.pause()
         else:
             self.play()
 
     def visit(self, frame: int) -> None:
-        """Show a frame and stay there."""
         self.pause()
         self.go_to(frame)
 
     def settled(self) -> bool:
-        """Whether everything that was asked for is there."""
         if self._opening is not None:
             return False
         return self.recording is None or self.frame_count == 0 or self.frame_set is not None
@@ -199,70 +186,45 @@ class DocumentPresenter(QObject):
         self.frame = frame
         if self._reading is not None:
             self._reading.ask(frame)
-        self.frame_changed.emit(frame)
+        self._changes.tell(Part.FRAME)
 
-    @Slot(object)
-    def _on_opened(self, reader: FrameReader) -> None:
-        """Close what is open once all of it is written, and show another recording."""
-        self._tasks.after_writes(partial(self._take, self.sender(), reader))
-
-    def _take(self, opening: QObject, reader: FrameReader) -> None:
+    def _take(self, opening: CancelToken, reader: FrameReader) -> None:
         if opening is not self._opening:  # another one was asked for since
             reader.close()
             return
         self.close()
         recording = self.recording = reader.recording
         self.reader = Shared(reader, reader.close)
-        self._reading = LatestOnly(
-            partial(_frame_set, self.reader),
-            "frames read",
-            self._on_frame_read,
-            self._on_frame_failed,
-        )
+        read = partial(_frame_set, self.reader)
+        self._reading = LatestOnly(read, "frames read", self._on_frame_read, self._on_frame_failed)
         self.frame_count, final = reader.frame_count_so_far()
         if not final:
             self._count_timer.start()
         self._opening = None
-        self.opened.emit()
+        self._opened()
         if self.frame_count == 0 and final:
-            self._tell(_no_frames(recording))
+            remedy = "See Recording checks for the length of every stream."
+            what = "no frame is present in all streams"
+            self._tell(Message("error", what, recording.name, remedy))
         elif final and self._start_frame >= self.frame_count:
-            self._tell(
-                Message(
-                    "note",
-                    f"there is no frame {self._start_frame}",
-                    recording.name,
-                    f"The frames are numbered 0 to {self.frame_count - 1}. The last one is shown.",
-                )
-            )
+            remedy = f"The frames are numbered 0 to {self.frame_count - 1}. The last one is shown."
+            what = f"there is no frame {self._start_frame}"
+            self._tell(Message("note", what, recording.name, remedy))
         self.go_to(self._start_frame)
-        self._tasks.begin(
-            "checking the recording",
-            lambda _task: (recording, _looked_at(recording)),
-            self._on_examined,
-        )
 
-    @Slot()
-    def _on_not_opened(self, _error: object = None) -> None:
-        if self._opening is self.sender():
-            self._opening = None
+        def examined(findings: tuple[Finding, ...]) -> None:
+            if recording is self.recording:
+                self._examined = findings
+                self.take_measured(self._measured)
 
-    @Slot(object)
-    def _on_examined(self, result: tuple[Recording, tuple[Finding, ...]]) -> None:
-        recording, findings = result
-        if recording is self.recording:
-            self._examined = findings
-            self._tell_findings(self._measured)
+        look = partial(_looked_at, recording)
+        self._tasks.begin("checking the recording", lambda _task: look(), examined)
 
     def take_measured(self, findings: Sequence[Finding]) -> None:
         """Add what was measured of the recording's images to what its files say."""
-        self._tell_findings(tuple(findings))
-
-    def _tell_findings(self, measured: tuple[Finding, ...] | None) -> None:
-        self._measured = measured
-        told = [*self._examined, *(measured or ())]
-        self.findings = by_severity(dict.fromkeys(told))
-        self.findings_changed.emit()
+        self._measured = tuple(findings)
+        self.findings = by_severity(dict.fromkeys((*self._examined, *self._measured)))
+        self._changes.tell(Part.FINDINGS)
 
     def hindrances(self) -> tuple[Finding, ...]:
         """Errors because of which the recording would not be tracked correctly, as far as known."""
@@ -272,15 +234,13 @@ class DocumentPresenter(QObject):
     def _on_frame_read(self, frame: int, frame_set: FrameSet) -> None:
         if frame == self.frame:
             self._frame_set = frame_set
-            self.frame_read.emit(frame_set)
+            self._changes.tell(Part.IMAGES)
 
     def _on_frame_failed(self, frame: int, error: Exception) -> None:
         if frame == self.frame:
-            self._frame_set = FrameSet(frame, {}, {})
             self._tell(message_of(error))
-            self.frame_read.emit(self._frame_set)
+            self._on_frame_read(frame, FrameSet(frame, {}, {}))
 
-    @Slot()
     def _on_play(self) -> None:
         if self.recording is None:
             return
@@ -297,7 +257,6 @@ class DocumentPresenter(QObject):
         if self.frame >= last and self.loop is None:
             self.pause()
 
-    @Slot()
     def _on_count(self) -> None:
         if self.reader is None:
             return
@@ -307,7 +266,7 @@ class DocumentPresenter(QObject):
         if count != self.frame_count:
             first = self.frame_count == 0
             self.frame_count = count
-            self.count_changed.emit(count)
+            self._changes.tell(Part.LENGTH)
             if first:
                 self.go_to(self._start_frame)
             elif self.frame >= count:  # there are fewer than estimated
@@ -331,12 +290,3 @@ def _unless_cancelled(task: Task, read: Callable[[], FrameReader]) -> FrameReade
         reader.close()
         raise Cancelled
     return reader
-
-
-def _no_frames(recording: Recording) -> Message:
-    return Message(
-        "error",
-        "no frame is present in all streams",
-        recording.name,
-        "See Recording checks for the length of every stream.",
-    )

@@ -5,13 +5,9 @@ closed. Between them stand the numbers of the edits that were stored meanwhile; 
 before is known by the project's history alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
-
-from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.history import Changed, Entry
@@ -19,21 +15,19 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
 
 from ..services.failures import Tell, message_of
+from .changes import Part, TellChange
 
 
 @dataclass(frozen=True, eq=False)
 class WindowEdit:
     """A command that changes something of the window alone from one value to another."""
 
-    words: str
-    """What it does, as a menu shows it after "Undo"."""
-    put: Callable[[Any], None]
-    """Lets a value be in effect."""
+    words: str  # what it does, as a menu shows it after "Undo"
+    put: Callable[[Any], None]  # lets a value be in effect
     before: Any
     after: Any
     workspace: str = ""
     panel: str = ""
-    """Where it can be seen."""
     slot: Hashable = None
     """What it changes: the next change of the same, with nothing done between, is one with it."""
 
@@ -45,26 +39,18 @@ class Moved:
     words: str
     how: Literal["undone", "redone"]
     changed: Changed | None = None
-    """What it did to the project."""
     edit: WindowEdit | None = None
-    """What it did to the window."""
 
 
 _Made: TypeAlias = WindowEdit | int
 """An edit of the window, or the number of one that the project stores."""
 
 
-class EditStack(QObject):
+class EditStack:
     """What undo and redo do next, whether the project stores it or not."""
 
-    changed = Signal()
-    """Something was done, undone or redone."""
-    moved = Signal(object)
-    """Moved: a person has undone or redone something."""
-
-    def __init__(self, tell: Tell, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._show = tell
+    def __init__(self, tell_change: TellChange, tell: Tell) -> None:
+        self._tell_change, self._show = tell_change, tell
         self._project: Project | None = None
         self._done: list[_Made] = []
         self._undone: list[_Made] = []
@@ -78,22 +64,18 @@ class EditStack(QObject):
             self._project = project
             self._tell()
 
-    @Slot()
     def clear(self) -> None:
         """Forget the edits of the window, whose recording is closed."""
         self._done, self._undone = [], []
         self._tell()
 
     def to_undo(self) -> WindowEdit | Entry | None:
-        """The edit that undo takes back; None where there is none."""
         return self._next(self._done, self._stored[0])
 
     def to_redo(self) -> WindowEdit | Entry | None:
-        """The edit that redo makes again; None where there is none."""
         return self._next(self._undone, self._stored[1])
 
     def do(self, edit: WindowEdit) -> None:
-        """Make an edit of the window."""
         edit.put(edit.after)
         self.add(edit)
 
@@ -115,17 +97,12 @@ class EditStack(QObject):
         if isinstance(last, WindowEdit):
             self._done[-1] = replace(last, slot=None)
 
-    @Slot()
     def undo(self) -> None:
-        """Undo the last edit, and tell where it can be seen."""
         self._step(self._done, self._undone, "undone")
 
-    @Slot()
     def redo(self) -> None:
-        """Redo the edit that was undone last, and tell where it can be seen."""
         self._step(self._undone, self._done, "redone")
 
-    @Slot(object)
     def follow(self, changed: Changed) -> None:
         """Take note of what has happened to the project."""
         if changed.tables == {RUN.name}:
@@ -142,7 +119,7 @@ class EditStack(QObject):
             places = [k for k, made in enumerate(source) if isinstance(made, int)]
             if places:
                 target.append(source.pop(places[-1]))
-        self.changed.emit()
+        self._tell_change(Part.EDITS)
 
     # ---- inside
 
@@ -159,7 +136,7 @@ class EditStack(QObject):
             last.put(last.before if how == "undone" else last.after)
             target.append(source.pop())
             self._tell()
-            self.moved.emit(Moved(last.words, how, edit=last))
+            self._tell_change(Part.MOVED, Moved(last.words, how, edit=last))
         elif project is not None and not project.read_only:
             try:
                 changed = project.undo() if how == "undone" else project.redo()
@@ -168,18 +145,18 @@ class EditStack(QObject):
                 self._tell()
                 return
             if changed is not None:
-                self.moved.emit(Moved(changed.words, how, changed))
+                self._tell_change(Part.MOVED, Moved(changed.words, how, changed))
 
     def _look(self) -> None:
         """Read once per edit what would otherwise be asked for with every refresh."""
         self._stored = (None, None)
-        if self._project is not None and not self._project.read_only:
-            history = self._project.history
-            try:
-                self._stored = history.to_undo(), history.to_redo()
-            except InputError as error:
-                self._show(message_of(error))
+        if self._project is None or self._project.read_only:
+            return
+        try:
+            self._stored = self._project.history.to_undo(), self._project.history.to_redo()
+        except InputError as error:
+            self._show(message_of(error))
 
     def _tell(self) -> None:
         self._look()
-        self.changed.emit()
+        self._tell_change(Part.EDITS)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections import OrderedDict
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal, Slot
-
+from stereotrack_core.annotation.reference import FittedClicks
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
@@ -23,37 +23,34 @@ from ..services.tasks.newest import LatestOnly, Shared
 from ..widgets.redraw import later
 from ..widgets.scene.content import GhostBody
 from ..widgets.style.colours import LineStyle
-from .document import DocumentPresenter
+from .changes import Part, TellChange
 from .judgement import reference_at
-from .keypoints import KeypointPresenter
 from .pictures import Instant, StepDrawing
-from .runs import RunList
-from .tracking import TrackPresenter
-from .view_state import ViewState
+
+if TYPE_CHECKING:
+    from .session import Session
 
 _KEPT = 12
 
 
-class _Measuring:
-    """Takes clouds of one recording from its store, in one thread.
+def _measuring(shared: Shared[CloudStore]) -> Callable[[tuple[DepthParameters, int]], Cloud]:
+    """Function that takes clouds of one recording from its store, in one thread.
 
     Another recording gets another one of these, so that a thread that is late has nothing to do
     with it. Once the store is closed the work ends with the next images.
     """
+    clouds: KeptClouds | None = None
 
-    def __init__(self, store: Shared[CloudStore]) -> None:
-        self._store = store
-        """Clouds of the open recording; None where nothing gives depth."""
-        self._clouds: KeptClouds | None = None
-
-    def __call__(self, question: tuple[DepthParameters, int]) -> Cloud:
-        """Make one cloud."""
+    def measure(question: tuple[DepthParameters, int]) -> Cloud:
+        nonlocal clouds
         parameters, frame = question
-        with self._store.used() as store:
+        with shared.used() as store:
             key = CloudKey(parameters, range(store.reader.frame_count))
-            if self._clouds is None or self._clouds.key != key:
-                self._clouds = store.clouds(key, cancelled=lambda: not self._store.wanted)
-            return self._clouds.take(frame)[0]
+            if clouds is None or clouds.key != key:
+                clouds = store.clouds(key, cancelled=lambda: not shared.wanted)
+            return clouds.take(frame)[0]
+
+    return measure
 
 
 def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[CloudStore]:
@@ -68,21 +65,16 @@ def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[Cloud
     return Shared(store, close)
 
 
-class CloudPresenter(QObject):
+class CloudPresenter:
     """Clouds by frame and parameters; the newest question wins, the last few are kept."""
 
-    measured = Signal(object)
-    """A cloud that was asked for is there."""
-
-    def __init__(self, tell: Tell, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._tell = tell
+    def __init__(self, tell_change: TellChange, tell: Tell) -> None:
+        self._tell_change, self._tell = tell_change, tell
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in grey, as the tracker sees them."""
         self._store: Shared[CloudStore] | None = None
         self._worker: LatestOnly | None = None
         self.parameters = DepthParameters()
-        """How points are measured."""
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
         self._points: tuple[tuple[DepthParameters, int], Cloud] | None = None
         self._failed: set[tuple[DepthParameters, int]] = set()
@@ -104,12 +96,12 @@ class CloudPresenter(QObject):
             reader = FrameReader(recording, views=names, colour=False)
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
-            measure = _Measuring(self._store)
-            self._worker = LatestOnly(measure, "measure points", self._on_measured, self._on_failed)
+            self._worker = LatestOnly(
+                _measuring(self._store), "measure points", self._on_measured, self._on_failed
+            )
 
     @property
     def available(self) -> bool:
-        """Whether the recording has views that give depth."""
         return self._worker is not None
 
     def cloud(self, frame: int, parameters: DepthParameters | None = None) -> Cloud | None:
@@ -122,17 +114,15 @@ class CloudPresenter(QObject):
         return self._clouds.get(key, points)
 
     def whole(self, frame: int) -> bool:
-        """Whether the cloud of a frame is there with its depth images."""
         return (self.parameters, frame) in self._clouds
 
     def ask(self, frame: int, parameters: DepthParameters | None = None) -> None:
-        """Have the cloud of a frame made; :attr:`measured` tells when it is there."""
+        """Have the cloud of a frame made; a change of CLOUD tells when it is there."""
         key = (parameters or self.parameters, frame)
         if self._worker is not None and key not in self._clouds and key not in self._failed:
             self._worker.ask(key)
 
     def keep(self, cloud: Cloud, parameters: DepthParameters) -> None:
-        """Keep a cloud that was made elsewhere, by the tracker; without depth images one alone."""
         if not cloud.depths and cloud.view_names:
             self._points = (parameters, cloud.frame), cloud
         else:
@@ -145,23 +135,21 @@ class CloudPresenter(QObject):
             self._clouds.popitem(last=False)
 
     def given_up(self, frame: int, parameters: DepthParameters | None = None) -> bool:
-        """Whether there is none to wait for."""
         return self._worker is None or (parameters or self.parameters, frame) in self._failed
 
     def settled(self) -> bool:
-        """Whether nothing is being made."""
         return self._worker is None or self._worker.settled()
 
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:
         self._keep(cloud, question[0])
-        self.measured.emit(cloud)
+        self._tell_change(Part.CLOUD, cloud)
 
     def _on_failed(self, question: tuple[DepthParameters, int], error: Exception) -> None:
         first = not self._failed
         self._failed.add(question)
         if first:
             self._tell(message_of(error))
-        self.measured.emit(None)
+        self._tell_change(Part.CLOUD)
 
 
 _DEPTH_KINDS = {"disparity", "foreground", "depth"}
@@ -169,52 +157,39 @@ _AROUND = 16
 _AROUND_GHOST = 10
 
 
-class InstantPresenter(QObject):
+class InstantPresenter:
     """Waits until what the views need is there, then tells it once."""
 
-    ready = Signal(object)
-    """Everything about one frame; all views show it together."""
-
-    def __init__(
-        self,
-        document: DocumentPresenter,
-        clouds: CloudPresenter,
-        runs: RunList,
-        track: TrackPresenter,
-        keypoints: KeypointPresenter,
-        view_state: ViewState,
-        parent: QObject,
-    ) -> None:
-        super().__init__(parent)
-        self._keypoints = keypoints
-        keypoints.changed.connect(self.tell_soon)
-        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
-        self._view_state = view_state
+    def __init__(self, session: Session) -> None:
+        self._changes, self._keypoints = session.changes, session.keypoints
+        self._document, self._clouds = session.document, session.clouds
+        self._runs, self._track = session.runs, session.track
+        self._view_state = session.view_state
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
-        """Shown instead of the recording's own."""
-        self.is_old: Callable[[int], bool] = lambda _frame: False
-        """Whether it was fitted before the last click of a frame."""
+        self._reference_clicks: FittedClicks | None = None
         self.told: Instant | None = None
-        """What was told last."""
         self._drawn: list[object] = []
-        self._soon = later(self, self.tell)
-        document.frame_read.connect(self.tell)
-        clouds.measured.connect(self.tell_soon)
-        runs.active_changed.connect(self._on_runs)
-        runs.changed.connect(self._on_runs)
-        track.advanced.connect(self._on_advanced)
-        track.rested.connect(self._keep)
-        track.state_changed.connect(self._on_track_state)
-        view_state.drawing_changed.connect(self.tell_soon)
-        view_state.display_changed.connect(self.tell_soon)
+        self._soon = later(session, self.tell)
 
     def clear(self) -> None:
         """Forget everything about a recording that was closed."""
-        self._newest = self.told = self.reference = None
+        self._newest = self.told = self.reference = self._reference_clicks = None
+
+    def show_reference(
+        self, reference: LandmarkTrajectory | None, clicks: FittedClicks | None
+    ) -> None:
+        """Show another reference; its clicks say in which frames it is older than they."""
+        told, before = self.told, self.reference
+        self.reference, self._reference_clicks = reference, clicks
+        aged = told is not None and told.reference_is_old is not self._is_old(told.frame_set.index)
+        if reference is not before or aged:
+            self.tell_soon()
+
+    def _is_old(self, frame: int) -> bool:
+        return self._reference_clicks is not None and self._reference_clicks.is_old(frame)
 
     def settled(self) -> bool:
-        """Whether everything that is wanted for this frame has been told."""
         told = self.told
         if self._document.recording is None or self._document.frame_count == 0:
             return True
@@ -223,13 +198,11 @@ class InstantPresenter(QObject):
         waits = self._cloud_wanted() and not self._clouds.given_up(self._document.frame)
         return not waits or (told.cloud is not None and self._clouds.whole(self._document.frame))
 
-    @Slot()
     def tell_soon(self) -> None:
         """Tell again when everything that happens now has happened."""
         self._soon.start()
 
-    @Slot()
-    def tell(self, _what: object = None) -> None:
+    def tell(self) -> None:
         """Tell the instant, if what it needs is there; else ask for what is missing."""
         self._soon.stop()
         frame_set, recording = self._document.frame_set, self._document.recording
@@ -248,19 +221,15 @@ class InstantPresenter(QObject):
         overlays = self._view_state.displayed.overlays
         self._drawn = self._drawn_runs(frame)
         self.told = Instant(
-            recording=recording,
-            frame_set=frame_set,
-            cloud=cloud if drawing is None else drawing.cloud,
-            meshes=self.meshes(frame),
+            recording=recording, frame_set=frame_set,
+            cloud=cloud if drawing is None else drawing.cloud, meshes=self.meshes(frame),
             reference=reference_at(own or recording.reference, frame),
-            reference_is_old=own is not None and self.is_old(frame),
-            ghosts=self._ghosts(frame),
-            runs=self._shown_runs(),
-            correspondences=matched if drawing is None else None,
+            reference_is_old=own is not None and self._is_old(frame), ghosts=self._ghosts(frame),
+            runs=self._shown_runs(), correspondences=matched if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
             keypoints=self._keypoints.at(frame) if "keypoints" in overlays else None,
-        )
-        self.ready.emit(self.told)
+        )  # fmt: skip
+        self._changes.tell(Part.INSTANT)
 
     def meshes(self, frame: int) -> tuple[PartMesh, ...]:
         """The model of the active run, or of the step inside the frame that is looked at."""
@@ -274,7 +243,6 @@ class InstantPresenter(QObject):
         return body_mesh(active.body, tracked.pose, around=_AROUND)
 
     def _ghosts(self, frame: int) -> tuple[GhostBody, ...]:
-        """Models of the runs that are drawn beside the active one."""
         return tuple(
             GhostBody(
                 entry.name,
@@ -291,8 +259,7 @@ class InstantPresenter(QObject):
         shown += [entry for entry in self._runs.shown_beside() if entry.frames]
         return tuple((entry.name, self._runs.style(entry)) for entry in shown)
 
-    @Slot()
-    def _on_runs(self) -> None:
+    def on_runs(self) -> None:
         """Tell again where another run is drawn, or one in another way."""
         told = self.told
         if told is None or self._drawn_runs(told.frame_set.index) != self._drawn:
@@ -325,19 +292,17 @@ class InstantPresenter(QObject):
             kind in _DEPTH_KINDS for kind in self._view_state.wanted().values()
         )
 
-    @Slot()
-    def _on_track_state(self) -> None:
+    def on_tracking(self) -> None:
         """Ask for what was not asked for while the tracker was busy."""
         if not self._track.running and not self.settled():
             self.tell_soon()
 
-    @Slot(object)
-    def _on_advanced(self, tracked: TrackedFrame) -> None:
+    def on_tracked(self, tracked: TrackedFrame) -> None:
+        """Show the newest frame of the tracker with what is known of its step alone."""
         self._newest = tracked
-        self._keep(tracked.cloud)
+        self.keep(tracked.cloud)
 
-    @Slot(object)
-    def _keep(self, cloud: Cloud) -> None:
+    def keep(self, cloud: Cloud) -> None:
         entry = self._track.entry or self._runs.active
         if entry is not None and entry.settings is not None:
             self._clouds.keep(cloud, entry.settings.depth)

@@ -1,14 +1,11 @@
 """How good each frame of a run is: against the reference where there is one, else by itself."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal, TypeAlias
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -22,6 +19,7 @@ from ..services.failures import Tell, message_of
 from ..services.tasks.newest import LatestOnly
 from ..widgets.redraw import later
 from ..widgets.style.colours import limb_words
+from .changes import Changes, Part
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
 
@@ -35,12 +33,9 @@ class Truth:
     """A trajectory that is taken as truth."""
 
     against: Against
-    """Whose it is."""
-    words: str
-    """``the project's reference “fitted to clicks”``."""
+    words: str  # `the project's reference “fitted to clicks”`
     trajectory: LandmarkTrajectory
-    reference: Reference | None = None
-    """What says how good it is; None where nothing does."""
+    reference: Reference | None = None  # what says how good it is; None where nothing does
 
     def quality(self, frames: IntArray) -> dict[str, float]:
         """How good it is over some frames, by measure; see :func:`reference_quality`."""
@@ -49,9 +44,8 @@ class Truth:
 
 def recorded_truth(trajectory: LandmarkTrajectory | None) -> Truth | None:
     """The recording's own reference, which does not say how good it is."""
-    if trajectory is None:
-        return None
-    return Truth("recording", "the recording's reference", trajectory)
+    words = "the recording's reference"
+    return None if trajectory is None else Truth("recording", words, trajectory)
 
 
 def project_truth(name: str, reference: Reference) -> Truth:
@@ -78,12 +72,8 @@ UNCERTAIN_DEG = 22.5
 """A limb's direction with a larger standard deviation is called uncertain: two of them reach 45
 degrees, where a limb is lost."""
 
-UNCERTAIN_SHARE = 0.2
-"""A limb that is lost with a larger probability is called uncertain."""
-
-LOST_SHARE = 0.5
-"""A limb that is lost with a larger probability is called probably lost."""
-
+UNCERTAIN_SHARE = 0.2  # A limb that is lost with a larger probability is called uncertain
+LOST_SHARE = 0.5  # A limb that is lost with a larger probability is called probably lost
 USUAL_UNEXPLAINED = 0.3
 USUAL_RESIDUAL = 0.03
 """Share of the cloud, and metres, up to which a frame's fit says nothing against its limbs."""
@@ -96,25 +86,18 @@ MEASURED_LIMBS = tuple(limb for limb in LIMBS if limb != "head")
 class Judgement:
     """A run frame by frame; F frames of the run."""
 
-    measure: Measure
-    """Angle against the reference, or the tracker's own standard deviation."""
+    measure: Measure  # angle against the reference, or the tracker's own standard deviation
     frame: IntArray
-    """(F,) int64."""
-    limbs: dict[str, FloatArray]
-    """Degrees (F,) by limb; NaN where not known."""
+    limbs: dict[str, FloatArray]  # degrees (F,) by limb; NaN where not known
     tracked: BoolArray
-    """(F,) bool."""
     unexplained_fraction: FloatArray
-    """(F,) float64."""
     errors: LimbErrors | None
     lost: Mapping[str, FloatArray] = field(default_factory=dict)
     """Probability (F,) that a limb is lost, as the tracker itself says; NaN where not known."""
     truth: Truth | None = None
-    """What errors are measured against."""
 
     @property
     def words(self) -> str:
-        """Name of the measure for axes and titles."""
         return "angular error" if self.measure == "error" else "standard deviation"
 
     def errors_at(self, frame: int) -> dict[str, float]:
@@ -231,55 +214,44 @@ def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
 
 _INTERVAL_MS = 250
 _SOON_MS = 20
-_FRAMES_OF_MS = 4
-"""So many frames of a run that grows let it be judged a millisecond later."""
+_FRAMES_OF_MS = 4  # so many frames of a run that grows let it be judged a millisecond later
 
 
-@dataclass(frozen=True, eq=False)
-class _Question:
-    """Runs as they are now, to be judged in another thread."""
-
-    truth: Truth | None
-    runs: Mapping[RunEntry, RunEntry]
+_Known: TypeAlias = tuple[int, int, Truth | None, Judgement]
+"""How often a run's frames have begun again, how many it has, the truth, and the judgement."""
 
 
-def _answer(asked: _Question) -> dict[RunEntry, Judgement]:
-    return {entry: judged(now, asked.truth) for entry, now in asked.runs.items()}
+def _judged(runs: Mapping[RunEntry, RunEntry], truth: Truth | None) -> dict[RunEntry, _Known]:
+    """Judgements of runs as they are now, made in another thread."""
+    return {
+        entry: (now.begun, len(now.frames), truth, judged(now, truth))
+        for entry, now in runs.items()
+    }
 
 
-class JudgementPresenter(QObject):
+class JudgementPresenter:
     """Judgements by run, made in a thread of their own."""
 
-    judged = Signal()
-    """Runs are judged, or others are in the list, or shown in another way: told once for all that
-    has changed, when every run is judged as it is."""
-    truth_changed = Signal()
-    """Errors are measured against something else."""
-
     def __init__(
-        self, document: DocumentPresenter, runs: RunList, tell: Tell, parent: QObject
+        self, changes: Changes, document: DocumentPresenter, runs: RunList, tell: Tell
     ) -> None:
-        super().__init__(parent)
-        self._document, self._runs, self._tell = document, runs, tell
-        self._known: dict[RunEntry, tuple[int, int, Truth | None, Judgement]] = {}
+        self._changes, self._tell = changes, tell
+        self._document, self._runs = document, runs
+        self._known: dict[RunEntry, _Known] = {}
         self.wanted: Against | None = None
-        """The reference that was asked for."""
         self._recorded: Truth | None = None
         self._project: Truth | None = None
         self._told: Truth | None = None
-        self._worker = LatestOnly(_answer, "judge runs", self._on_answered, self._on_failed)
-        self._timer = later(self, self._ask)
-        runs.grew.connect(self.judge_soon)
-        runs.changed.connect(self.judge)
-        runs.active_changed.connect(self.judge)
+        self._worker = LatestOnly(
+            lambda judge: judge(), "judge runs", self._on_answered, self._on_failed
+        )
+        self._timer = later(changes, self._ask)
 
     def of(self, entry: RunEntry | None) -> Judgement | None:
-        """Judgement of a run, None where it has no frames yet."""
         known = self._known.get(entry) if entry is not None else None
         return known[-1] if known is not None else None
 
     def all(self) -> dict[RunEntry, Judgement]:
-        """Judgements by run of the list."""
         known = self._known
         return {entry: known[entry][-1] for entry in self._runs.entries if entry in known}
 
@@ -301,7 +273,6 @@ class JudgementPresenter(QObject):
         return next((one for one in there if one is not None), None)
 
     def has(self, against: Against) -> bool:
-        """Whether there is such a reference."""
         recording = self._document.recording
         if against == "project":
             return self._project is not None
@@ -313,34 +284,28 @@ class JudgementPresenter(QObject):
         self.judge()
 
     def set_project_reference(self, name: str, reference: Reference | None) -> None:
-        """The project uses another reference, or none."""
         self._project = project_truth(name, reference) if reference is not None else None
         self.judge()
 
     # ---- judging
 
     def settled(self) -> bool:
-        """Whether every run is judged as it is now."""
         return not self._timer.isActive() and self._worker.settled()
 
     def close(self) -> None:
-        """End the thread."""
         self._timer.stop()
         self._worker.close()
 
-    @Slot()
-    def judge(self, _what: object = None) -> None:
+    def judge(self) -> None:
         """Judge what has grown, when everything that happens now has happened."""
         self._timer.start(0)
 
-    @Slot()
     def judge_soon(self) -> None:
         """Judge what grows, now and then: a long run less often, since it takes longer."""
         if not self._timer.isActive():
             longest = max((len(entry.frames) for entry in self._runs.entries), default=0)
             self._timer.start(max(_INTERVAL_MS, longest // _FRAMES_OF_MS))
 
-    @Slot()
     def _ask(self) -> None:
         if not self._worker.settled():
             self._timer.start(_SOON_MS)  # a run that grows would otherwise never be told of
@@ -348,7 +313,7 @@ class JudgementPresenter(QObject):
         truth, entries = self.truth, set(self._runs.entries)
         if truth is not self._told:
             self._told = truth
-            self.truth_changed.emit()
+            self._changes.tell(Part.TRUTH)
         self._known = {entry: known for entry, known in self._known.items() if entry in entries}
         new = [
             entry
@@ -357,17 +322,15 @@ class JudgementPresenter(QObject):
             and self._known.get(entry, ())[:3] != (entry.begun, len(entry.frames), truth)
         ]
         if new:
-            self._worker.ask(_Question(truth, {entry: entry.now() for entry in new}))
+            self._worker.ask(partial(_judged, {entry: entry.now() for entry in new}, truth))
         else:
-            self.judged.emit()
+            self._changes.tell(Part.JUDGEMENT)
 
-    def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
-        for entry, judgement in found.items():
-            if entry in self._runs.entries:
-                begun = asked.runs[entry].begun
-                self._known[entry] = begun, len(judgement.frame), asked.truth, judgement
-        self.judged.emit()
+    def _on_answered(self, _asked: object, found: Mapping[RunEntry, _Known]) -> None:
+        there = self._runs.entries
+        self._known |= {entry: known for entry, known in found.items() if entry in there}
+        self._changes.tell(Part.JUDGEMENT)
 
-    def _on_failed(self, _asked: _Question, error: Exception) -> None:
+    def _on_failed(self, _asked: object, error: Exception) -> None:
         self._tell(message_of(error))
-        self.judged.emit()
+        self._changes.tell(Part.JUDGEMENT)

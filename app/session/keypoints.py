@@ -1,11 +1,7 @@
 """Keypoints that 2-D detectors have predicted, as the open project keeps them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
-
-from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
@@ -17,41 +13,33 @@ from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.tracking.parameters import Settings
 
 from ..services.tasks.task import Task, TaskList
+from .changes import Part, TellChange
 from .edits import EditStack, WindowEdit
 from .project import ProjectPresenter
 
 
-class KeypointPresenter(QObject):
+class KeypointPresenter:
     """Knows which detectors the project has keypoints of; imports and removals are edits."""
 
-    changed = Signal()
-    """Other keypoints or proposals of detectors are kept than before."""
-
     def __init__(
-        self, project: ProjectPresenter, edits: EditStack, tasks: TaskList, parent: QObject
+        self, tell: TellChange, project: ProjectPresenter, edits: EditStack, tasks: TaskList
     ) -> None:
-        super().__init__(parent)
+        self._tell = tell
         self._project, self._edits, self._tasks = project, edits, tasks
-        self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
+        self._known: tuple[Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None
         self._detected: tuple[range, Keypoints] | None = None
         self.wanted = True
         """Whether runs and trials are tracked with them."""
-        project.opened.connect(self._on_project)
-        project.closed.connect(self._on_project)
 
     @property
     def sources(self) -> Mapping[str, int]:
-        """Number of keypoints by detector."""
-        known = self._read()
-        return {} if known is None else known[1]
+        return self._read()[0]
 
     @property
     def cameras(self) -> tuple[str, ...]:
-        """Cameras with keypoints."""
-        known = self._read()
-        return () if known is None else known[2]
+        return self._read()[1]
 
     def for_run(self, settings: Settings, frames: range) -> Keypoints | None:
         """Keypoints that a run of these frames is tracked with; None if there are none.
@@ -88,11 +76,10 @@ class KeypointPresenter(QObject):
         """Keep what a run has detected in mono views, for trials and until the project changes."""
         if self._detected is None or self._detected[1] is not keypoints:
             self._detected, self._frame = (frames, keypoints), None
-            self.changed.emit()
+            self._tell(Part.KEYPOINTS)
 
     @property
     def drawn(self) -> bool:
-        """Whether there are keypoints to draw, of the project or of a run."""
         return bool(self.cameras) or self._detected is not None
 
     def mono_views(self, recording: Recording) -> tuple[str, ...]:
@@ -105,17 +92,12 @@ class KeypointPresenter(QObject):
         return tuple(view.name for view in recording.views if view.image.camera in known)
 
     def why_none(self) -> str:
-        """Why nothing can be tracked with them, as a sentence."""
-        none = (
-            "The project has no keypoints. Import those of a detector with File, Import "
-            "predictions."
-        )
-        return "" if self.cameras else none
+        how = "Import those of a detector with File, Import predictions."
+        return "" if self.cameras else f"The project has no keypoints. {how}"
 
     def toggle(self) -> None:
-        """Track with them, or do not."""
         self.wanted = not self.wanted
-        self.changed.emit()
+        self._tell(Part.KEYPOINTS)
 
     def at(self, frame: int) -> Keypoints | None:
         """Keypoints of a frame, the project's or those of a run; None if there are none at all."""
@@ -171,21 +153,20 @@ class KeypointPresenter(QObject):
             words = f"remove predictions of {source}"
             self.write(project, words, lambda: removal(project, source), done)
 
-    def _read(self) -> tuple[Project, Mapping[str, int], tuple[str, ...]] | None:
+    def _read(self) -> tuple[Mapping[str, int], tuple[str, ...]]:
         """What is known of the open project, which is asked once."""
         project = self._project.project
         if project is None:
-            return None
-        if self._known is None or self._known[0] is not project:
-            self._known = project, project.keypoints.sources(), project.keypoints.cameras()
+            return {}, ()
+        if self._known is None:
+            self._known = project.keypoints.sources(), project.keypoints.cameras()
         return self._known
 
-    @Slot()
-    def _on_project(self) -> None:
+    def on_project(self) -> None:
+        """Forget what belongs to another project."""
         self._detected = None
         self._read_again()
 
-    @Slot()
     def _read_again(self) -> None:
         self._known = self._frame = self._all = None
-        self.changed.emit()
+        self._tell(Part.KEYPOINTS)

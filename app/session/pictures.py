@@ -1,7 +1,5 @@
 """Facts about one instant become the pictures of the views."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -18,7 +16,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet
 from stereotrack_core.tracking.estimate import Correspondences
 
 from ..widgets.camera.overlays import (
@@ -95,20 +93,13 @@ class Instant:
     frame_set: FrameSet
     cloud: Cloud | None = None
     meshes: tuple[PartMesh, ...] = ()
-    """The active run's model."""
-    reference: FloatArray | None = None
-    """(9, 3), world, metres."""
-    reference_is_old: bool = False
-    """Whether it was fitted before the last click."""
+    reference: FloatArray | None = None  # (9, 3), world, metres
+    reference_is_old: bool = False  # whether it was fitted before the last click
     ghosts: tuple[GhostBody, ...] = ()
-    """Models of the other runs that are shown."""
-    runs: tuple[tuple[str, LineStyle], ...] = ()
-    """All runs that are shown, the active one first."""
+    runs: tuple[tuple[str, LineStyle], ...] = ()  # all runs that are shown, the active one first
     correspondences: Correspondences | None = None
     inside: InsideScene | None = None
-    """What a step inside the frame draws."""
     keypoints: Keypoints | None = None
-    """Of detectors, in all pictures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +108,8 @@ class StepDrawing:
 
     frame: int
     words: str
-    """For the status line."""
     body: BodyModel
-    pose: Pose
-    """Of the model that is drawn as a whole."""
+    pose: Pose  # of the model that is drawn as a whole
     scene: InsideScene
     cloud: Cloud
 
@@ -174,63 +163,33 @@ def ray_range(camera: Camera, depth: ViewDepth, x: float, y: float) -> float:
 
 
 def _picture(instant: Instant, view: View, kind: PictureKind, overlays: frozenset[str]) -> Picture:
-    frame = instant.frame_set.index
-    images = instant.frame_set.views.get(view.name)
+    made = partial(Picture, view.name, kind, instant.frame_set.index)
+    images, cloud = instant.frame_set.views.get(view.name), instant.cloud
     if images is None:
-        why = instant.frame_set.problems.get(view.name, "No image.")
-        return Picture(view.name, kind, frame, None, why)
-    depth = instant.cloud.depths.get(view.name) if instant.cloud is not None else None
-    problem = instant.cloud.problems.get(view.name, "") if instant.cloud is not None else ""
+        return made(None, instant.frame_set.problems.get(view.name, "No image."))
+    depth = cloud.depths.get(view.name) if cloud is not None else None
+    problem = cloud.problems.get(view.name, "") if cloud is not None else ""
     if kind in {"image", "left"}:
-        return _camera_picture(instant, view, kind, images, depth, problem, overlays)
+        pixels: ImageArray | None = images.image
+        camera = instant.recording.reference_camera(view)
+        if kind == "left" and view.left is not None:
+            pixels, camera = images.left, instant.recording.cameras[view.left.camera]
+        if pixels is None:
+            return made(None, "The left image is missing.")
+        name, eye = camera.name, camera.position_world
+        overlay = partial(_overlay, instant, view.name, camera.project, eye, overlays, name)
+        value = partial(_pixel_words, pixels, camera, depth if kind == "image" else None)
+        turn = view.display_rotation
+        return made(pixels, problem, turn, overlay, camera=name, value_at=value)
     if depth is None:
-        why = problem or f"View {view.name} has no depth map in this frame."
-        return Picture(view.name, kind, frame, None, why)
+        return made(None, problem or f"View {view.name} has no depth map in this frame.")
     pixels = _depth_pixels(kind, depth)
     if pixels is None:
-        return Picture(view.name, kind, frame, None, "A depth camera has no disparity map.")
-    eye = depth.geometry.world_from_depth.translation
-    project = depth_projection(depth.geometry)
+        return made(None, "A depth camera has no disparity map.")
+    project, eye = depth_projection(depth.geometry), depth.geometry.world_from_depth.translation
     overlay = partial(_overlay, instant, view.name, project, eye, overlays)
-    value_at = partial(_depth_words, depth)
-    return Picture(
-        view.name, kind, frame, pixels, problem, view.display_rotation, overlay, value_at=value_at
-    )
-
-
-def _camera_picture(
-    instant: Instant,
-    view: View,
-    kind: PictureKind,
-    images: ViewImages,
-    depth: ViewDepth | None,
-    problem: str,
-    overlays: frozenset[str],
-) -> Picture:
-    pixels, camera = images.image, instant.recording.reference_camera(view)
-    if kind == "left" and view.left is not None:
-        camera = instant.recording.cameras[view.left.camera]
-        if images.left is None:
-            return Picture(
-                view.name, kind, instant.frame_set.index, None, "The left image is missing."
-            )
-        pixels = images.left
-    eye = camera.position_world
-    overlay = partial(
-        _overlay, instant, view.name, camera.project, eye, overlays, camera=camera.name
-    )
-    ranged = depth if kind == "image" else None
-    return Picture(
-        view.name,
-        kind,
-        instant.frame_set.index,
-        pixels,
-        problem,
-        view.display_rotation,
-        overlay,
-        camera=camera.name,
-        value_at=partial(_pixel_words, pixels, camera, ranged),
-    )
+    value = partial(_depth_words, depth)
+    return made(pixels, problem, view.display_rotation, overlay, value_at=value)
 
 
 def _overlay(
@@ -312,11 +271,7 @@ def _pixel_words(
     if depth is None:
         return words
     metres = ray_range(camera, depth, x, y)
-    return (
-        f"{words}  distance {metres:.3f} m"
-        if np.isfinite(metres)
-        else f"{words}  distance not measured"
-    )
+    return f"{words}  distance {f'{metres:.3f} m' if np.isfinite(metres) else 'not measured'}"
 
 
 def _depth_words(depth: ViewDepth, x: float, y: float) -> str:

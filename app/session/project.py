@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
+from PySide6.QtCore import QSettings, QTimer
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import user
@@ -17,63 +17,48 @@ from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
+from stereotrack_core.recording.description import Subject
 
 from ..services.failures import Tell, message_of
 from ..services.layout import stored_text
-from ..services.tasks.task import Task, TaskList
+from ..services.tasks.task import CancelToken, Task, TaskList
 from ..widgets.forms.message import Message
+from .changes import Changes, Part
 from .document import DocumentPresenter
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"
 
 
-class ProjectPresenter(QObject):
+class ProjectPresenter:
     """Keeps the project that belongs to the open recording."""
-
-    opened = Signal()
-    """A project is there, perhaps for reading only."""
-    followed = Signal()
-    """The open recording's project is there, or it is known that there is none."""
-    closing = Signal()
-    """The project is about to be closed; it can still be read."""
-    closed = Signal()
-    changed = Signal(object)
-    """An edit was made, taken back or made again."""
-    recording_missing = Signal(object)
-    """The recording of this project file was not found; the person has to say where it is."""
 
     def __init__(
         self,
+        changes: Changes,
         document: DocumentPresenter,
         tasks: TaskList,
         settings: QSettings,
         tell: Tell,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
-        self._tell = tell
+        self._changes, self._tell = changes, tell
         self._document, self._tasks, self._settings = document, tasks, settings
         self._opened: OpenedProject | None = None
         self._waiting: OpenedProject | None = None
-        self._task: Task | None = None
-        self._opening: Task | None = None
+        self._task: CancelToken | None = None
+        self._opening: CancelToken | None = None
         self._problem = ""
         self._frame = 0
         self.makes = True
-        document.opened.connect(self.follow_recording)
-        document.closed.connect(self.close)
 
     # ---- facts
 
     @property
     def project(self) -> Project | None:
-        """The project of the open recording."""
         return self._opened.project if self._opened is not None else None
 
     @property
     def path(self) -> Path | None:
-        """File of the project."""
         return self._opened.project.path if self._opened is not None else None
 
     @property
@@ -87,18 +72,16 @@ class ProjectPresenter(QObject):
         return stored_text(self._settings, _ANNOTATOR)
 
     def set_annotator(self, name: str) -> None:
-        """Sign edits with another name, now and in future."""
         self._settings.setValue(_ANNOTATOR, name.strip())
         if self.project is not None:
             self.project.who = name.strip() or user()
-        self.opened.emit()
+        self._changes.tell(Part.PROJECT_OPENED)
 
     def set_home(self, folder: Path | None) -> None:
         """Make new projects in this folder; None: beside their recordings."""
         self._settings.setValue(_HOME, str(folder) if folder is not None else "")
 
     def why_no_edit(self) -> str:
-        """Why nothing can be edited now, as a sentence; empty where it can."""
         if self.project is None:
             if self._task is not None:
                 return "The project is still loading."
@@ -108,10 +91,15 @@ class ProjectPresenter(QObject):
             return f"The project is open read-only: {why}."
         return ""
 
+    def subject(self) -> Subject | None:
+        """Whose body is tracked: the project's subject, else the recording's."""
+        recording = self._document.recording
+        own = None if self.project is None else self.project.subject()
+        return own if own is not None or recording is None else recording.subject
+
     # ---- opening and closing
 
     def wishes(self) -> Wishes:
-        """How projects are opened, from the settings."""
         home = stored_text(self._settings, _HOME)
         return Wishes(self.annotator, Path(home) if home else None, self.makes)
 
@@ -128,10 +116,10 @@ class ProjectPresenter(QObject):
         wishes = self.wishes()
         if again:
             self.close()
-        self._opening = self._begin(
+        self._opening = token = self._begin(
             f"opening {path.name}",
             lambda _task: open_project(path, wishes, take_over=take_over),
-            self._on_file_opened,
+            lambda opened: self._on_file_opened(token, opened),
         )
 
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
@@ -147,7 +135,7 @@ class ProjectPresenter(QObject):
             return
         if not waiting.project.read_only:
             waiting.project.use_recording(folder, even_another=even_another)
-        self._waiting = OpenedProject(waiting.project, folder, (), waiting.in_use)
+        self._waiting = replace(waiting, folder=folder, messages=())
         self._document.open(folder, self._frame)
 
     def give_up(self) -> None:
@@ -155,17 +143,16 @@ class ProjectPresenter(QObject):
         self._opening = None
         self._give_up_waiting()
 
-    @Slot()
     def close(self) -> None:
         """Give the project back, when all that is being written to it is there."""
         self._tasks.finish_writes()
         if self._opened is not None:
-            self.closing.emit()
+            self._changes.tell(Part.PROJECT_CLOSING)
         opened, self._opened = self._opened, None
         self._problem = ""
         if opened is not None:
             opened.project.close()
-            self.closed.emit()
+            self._changes.tell(Part.PROJECT_CLOSED)
 
     # ---- edits
 
@@ -185,15 +172,19 @@ class ProjectPresenter(QObject):
 
     def _begin(
         self, title: str, work: Callable[[Task], object], done: Callable[[Any], None]
-    ) -> Task:
-        task = self._task = self._tasks.begin(title, work, done)
-        task.ended.connect(self._on_task_ended)
-        task.failed.connect(self._on_task_failed)
-        return task
+    ) -> CancelToken:
+        def ended() -> None:
+            if self._task is token:
+                self._task = None
 
-    @Slot(object)
-    def _on_file_opened(self, opened: OpenedProject) -> None:
-        if self.sender() is not self._opening:  # something else was asked for since
+        task = self._tasks.begin(title, work, done)
+        self._task = token = task.token
+        task.ended.connect(ended)
+        task.failed.connect(self._on_task_failed)
+        return token
+
+    def _on_file_opened(self, opening: CancelToken, opened: OpenedProject) -> None:
+        if opening is not self._opening:  # something else was asked for since
             opened.project.close()
             return
         self._give_up_waiting()
@@ -203,9 +194,8 @@ class ProjectPresenter(QObject):
             return
         for message in opened.messages:
             self._tell(message)
-        self.recording_missing.emit(opened.project.path)
+        self._changes.tell(Part.RECORDING_MISSING, opened.project.path)
 
-    @Slot()
     def follow_recording(self) -> None:
         """Take the project that waits for the open recording, or open or make its own."""
         recording = self._document.recording
@@ -225,12 +215,11 @@ class ProjectPresenter(QObject):
             self._on_project_opened,
         )
 
-    @Slot(object)
     def _on_project_opened(self, found: tuple[Path, OpenedProject | None]) -> None:
         folder, opened = found
         recording = self._document.recording
         if opened is None:
-            self.followed.emit()
+            self._changes.tell(Part.PROJECT_FOLLOWED)
             return
         if recording is None or recording.folder.resolve() != folder or self.project is not None:
             opened.project.close()
@@ -239,33 +228,28 @@ class ProjectPresenter(QObject):
 
     def _take(self, opened: OpenedProject) -> None:
         self._opened = opened
-        opened.project.on_change(self.changed.emit)  # on whichever thread the edit was made
+        # called in whichever thread the edit was made
+        opened.project.on_change(partial(self._changes.tell, Part.EDIT))
         for read in (opened.project.history.to_undo, opened.project.history.to_redo):
             read()  # a damaged history is told by the task, before anybody asks for it
-        self.opened.emit()
-        self.followed.emit()
-        # what was said about the recording before is cleared away first
-        QTimer.singleShot(0, self, partial(self._tell_of, opened))
+        self._changes.tell(Part.PROJECT_OPENED)
+        self._changes.tell(Part.PROJECT_FOLLOWED)
 
-    def _tell_of(self, opened: OpenedProject) -> None:
-        if opened is self._opened:
-            for message in opened.messages:
+        def tell_of() -> None:
+            for message in opened.messages if opened is self._opened else ():
                 self._tell(message)
+
+        # what was said about the recording before is cleared away first
+        QTimer.singleShot(0, self._changes, tell_of)
 
     def _give_up_waiting(self) -> None:
         waiting, self._waiting = self._waiting, None
         if waiting is not None:
             waiting.project.close()
 
-    @Slot()
-    def _on_task_ended(self) -> None:
-        if self._task is self.sender():
-            self._task = None
-
-    @Slot(object)
     def _on_task_failed(self, error: Exception) -> None:
         self._problem = f"The project could not be opened: {message_of(error).what}."
-        self.followed.emit()
+        self._changes.tell(Part.PROJECT_FOLLOWED)
 
 
 _READING = "It is open read-only. {}"
@@ -276,11 +260,9 @@ class OpenedProject:
     """A project that is open, and what the person should know."""
 
     project: Project
-    folder: Path | None
-    """Its recording; None where that was not found."""
+    folder: Path | None  # its recording; None where that was not found
     messages: tuple[Message, ...]
-    in_use: bool = False
-    """Whether another program has it, so that it is open for reading only."""
+    in_use: bool = False  # whether another program has it, so that it is open for reading only
 
 
 @dataclass(frozen=True)
@@ -288,11 +270,8 @@ class Wishes:
     """How projects are to be opened."""
 
     who: str = ""
-    """Annotator."""
-    home: Path | None = None
-    """Folder of new projects; None: beside their recordings."""
-    makes: bool = True
-    """Whether a recording that has no project gets one."""
+    home: Path | None = None  # folder of new projects; None: beside their recordings
+    makes: bool = True  # whether a recording that has no project gets one
 
 
 def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
@@ -308,27 +287,19 @@ def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
         opened = open_project(found[0], wishes)
         if len(found) == 1:
             return opened
-        several = Message(
-            "note",
-            f"this recording has {len(found)} projects; the most recently changed one is open",
-            found[0].name,
-            "To open another one, open its project file.",
-        )
-        messages = (*opened.messages, several)
-        return OpenedProject(opened.project, opened.folder, messages, opened.in_use)
+        what = f"this recording has {len(found)} projects; the most recently changed one is open"
+        remedy = "To open another one, open its project file."
+        several = Message("note", what, found[0].name, remedy)
+        return replace(opened, messages=(*opened.messages, several))
     if not wishes.makes:
         return None
     path = project_path_for(folder, documents_folder(), wishes.home)
     project = Project.create(path, folder, who=wishes.who, interactive=True)
     messages = tuple(message_of_finding(note) for note in project.notes)
     if path.parent != folder.resolve().parent and wishes.home is None:
-        elsewhere = Message(
-            "note",
-            "the recording's folder is write-protected, so its project is stored elsewhere",
-            str(path),
-            "Clicks are saved there and are found again when the recording is opened.",
-        )
-        messages = (*messages, elsewhere)
+        what = "the recording's folder is write-protected, so its project is stored elsewhere"
+        remedy = "Clicks are saved there and are found again when the recording is opened."
+        messages = (*messages, Message("note", what, str(path), remedy))
     return OpenedProject(project, folder, messages)
 
 

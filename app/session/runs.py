@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
 
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
@@ -28,18 +27,15 @@ from stereotrack_core.tracking.frame import (
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
-from stereotrack_core.tracking.run_checks import (
-    HEADING,
-    WARNINGS,
-    HeadingWords,
-    heading_words,
-)
+from stereotrack_core.tracking.run_checks import HEADING, WARNINGS, HeadingWords, heading_words
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 from ..widgets.style.colours import LineStyle
+from .changes import Part, TellChange
 
 Kind: TypeAlias = Literal["run", "trial"]
+_BOTH = Part.RUNS | Part.ACTIVE_RUN
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 
 
@@ -49,33 +45,23 @@ class RunEntry:
 
     name: str
     preset: str
-    settings: Settings | None
-    """None for a run from a file of another version."""
+    settings: Settings | None  # None for a run from a file of another version
     body: BodyModel
     wanted: range
-    """Frames that were asked for."""
     frames: dict[int, TrackedFrame] = field(default_factory=dict)
     visible: bool = True
-    """Whether its curves and skeleton are shown."""
-    path: Path | None = None
-    """File that it came from or was saved to."""
+    path: Path | None = None  # file that it came from or was saved to
     stored: Run | None = None
-    """The run as it was read."""
-    origin: Origin | None = None
-    """Where its frames come from; known when tracking has begun."""
-    wall_seconds: float = 0.0
-    """Time that the tracker has worked on it, without pauses."""
+    origin: Origin | None = None  # where its frames come from; known when tracking has begun
+    wall_seconds: float = 0.0  # time that the tracker has worked on it, without pauses
     kind: Kind = "run"
     """A trial is what some stretch would look like with other settings; it
     is gone when it is dismissed, unless it is made the active run."""
-    kept: str = ""
-    """Name under which the project keeps it; empty where it does not."""
+    kept: str = ""  # name under which the project keeps it; empty where it does not
     facts: RunFacts | None = None
     """What the project says about it; its frames are there when they have been read."""
-    warnings: tuple[str, ...] = ()
-    """What its signs say that is wrong with it."""
-    begun: int = 0
-    """How often its frames have begun again."""
+    warnings: tuple[str, ...] = ()  # what its signs say that is wrong with it
+    begun: int = 0  # how often its frames have begun again
     journal: Path | None = None
     """File that its frames go to while it is tracked, until the project keeps it."""
 
@@ -106,7 +92,6 @@ class RunEntry:
         return () if self.origin is None else self.origin.looked_again
 
     def at(self, frame: int) -> TrackedFrame | None:
-        """What the run knows about a frame."""
         return self.frames.get(frame)
 
     def numbers(self) -> IntArray:
@@ -114,11 +99,9 @@ class RunEntry:
         return np.array(sorted(self.frames), dtype=np.int64)
 
     def ordered(self) -> Iterator[TrackedFrame]:
-        """Frames in their order."""
         return (self.frames[k] for k in sorted(self.frames))
 
     def trajectory(self) -> LandmarkTrajectory:
-        """Landmarks over the frames that the run has."""
         points = [frame.landmarks for frame in self.ordered()]
         stacked = np.stack(points) if points else np.empty((0, 9, 3))
         return LandmarkTrajectory(self.numbers(), stacked)
@@ -156,21 +139,13 @@ class RunEntry:
         return len(self.frames) / self.wall_seconds if self.wall_seconds > 0 else None
 
 
-class RunList(QObject):
+class RunList:
     """Runs in the order in which they were made; one of them is active."""
 
-    changed = Signal()
-    """A run was added, removed, renamed, shown or hidden."""
-    active_changed = Signal()
-    """Another run is the one whose model is drawn."""
-    grew = Signal()
-    """The run in progress has more frames."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, tell: TellChange) -> None:
+        self._tell = tell
         self.entries: tuple[RunEntry, ...] = ()
         self.active: RunEntry | None = None
-        """The run whose model is drawn."""
         self._chosen: RunEntry | None = None
         self._made = 0
 
@@ -181,10 +156,9 @@ class RunList(QObject):
         return self._chosen if self._chosen in trials else trials[-1] if trials else None
 
     def bring_to_front(self, entry: RunEntry | None) -> None:
-        """Let the curves of another trial stand out."""
         before, self._chosen = self.front, entry
         if self.front is not before:
-            self.changed.emit()
+            self._tell(Part.RUNS)
 
     def style(self, entry: RunEntry) -> LineStyle:
         """Line style of a run: the active one is solid, the others that are shown take turns."""
@@ -195,7 +169,6 @@ class RunList(QObject):
         return _OTHERS[place % len(_OTHERS)]
 
     def shown_beside(self) -> tuple[RunEntry, ...]:
-        """Runs that are drawn beside the active one."""
         return tuple(one for one in self.entries if one.visible and one is not self.active)
 
     def next_name(self, settings: str) -> str:
@@ -214,52 +187,43 @@ class RunList(QObject):
         return next(name for name in (wanted, *others) if name not in taken)
 
     def add(self, entry: RunEntry, *, active: bool = True) -> None:
-        """Add a run and make it the active one, or draw it beside the active one."""
         self.entries = (*self.entries, entry)
         if active:
             self.active = entry
-        self.changed.emit()
-        if active:
-            self.active_changed.emit()
+        self._tell(_BOTH if active else Part.RUNS)
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; files are not touched."""
         self.entries = tuple(kept for kept in self.entries if kept is not entry)
         self._chosen = None if self._chosen is entry else self._chosen
-        if self.active is entry:
+        was_active = self.active is entry
+        if was_active:
             self.active = self.entries[-1] if self.entries else None
-            self.active_changed.emit()
-        self.changed.emit()
+        self._tell(_BOTH if was_active else Part.RUNS)
 
     def clear(self) -> None:
-        """Forget all runs."""
         self.entries, self.active, self._chosen, self._made = (), None, None, 0
-        self.changed.emit()
-        self.active_changed.emit()
+        self._tell(_BOTH)
 
     def activate(self, entry: RunEntry) -> None:
-        """Draw another run's model."""
         if entry is not self.active:
             self.active = entry
             entry.visible = True
-            self.active_changed.emit()
-            self.changed.emit()
+            self._tell(_BOTH)
 
     def show(self, entry: RunEntry, *, visible: bool) -> None:
-        """Show or hide a run's curves and skeleton."""
         if entry.visible != visible:
             entry.visible = visible
-            self.changed.emit()
+            self._tell(Part.RUNS)
 
-    def tell(self) -> None:
+    def tell(self, parts: Part = Part.RUNS) -> None:
         """Say that something about the runs in the list is known better than before."""
-        self.changed.emit()
+        self._tell(parts)
 
     def rename(self, entry: RunEntry, name: str) -> None:
-        """Give a run another name."""
         if name.strip() and name != entry.name:
             entry.name = name.strip()
-            self.changed.emit()
+            self._tell(Part.RUNS)
 
 
 def entry_of_run(run: Run, path: Path) -> RunEntry:
@@ -297,15 +261,11 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
     estimate = Estimate(
         tracked=pose is not None,
         reason="" if pose is not None else "the run has no pose in this frame",
-        pose=pose if pose is not None else hanging_pose(np.zeros(3)),
-        x=run.x[i],
-        P=run.P[i],
-        unexplained_fraction=float(run.unexplained_fraction[i]),
-        residual=float(run.residual[i]),
-        innovation=float(run.innovation[i]),
-        limb_sigma_deg=run.limb_sigma_deg[i],
+        pose=pose if pose is not None else hanging_pose(np.zeros(3)), x=run.x[i], P=run.P[i],
+        unexplained_fraction=float(run.unexplained_fraction[i]), residual=float(run.residual[i]),
+        innovation=float(run.innovation[i]), limb_sigma_deg=run.limb_sigma_deg[i],
         limb_lost=run.limb_lost[i],
-    )
+    )  # fmt: skip
     seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
     return TrackedFrame(
         frame, estimate, run.landmarks[i], cloudless(frame), seconds, keypoints=run.seen(frame)

@@ -1,10 +1,8 @@
 """What is open and what is known about it, brought together."""
 
-from __future__ import annotations
-
 import dataclasses
 
-from PySide6.QtCore import QObject, QSettings, Signal, Slot
+from PySide6.QtCore import QObject, QSettings
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
@@ -12,7 +10,7 @@ from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.schema import CHOICE, SUBJECT
-from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.tuning.process import KeptRecording, forget
@@ -21,6 +19,7 @@ from ..services.failures import Tell, message_of
 from ..services.tasks.task import Processes, Task, TaskList
 from ..widgets.forms.message import Message
 from .camera_doubts import CameraDoubts
+from .changes import PROJECT, Changes, Part
 from .document import DocumentPresenter
 from .edits import EditStack
 from .instant import CloudPresenter, InstantPresenter
@@ -33,111 +32,85 @@ from .tracker import TrackControl
 from .tracking import TrackPresenter
 from .view_state import ViewState
 
-_FEWEST_VIEWS = 2
-"""Mono views with keypoints that can be tracked without depth."""
-
+_FEWEST_VIEWS = 2  # mono views with keypoints that can be tracked without depth
+_GUESSED = "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration."
 _DETECTOR_HELPS = "The pose detector finds them, too: choose Track, Install pose detector …"
+
+
+def unless(there: object, words: str) -> str:
+    """Why something cannot be done, unless what it needs is there."""
+    return "" if there else words
 
 
 class Session(QObject):
     """The open recording with its project, its runs and what follows from them."""
 
-    leaving = Signal()
-    """The recording is about to change or to be closed: what works on it stops."""
-    opened = Signal()
-    """Another recording is open; nothing is left of the one before."""
-    ready = Signal()
-    """All that shows the recording follows it."""
-    closed = Signal()
-    """There is no recording any more."""
-    changed = Signal()
-    """Something that can be seen of all this is another."""
-    closing = Signal()
-    """The window closes: whoever has a thread ends it."""
-
     def __init__(
         self,
+        changes: Changes,
         tell: Tell,
         tasks: TaskList,
         view_state: ViewState,
         settings: QSettings,
-        parent: QObject,
         processes: Processes | None = None,
     ) -> None:
-        super().__init__(parent)
-        self._tell, self._tasks, self._view_state = tell, tasks, view_state
-        self.runs = RunList(self)
-        self.document = DocumentPresenter(tasks, tell, self)
-        """Recording, frame and playback."""
-        self.document.opened.connect(self._on_opened)  # before that of its project
-        self.project = ProjectPresenter(self.document, tasks, settings, tell, self)
-        self.edits = EditStack(tell, self)
+        super().__init__(changes.parent())
+        self.changes, self._tell, self._tasks = changes, tell, tasks
+        self.view_state = view_state
+        self.runs = RunList(changes.tell)
+        self.document = DocumentPresenter(changes, tasks, tell, self._on_opened, self._on_closed)
+        self.project = ProjectPresenter(changes, self.document, tasks, settings, tell)
+        self.edits = EditStack(changes.tell, tell)
         """Everything that a person did, to be undone and redone in one order."""
-        self._lead_edits()
-        self.keypoints = KeypointPresenter(self.project, self.edits, tasks, self)
-        """What 2-D detectors have predicted."""
-        self.clouds = CloudPresenter(tell, self)
+        self.keypoints = KeypointPresenter(changes.tell, self.project, self.edits, tasks)
+        self.clouds = CloudPresenter(changes.tell, tell)
         self.processes = processes or Processes()
-        """Where work is done that lasts."""
         self._own_processes = processes is None
         self.kept: KeptRecording | None = None
         """What is open, for tasks that use the clouds of one another."""
         self.track = TrackPresenter(
-            self.runs, self.keypoints, self.subject, self.processes.run, tell, self
+            changes, self.project, self.runs, self.keypoints, self.processes.run, tell
         )
-        """The tracker at work."""
-        self.opening = Opening(self.document, self.project, self.track, tasks, settings, self)
-        """Opens recordings, projects and runs."""
-        self.judging = JudgementPresenter(self.document, self.runs, tell, self)
-        """How good the runs are."""
-        self.cameras = CameraDoubts(self.document, self.project, tell, self)
+        self.opening = Opening(
+            changes.tell, self.document, self.project, self.track, tasks, settings
+        )
+        self.judging = JudgementPresenter(changes, self.document, self.runs, tell)
+        self.cameras = CameraDoubts(changes, self.document, self.project, tell)
         """Whether a camera contradicts the others."""
-        self.instant = InstantPresenter(
-            self.document, self.clouds, self.runs, self.track, self.keypoints, view_state, self
-        )
-        """Everything known about the frame that is shown."""
-        self.tracker = TrackControl(
-            self.document, self.runs, self.track, view_state, self.edits, self
-        )
-        """What its commands mean in the state that the session is in."""
+        self.instant = InstantPresenter(self)
+        self.tracker = TrackControl(self.document, self.runs, self.track, view_state, self.edits)
         self.clouds.parameters = self.track.settings.depth
-        self.keypoints.changed.connect(self._on_subject)
-        self._connect()
+        self._follow()
         tasks.watch(self.settled)
 
-    def _connect(self) -> None:
-        self.document.closed.connect(self._on_closed)
-        self.track.settings_changed.connect(self._on_settings)
-        self.track.finished.connect(self.judging.judge)
-        self.runs.active_changed.connect(self._take_detected)
-        self._watch_changes()
-
-    def _lead_edits(self) -> None:
-        """Tell the edits of the project before whoever asks what is known of them."""
-        self.project.changed.connect(self.edits.follow)
-        self.project.changed.connect(self._on_edited)
-        self.project.opened.connect(self._on_project)
-        self.project.closed.connect(self._on_project)
-
-    def _watch_changes(self) -> None:
-        """Tell whatever changes of all this."""
-        document, project, runs = self.document, self.project, self.runs
-        for changed in (
-            document.frame_changed, document.playing_changed, document.count_changed,
-            document.findings_changed, self.track.state_changed, runs.changed, runs.grew,
-            runs.active_changed, project.opened, project.closed, project.changed,
-            self.edits.changed, self.keypoints.changed,
-        ):  # fmt: skip
-            changed.connect(self._tell_change)
-
-    def subject(self) -> Subject | None:
-        """Whose body is tracked: the project's subject, else the recording's."""
-        project, recording = self.project.project, self.document.recording
-        own = None if project is None else project.subject()
-        return own if own is not None or recording is None else recording.subject
+    def _follow(self) -> None:
+        """Let the parts follow one another, in this order and before all features."""
+        watch, hear = self.changes.watch, self.changes.hear
+        # what undo does next is known before anybody asks for it, and so is the subject
+        hear(Part.EDIT, self.edits.follow)
+        hear(Part.EDIT, self._on_edited)
+        watch(PROJECT, self._on_project)
+        # keypoints of another project come before what is drawn and tracked with them
+        watch(PROJECT, self.keypoints.on_project)
+        # runs are judged, and drawn, before panels ask how good they are
+        watch(Part.RUN_FRAMES, self.judging.judge_soon)
+        watch(Part.RUNS | Part.ACTIVE_RUN | Part.RUN_ENDED, self.judging.judge)
+        hear(Part.EDIT, self.cameras.compare_soon)
+        watch(Part.PROJECT_OPENED, self.cameras.compare_soon)
+        watch(Part.PROJECT_CLOSING, self.cameras.forget)
+        watch(Part.KEYPOINTS | Part.CLOUD | Part.STEP | Part.DISPLAY, self.instant.tell_soon)
+        watch(Part.IMAGES, self.instant.tell)
+        watch(Part.RUNS | Part.ACTIVE_RUN, self.instant.on_runs)
+        hear(Part.TRACKED, self.instant.on_tracked)
+        hear(Part.RESTED, self.instant.keep)
+        watch(Part.TRACKING, self.instant.on_tracking)
+        # the frame that the tracker is at is shown when its cloud is kept
+        hear(Part.TRACKED, self.tracker.on_tracked)
+        watch(Part.KEYPOINTS, self._on_subject)
+        watch(Part.SETTINGS, self._on_settings)
+        watch(Part.ACTIVE_RUN, self._take_detected)
 
     def settled(self) -> bool:
-        """Whether everything that was asked for is there."""
         parts = (self.document, self.judging, self.cameras, self.instant)
         return not self.track.running and all(part.settled() for part in parts)
 
@@ -146,12 +119,12 @@ class Session(QObject):
         self.opening.end()
         self.document.pause()
         self.track.stop(at_once=True)
-        self.leaving.emit()
+        self.changes.tell(Part.LEAVING)
         if self._own_processes:
             self.processes.close()
         self._tasks.shutdown()
         self.document.close()
-        self.closing.emit()
+        self.changes.tell(Part.WINDOW_CLOSING)
         self.cameras.close()
         self.judging.close()
         self.project.close()
@@ -161,38 +134,26 @@ class Session(QObject):
     # ---- why something cannot be done now, in sentences
 
     def no_recording(self) -> str:
-        """Nothing is open."""
         if self.document.opening:
             return "The recording is still loading."
-        return (
-            "" if self.document.recording is not None else "No recording is open. Open one first."
-        )
+        return unless(self.document.recording is not None, "No recording is open. Open one first.")
 
     def no_project(self) -> str:
-        """No project is open, be it for reading."""
-        there = self.project.project is not None
-        return self.no_recording() or ("" if there else self.project.why_no_edit())
+        return self.no_recording() or unless(self.project.project, self.project.why_no_edit())
 
     def no_edit(self) -> str:
-        """Nothing can be changed in the project."""
         return self.no_recording() or self.project.why_no_edit()
 
     def no_frames(self) -> str:
-        """There is no frame to go to."""
-        none = (
-            ""
-            if self.document.frame_count
-            else "The recording has no frames. See Recording checks."
-        )
-        return self.no_recording() or none
+        none = "The recording has no frames. See Recording checks."
+        return self.no_recording() or unless(self.document.frame_count, none)
 
     def no_depth(self) -> str:
-        """No view gives depth."""
         recording = self.document.recording
         if recording is not None and recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
         none = "This needs depth, which no view of this recording provides."
-        return self.no_frames() or ("" if self.clouds.available else none)
+        return self.no_frames() or unless(self.clouds.available, none)
 
     def not_tracked(self) -> str:
         """Nothing can be tracked: there is neither depth nor keypoints in its place."""
@@ -217,23 +178,17 @@ class Session(QObject):
             return reason
         known = self.keypoints.for_trial(self.track.settings, range(frame, frame + 1))
         none = "No keypoints are known here. Run the tracker first: it detects them in the views."
-        return none if known is None else ""
+        return unless(known is not None, none)
 
     def no_run(self) -> str:
-        """There is no run."""
-        active = self.runs.active
-        there = active is not None and bool(active.frames)
-        return self.no_recording() or (
-            "" if there else "There is no run yet. Run the tracker or open a run."
-        )
+        none, active = "There is no run yet. Run the tracker or open a run.", self.runs.active
+        return self.no_recording() or unless(active is not None and active.frames, none)
 
     def tracker_works(self) -> str:
-        """The tracker is running."""
-        return "The tracker is running. Pause it first." if self.track.running else ""
+        return unless(not self.track.running, "The tracker is running. Pause it first.")
 
     # ---- following
 
-    @Slot()
     def _take_detected(self) -> None:
         """Keypoints that the active run detected in mono views come back with it."""
         entry, recording = self.runs.active, self.document.recording
@@ -243,81 +198,68 @@ class Session(QObject):
         if (run.meta.get("keypoints") or {}).get("sources") == [DETECTOR_NAME]:
             self.keypoints.remember(entry.wanted, run.keypoints)
 
-    @Slot()
-    def _tell_change(self, _what: object = None) -> None:
-        self.changed.emit()
-
-    @Slot()
     def _on_opened(self) -> None:
         refused, recording = None, self.document.recording
         if recording is not None:  # the tracker never sees the truth
             self._keep_recording(recording)
-            self._view_state.show_views(recording.views)
+            self.view_state.show_views(recording.views)
         try:
             measured = recording is not None and not recording.guessed
             self.clouds.set_recording(recording if measured else None)
         except InputError as error:
             self.clouds.set_recording(None)
             refused = error
-        self.opened.emit()
-        self.ready.emit()
+        self.changes.tell(Part.RECORDING_OPENED)
+        self.changes.tell(Part.READY)
         if self.clouds.available:
-            Task("starting the process that tracks", lambda _: self.processes.run(load)).start()
+            process = self.processes.run  # a task that lasts refers to nothing of the window
+            Task("starting the process that tracks", lambda _: process(load)).start()
         if refused is not None:
             self._tell(message_of(refused))
         if recording is not None and recording.guessed:
-            self._tell(_guessed(recording.name))
+            what = "the cameras of this recording are guessed from the size of the images"
+            self._tell(Message("note", what, recording.name, _GUESSED))
+        self.project.follow_recording()
+        self.opening.remember()
 
     def _keep_recording(self, recording: Recording) -> None:
         """Have trials track the subject that runs track."""
-        unaided = dataclasses.replace(recording, reference=None, subject=self.subject())
+        unaided = dataclasses.replace(recording, reference=None, subject=self.project.subject())
         self.kept = KeptRecording(unaided, self.keypoints.mono_views(recording))
 
-    @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
         if changed.tables & {SUBJECT.name, CHOICE.name}:
             self._on_subject()
 
-    @Slot()
     def _on_subject(self) -> None:
         recording, kept = self.document.recording, self.kept
         if recording is None or kept is None:
             return
-        known = self.subject(), self.keypoints.mono_views(recording)
+        known = self.project.subject(), self.keypoints.mono_views(recording)
         if (kept.recording.subject, kept.mono) != known:
             self._keep_recording(recording)
 
-    @Slot()
     def _on_closed(self) -> None:
+        self.project.close()
         self.track.stop(at_once=True)
-        self.leaving.emit()
+        self.changes.tell(Part.LEAVING)
         self.judging.close()
         self.runs.clear()
         self.edits.clear()
         self.instant.clear()
-        self._view_state.begin_anew()
+        self.view_state.begin_anew()
         self.clouds.set_recording(None)
         self.kept = None
         if self.processes.trials.pid is not None:
-            Task("forgetting the clouds", lambda _: self.processes.trials(forget)).start()
-        self.closed.emit()
+            process = self.processes.trials
+            Task("forgetting the clouds", lambda _: process(forget)).start()
+        self.changes.tell(Part.RECORDING_CLOSED)
 
-    @Slot()
     def _on_project(self) -> None:
         self.edits.set_project(self.project.project)
         self._on_subject()
 
-    @Slot()
     def _on_settings(self) -> None:
         if self.clouds.parameters != self.track.settings.depth:
             self.clouds.parameters = self.track.settings.depth
             self.instant.tell_soon()
-
-
-def _guessed(recording: str) -> Message:
-    return Message(
-        "note",
-        "the cameras of this recording are guessed from the size of the images",
-        recording,
-        "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration.",
-    )

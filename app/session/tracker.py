@@ -1,9 +1,5 @@
 """What the commands of the tracker mean in the state the window is in."""
 
-from __future__ import annotations
-
-from PySide6.QtCore import QObject, Slot
-
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.parameters import value_text
 from stereotrack_core.recording.description import Recording
@@ -39,7 +35,7 @@ FIRST_POSES: dict[str, tuple[str, str]] = {
 """Where a run's first pose may come from, as a title and a sentence."""
 
 
-class TrackControl(QObject):
+class TrackControl:
     """Run, step, iterate, from here, a selection; follows the tracker with the views."""
 
     def __init__(
@@ -49,9 +45,7 @@ class TrackControl(QObject):
         track: TrackPresenter,
         view_state: ViewState,
         edits: EditStack,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
         self._edits = edits
         self._document, self._runs, self._track = document, runs, track
         self._despite_errors: Recording | None = None
@@ -60,31 +54,24 @@ class TrackControl(QObject):
         """Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
         pose."""
         self.follow = True
-        """Whether each frame is shown as it is tracked."""
-        track.advanced.connect(self._on_advanced)
 
     def run(self) -> None:
         """Go on with a run that is paused, or begin one; settings that have changed apply."""
         self._go_on_or_begin(float("inf"))
 
     def step(self) -> None:
-        """Track one frame."""
         self._go_on_or_begin(1)
 
     def run_from_here(self) -> None:
-        """Begin a new run at this frame."""
         self._begin(range(self._document.frame, self._document.frame_count), float("inf"))
 
     def run_selection(self) -> None:
-        """Track the selected frames as a new run."""
         if self._view_state.selection:
             self._begin(self._view_state.selection, float("inf"))
 
     # ---- what the next run is tracked with: edits of the window
 
-    @Slot(object)
     def use(self, settings: Settings, words: str = "") -> None:
-        """Use other settings of the same preset."""
         track = self._track
         self.take(Chosen(track.preset, track.base, settings), words)
 
@@ -103,26 +90,12 @@ class TrackControl(QObject):
             )
         )  # fmt: skip
 
-    def choose_first_pose(self, name: str) -> None:
-        """Begin the next run with a key of :data:`FIRST_POSES`."""
-        self.first_pose = name
-
-    def begins_with(self, name: str) -> bool:
-        """Whether the next run begins with this key of :data:`FIRST_POSES`."""
-        return self.first_pose == name
-
-    def toggle_follow(self) -> None:
-        """Show each frame as it is tracked, or stay."""
-        self.follow = not self.follow
-
     def toggle_run(self) -> None:
-        """Show or hide the active run."""
         active = self._runs.active
         if active is not None:
             self._runs.show(active, visible=not active.visible)
 
     def activate_next_run(self) -> None:
-        """Make the next run the active one."""
         entries, active = self._runs.entries, self._runs.active
         if active is not None:
             self._runs.activate(entries[(entries.index(active) + 1) % len(entries)])
@@ -134,10 +107,9 @@ class TrackControl(QObject):
             self._begin(range(self._document.frame_count), allowed)
         elif track.stale:
             # settings belong to a run as a whole: what follows is another one
-            frame, pose = track.next_frame(), track.last_pose()
-            end = track.entry.wanted.stop
-            first = frame if frame is not None else 0
-            self._begin(range(first, end), allowed, pose)
+            wanted, done = track.entry.wanted, track.entry.frames
+            pose = done[max(done)].pose if done else None
+            self._begin(wanted[len(done) :] or range(wanted.stop), allowed, pose)
         else:
             track.go_on(allowed)
 
@@ -149,12 +121,8 @@ class TrackControl(QObject):
             return None
         start = pose if pose is not None else self._known_pose(frames.start)
         self._document.pause()
-        return self._track.begin(
-            recording,
-            frames,
-            start if start is not None else self.first_pose,
-            allowed=allowed,
-        )
+        init = start if start is not None else self.first_pose
+        return self._track.begin(recording, frames, init, allowed=allowed)
 
     def _told_of(
         self, recording: Recording, frames: range, allowed: float, pose: Pose | None
@@ -169,11 +137,9 @@ class TrackControl(QObject):
             if self._document.recording is recording:
                 self._begin(frames, allowed, pose)
 
-        first = found[0]
+        first, button = found[0], "Track nevertheless"
         what = f"it would not be tracked correctly: {first.what}"
-        self._track.tell(
-            Message("error", what, first.where, first.remedy, "Track nevertheless", nevertheless)
-        )
+        self._track.tell(Message("error", what, first.where, first.remedy, button, nevertheless))
         return True
 
     def _known_pose(self, frame: int) -> Pose | None:
@@ -187,8 +153,8 @@ class TrackControl(QObject):
                 return tracked.pose
         return None
 
-    @Slot(object)
-    def _on_advanced(self, tracked: TrackedFrame) -> None:
+    def on_tracked(self, tracked: TrackedFrame) -> None:
+        """Show the newest frame where the views follow the tracker."""
         if self.follow:
             self._document.go_to(tracked.frame)
 

@@ -1,58 +1,33 @@
 """What is chosen of what is shown: frames, threshold, limb, views, overlays, light."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, TypeAlias
 
-from PySide6.QtCore import QObject, Signal, Slot
-
 from stereotrack_core.recording.description import View
 
 from ..widgets.camera.picture import Arrangement, Display, PictureKind, camera_of, kinds_of
+from .changes import Part, TellChange
 from .pictures import FittedBody, StepDrawing
 
 PointColour: TypeAlias = Literal["view", "limb", "distance"]
 THRESHOLD_DEG = 45.0
 
 
-class ViewState(QObject):
+class ViewState:
     """Owns what several panels show alike; panels tell it what a person does, and follow it."""
 
-    selection_changed = Signal(object)
-    """Other frames are selected."""
-    threshold_changed = Signal(float)
-    """Another error counts as a failure, in degrees."""
-    active_view_changed = Signal(str)
-    """Keys act on another view."""
-    wanted_changed = Signal()
-    """Other pictures are wanted: another kind in some view, or the views are arranged anew."""
-    display_changed = Signal()
-    """Overlays or loupe are others, or another limb is selected."""
-    light_changed = Signal()
-    """Views are brighter or darker."""
-    scene_changed = Signal()
-    """Colour of the points, selected limb or fitted body."""
-    drawing_changed = Signal()
-    """Another step inside the frame is drawn, or the run again."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, tell: TellChange, scene_shows_points: Callable[[], bool]) -> None:
+        self._tell, self._scene_shows_points = tell, scene_shows_points
         self.selection: range | None = None
-        """Frames that are selected."""
         self.threshold = THRESHOLD_DEG
         """Error above which a limb counts as lost, in degrees."""
         self.active_view = ""
         """Name of the view that keys act on; empty without views."""
         self.views: dict[str, View] = {}
-        """The recording's views by name."""
         self.kinds: dict[str, PictureKind] = {}
-        """The kind of picture that each of them shows."""
         self.arrangement: Arrangement = "grid"
-        """How the views are arranged."""
         self.display = Display()
-        """How pictures are displayed."""
         self.lights: dict[str, tuple[float, float]] = {}
         """Brightness and contrast of the views that have their own."""
         self.hidden: frozenset[str] = frozenset()
@@ -61,29 +36,21 @@ class ViewState(QObject):
         """Those of them that a person has asked for all the same."""
         self._strictly = False
         self.point_colour: PointColour = "view"
-        """How the scene's points are coloured."""
         self.fit: FittedBody | None = None
         """The body fitted to the clicks, which the scene shows while they are made."""
         self.drawing: StepDrawing | None = None
-        """The step inside the frame that is drawn instead of the run."""
-        self.points_wanted: Callable[[], bool] = lambda: False
-        """Whether measured points are shown somewhere."""
 
     # ---- frames and errors
 
-    @Slot(object)
     def select(self, frames: range | None) -> None:
-        """Select frames, or none."""
         if frames != self.selection:
             self.selection = frames
-            self.selection_changed.emit(frames)
+            self._tell(Part.SELECTION)
 
-    @Slot(float)
     def set_threshold(self, degrees: float) -> None:
-        """Let another error count."""
         if degrees != self.threshold:
             self.threshold = degrees
-            self.threshold_changed.emit(degrees)
+            self._tell(Part.THRESHOLD)
 
     # ---- views
 
@@ -102,28 +69,25 @@ class ViewState(QObject):
         """The camera whose image each visible view shall show; empty for computed pictures."""
         return {name: camera_of(self.views[name], kind) for name, kind in self.wanted().items()}
 
-    @Slot(str, str)
     def choose_kind(self, kind: PictureKind, view: str = "") -> None:
         """Show a kind of picture in one view, or without a name in every view that has it."""
         views = self.views if not view else {view: self.views[view]} if view in self.views else {}
         chosen = {name: kind for name, each in views.items() if kind in kinds_of(each)}
         if chosen.items() - self.kinds.items():
             self.kinds |= chosen
-            self.wanted_changed.emit()
+            self._tell(Part.PICTURES)
 
     def arrange(self, arrangement: Arrangement) -> None:
-        """Arrange the views in another way."""
         self.arrangement = arrangement
-        self.wanted_changed.emit()
+        self._tell(Part.PICTURES)
 
-    @Slot(str)
     def activate(self, view: str) -> None:
         """Let keys act on another view."""
         if view != self.active_view and view in self.views:
             self.active_view = view
-            self.active_view_changed.emit(view)
+            self._tell(Part.ACTIVE_VIEW)
             if self.arrangement != "grid":
-                self.wanted_changed.emit()
+                self._tell(Part.PICTURES)
 
     def activate_next(self, by: int = 1) -> None:
         """Let keys act on the view after (or before) the active one."""
@@ -140,15 +104,14 @@ class ViewState(QObject):
         return dataclasses.replace(self.display, overlays=overlays)
 
     def change_display(self, **changes: Any) -> None:
-        """Change how pictures are displayed."""
         self.display = dataclasses.replace(self.display, **changes)
-        self.display_changed.emit()
+        self._tell(Part.DISPLAY)
 
     def hide(self, overlays: frozenset[str], *, strictly: bool = False) -> None:
         """Show none of these overlays for now, but what a person asks for; nothing strictly."""
         if (overlays, strictly) != (self.hidden, self._strictly):
             self.hidden, self._strictly, self.asked = overlays, strictly, frozenset()
-            self.display_changed.emit()
+            self._tell(Part.DISPLAY)
 
     def toggle_overlay(self, name: str) -> None:
         """Switch an overlay; one that is hidden for now is asked for, or no longer."""
@@ -156,7 +119,7 @@ class ViewState(QObject):
             self.change_display(overlays=self.display.overlays ^ {name})
         elif not self._strictly:
             self.asked ^= {name}
-            self.display_changed.emit()
+            self._tell(Part.DISPLAY)
 
     def light(self, view: str) -> tuple[float, float]:
         """Brightness and contrast of a view: its own, or that of all."""
@@ -170,10 +133,9 @@ class ViewState(QObject):
             self.lights.clear()
             now = dataclasses.replace(self.display, brightness=brightness, contrast=contrast)
             self.display = now
-        self.light_changed.emit()
+        self._tell(Part.LIGHT)
 
     def begin_anew(self) -> None:
-        """Forget what belongs to a recording that is no longer shown."""
         self.lights.clear()
         self.show_views(())
         self.fit = None
@@ -182,26 +144,25 @@ class ViewState(QObject):
 
     # ---- limbs and the scene
 
-    @Slot(str)
     def highlight(self, limb: str) -> None:
         """Select a limb everywhere; the same again, or none, selects nothing."""
         self.change_display(highlighted="" if limb == self.display.highlighted else limb)
-        self.scene_changed.emit()
+        self._tell(Part.SCENE)
+
+    def points_wanted(self) -> bool:
+        return self._scene_shows_points() or "points" in self.display.overlays
 
     def colour_points(self, kind: PointColour) -> None:
-        """Colour the scene's points in another way."""
         self.point_colour = kind
-        self.scene_changed.emit()
+        self._tell(Part.SCENE)
 
     def show_fit(self, fit: FittedBody | None) -> None:
-        """Show another fitted body, or none."""
         now, then = (None if one is None else one.meshes for one in (fit, self.fit))
         self.fit = fit
         if now is not then:
-            self.scene_changed.emit()
+            self._tell(Part.SCENE)
 
     def draw(self, drawing: StepDrawing | None) -> None:
-        """Draw a step inside the frame, or the run again."""
         if drawing is not self.drawing:
             self.drawing = drawing
-            self.drawing_changed.emit()
+            self._tell(Part.STEP)

@@ -1,7 +1,5 @@
 """Toolbars, and commands about workspaces, panels, theme, help and the window itself."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 
@@ -10,6 +8,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QToolBar, QToolButton, 
 
 from ..context import Context
 from ..services.actions import Command, Menu
+from ..session.changes import Part
 from ..widgets.camera.click_marks import CLICK_OVERLAYS
 from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme, set_icon
@@ -30,22 +29,18 @@ def commands(
         *_workspaces(context),
         *_panels(context),
         *_themes(context),
-        *_guide(guide),
-        *_help_and_file(dialogs, messages),
+        *_help_and_file(dialogs, messages, guide),
     ]
 
 
 def _workspaces(context: Context) -> list[Command]:
     docks, command = context.docks, Menu(f"{_MENU}/Workspace", context.session.no_recording).command
 
-    def is_shown(name: str) -> bool:
-        return docks.workspace == name
-
     spaces = [
         command(
             f"workspace_{space.name}", space.title, space.tip,
             partial(docks.show_workspace, space.name), f"Alt+{number}", space.icon,
-            why_not=space.why_not, checked=partial(is_shown, space.name),
+            why_not=space.why_not, checked=lambda name=space.name: docks.workspace == name,
         )
         for number, space in enumerate(docks.workspaces, start=1)
     ]  # fmt: skip
@@ -76,42 +71,32 @@ def _panels(context: Context) -> list[Command]:
 
 def _themes(context: Context) -> list[Command]:
     def choose(name: ThemeName) -> None:
-        """Change the look, and keep it for next time."""
         app = QApplication.instance()
         if isinstance(app, QApplication):
             apply_theme(app, name)
             context.settings.setValue("theme", name)
             context.session.instant.tell_soon()
 
-    def is_chosen(name: ThemeName) -> bool:
-        return chosen_theme() == name
-
     return [
         Menu(f"{_MENU}/Theme").command(
             f"theme_{name}", name.capitalize(),
             "Follow the system theme." if name == "system" else f"Use the {name} theme.",
-            partial(choose, name), icon="theme", checked=partial(is_chosen, name),
+            partial(choose, name), icon="theme", checked=lambda name=name: chosen_theme() == name,
         )
         for name in THEME_NAMES
     ]  # fmt: skip
 
 
-def _guide(guide: Help) -> list[Command]:
-    command = Menu("&Help").command
-    return [
-        command("help", "Help on this panel", "Open the user guide at the panel under the cursor, "
-                "or at the one with the focus.", guide.show_for_panel, "F1", "help"),
-        command("guide", "User guide", "Show the contents of the user guide.",
-                guide.show_contents, "Ctrl+F1"),
-    ]  # fmt: skip
-
-
-def _help_and_file(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
+def _help_and_file(dialogs: Dialogs, messages: MessageBar, guide: Help) -> list[Command]:
     def no_message() -> str:
         return "" if messages.message is not None else "No message is shown."
 
     command, file = Menu("&Help").command, Menu("&File").command
     return [
+        command("help", "Help on this panel", "Open the user guide at the panel under the cursor, "
+                "or at the one with the focus.", guide.show_for_panel, "F1", "help"),
+        command("guide", "User guide", "Show the contents of the user guide.",
+                guide.open, "Ctrl+F1"),
         command("palette", "Command palette …", "Search all commands.", dialogs.show_palette,
                 "Ctrl+K", "palette-of-commands", section=True),
         command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
@@ -140,8 +125,7 @@ _VIEWS = (
 )
 
 
-_WORDS = {"run": "Run", "accept": "Accept"}
-"""Written beside the icons of the main actions."""
+_WORDS = {"run": "Run", "accept": "Accept"}  # written beside the icons of the main actions
 
 
 class Toolbars:
@@ -155,13 +139,9 @@ class Toolbars:
         self.track = self._bar("Tracker", _TRACK)
         self.annotate = self._bar("Annotation", _ANNOTATE)
         self.view = self._bar("Views", _VIEWS)
-        context.docks.workspace_changed.connect(self.follow)
+        self.all = self.workspaces, self.play, self.track, self.annotate, self.view
+        context.session.changes.watch(Part.WORKSPACE, self.follow)
         self.follow()
-
-    @property
-    def all(self) -> tuple[QToolBar, ...]:
-        """All toolbars of the window."""
-        return (self.workspaces, self.play, self.track, self.annotate, self.view)
 
     def follow(self) -> None:
         """Show what the workspace needs; nothing while nothing is open."""
@@ -173,13 +153,9 @@ class Toolbars:
             bar.setVisible(bool(workspace) and fits)
 
     def _bar(
-        self,
-        name: str,
-        actions: Sequence[str],
-        *,
-        words: bool = False,
+        self, name: str, actions: Sequence[str], *, words: bool = False,
         widget: QWidget | None = None,
-    ) -> QToolBar:
+    ) -> QToolBar:  # fmt: skip
         """Add a toolbar with these actions (an empty name separates), with words or icons."""
         bar = QToolBar(name, self._window)
         bar.setObjectName(f"toolbar {name}")
@@ -192,8 +168,7 @@ class Toolbars:
             self._add(bar, name)
         if widget is not None:
             bar.addWidget(widget)
-        more = bar.findChild(QToolButton, "qt_toolbar_ext_button")
-        if more is not None:
+        if more := bar.findChild(QToolButton, "qt_toolbar_ext_button"):
             more.setToolTip("Show the commands that there is no room for")
             more.setAccessibleName(f"More of the toolbar {bar.windowTitle()}")
             set_icon(more, "more")

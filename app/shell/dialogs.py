@@ -1,7 +1,5 @@
 """The window's own dialogs: the palette of commands, shortcuts, about; none blocks the rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -29,25 +27,18 @@ from ..widgets.style.building import Item, hbox, label, vbox
 from ..widgets.tables.table import STRETCH, Cell, CellRow, CellTable, Column, swatch
 
 _MARGINS = (9, 9, 9, 9)
-_MOVES = {
-    Qt.Key.Key_Down: 1,
-    Qt.Key.Key_Up: -1,
-    Qt.Key.Key_PageDown: 10,
-    Qt.Key.Key_PageUp: -10,
-}
+_MOVES = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10, Qt.Key.Key_PageUp: -10}
 
 
 class _CommandList(QDialog):
-    """A search above a list of commands with their menus and keys."""
-
     def __init__(self, title: str, book: ActionRegistry, parent: QWidget | None) -> None:
         super().__init__(parent)
         self._book = book
         self.setWindowTitle(title)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.search = line_edit("Search commands", placeholder="Search commands")
         columns = Column("Command", width=STRETCH), Column("Menu"), Column("Shortcut")
-        self.list = CellTable("Commands", columns, self._cells)
-        self.list.setSelectionMode(CellTable.SelectionMode.SingleSelection)
+        self.list = CellTable("Commands", columns, self._cells, single=True)
         self.list.setAlternatingRowColors(False)
         self.list.selectionModel().currentRowChanged.connect(self._on_current)
 
@@ -78,7 +69,6 @@ class CommandPalette(_CommandList):
 
     def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__("Command palette", book, parent)
-        self._chosen: Command | None = None
         self.search.setClearButtonEnabled(True)
         self.list.setHeaderHidden(True)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -91,10 +81,6 @@ class CommandPalette(_CommandList):
         self.list.clicked.connect(self._choose)
         self._fill("")
 
-    def chosen(self) -> Command | None:
-        """The command that was chosen."""
-        return self._chosen
-
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             by = _MOVES.get(Qt.Key(event.key()), 0)
@@ -105,8 +91,7 @@ class CommandPalette(_CommandList):
         return super().eventFilter(watched, event)
 
     def _fill(self, text: str) -> None:
-        shown = [command for command in self._book.commands if command.shown()]
-        ranked = [(match_rank(text, command), command) for command in shown]
+        ranked = [(match_rank(text, one), one) for one in self._book.commands if one.shown()]
         found = [(rank, command) for rank, command in ranked if rank is not None]
         self.list.show_rows([one for _, one in sorted(found, key=lambda row: self._order(*row))])
         self._go_to(0)
@@ -137,8 +122,9 @@ class CommandPalette(_CommandList):
     def _choose(self) -> None:
         command = self._current()
         if command is not None and not command.why_not():
-            self._chosen = command
             self.accept()
+            # the palette is gone by then, so that a dialog of the command stands on its own
+            QTimer.singleShot(0, self._book.action(command.id).trigger)
 
 
 def match_rank(text: str, command: Command) -> int | None:
@@ -166,27 +152,27 @@ class ShortcutEditor(_CommandList):
         self.keys.setMaximumSequenceLength(1)
         self.keys.setAccessibleName("New shortcut")
         self.set_button = push_button("Set", lambda: self._set(self.keys.keySequence().toString()))
-        self.default_button = push_button("Default", self._set_default)
-        self.none_button = push_button("None", lambda: self._set(""))
+        default = push_button("Default", lambda: self._set(None))
+        none = push_button("None", lambda: self._set(""))
         self.note = label(" ")
         box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         box.rejected.connect(self.reject)
-        buttons = (self.set_button, self.default_button, self.none_button)
-        keys = hbox(label("New shortcut:", wraps=False), (self.keys, 1), *buttons)
+        heading = label("New shortcut:", wraps=False)
+        keys = hbox(heading, (self.keys, 1), self.set_button, default, none)
         self._lay_out(keys, self.note, box, height=480)
         self.search.textChanged.connect(self._filter)
         self.list.show_rows(book.commands)
         self._go_to(0)
 
     def choose(self, name: str) -> None:
-        """Choose a command by its id."""
         self._go_to([command.id for command in self.list.cells.rows].index(name))
 
     def _filter(self, text: str) -> None:
+        def said(command: Command) -> str:
+            return " ".join(cell.text for cell in self._cells(command)).lower()
+
         wanted = text.strip().lower()
-        every = ((one, self._cells(one)) for one in self._book.commands)
-        words = ((one, " ".join(cell.text for cell in cells)) for one, cells in every)
-        self.list.show_rows([one for one, said in words if wanted in said.lower()])
+        self.list.show_rows([one for one in self._book.commands if wanted in said(one)])
         self._go_to(0)
 
     def _on_current(self) -> None:
@@ -195,15 +181,12 @@ class ShortcutEditor(_CommandList):
             self.keys.setKeySequence(QKeySequence(self._book.shortcut(command.id)))
             self.note.setText(command.tip)
 
-    def _set_default(self) -> None:
-        command = self._current()
-        if command is not None:
-            self._set(command.shortcut)
-
-    def _set(self, keys: str) -> None:
+    def _set(self, keys: str | None) -> None:
+        """Give the current command these keys; None for its usual ones."""
         command = self._current()
         if command is None:
             return
+        keys = command.shortcut if keys is None else keys
         taken = self._book.user_of(keys, besides=command.id)
         if taken is not None:
             self.note.setText(
@@ -212,20 +195,14 @@ class ShortcutEditor(_CommandList):
             return
         self._book.set_shortcut(command.id, keys)
         self.keys.setKeySequence(QKeySequence(keys))
-        text = command.title
-        self.note.setText(f"Shortcut of {text}: {keys}." if keys else f"{text} has no shortcut.")
+        told = f"Shortcut of {command.title}: {keys}."
+        self.note.setText(told if keys else f"{command.title} has no shortcut.")
         row = self.list.currentIndex().row()
         self.list.cells.tell(row, row)
 
 
 def write_picture(path: Path, picture: QPixmap) -> None:
-    """Write a picture, by the suffix of the name.
-
-    Raises
-    ------
-    InputError
-        Where the file cannot be written, or Qt writes no pictures of this kind.
-    """
+    """Write a picture, by the suffix of the name; InputError if that cannot be done."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not picture.save(buffer, path.suffix.removeprefix(".")):
@@ -244,28 +221,13 @@ class Dialogs:
         self._window, self._context = window, context
 
     def show_palette(self) -> None:
-        """Search all commands, and do the one that is chosen."""
-        actions = self._context.actions
-        actions.refresh()
-        palette = CommandPalette(actions, self._window)
-        palette.accepted.connect(lambda: self._run_chosen(palette))
-        palette.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        palette.open()
-
-    def _run_chosen(self, palette: CommandPalette) -> None:
-        chosen = palette.chosen()
-        if chosen is not None:
-            # the palette is gone by then, so that a dialog of the command stands on its own
-            QTimer.singleShot(0, self._context.actions.action(chosen.id).trigger)
+        self._context.actions.refresh()
+        CommandPalette(self._context.actions, self._window).open()
 
     def show_shortcuts(self) -> None:
-        """Change shortcuts."""
-        editor = ShortcutEditor(self._context.actions, self._window)
-        editor.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        editor.open()
+        ShortcutEditor(self._context.actions, self._window).open()
 
     def show_about(self) -> None:
-        """Say which version this is."""
         box = QMessageBox(self._window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setWindowTitle("About stereotrack")
@@ -278,7 +240,6 @@ class Dialogs:
         box.open()
 
     def ask_for_picture(self) -> None:
-        """Let the person choose where a picture of the window is kept."""
         picture = self._window.grab()
 
         def save(path: Path) -> None:

@@ -1,24 +1,33 @@
 """The user guide in the window: its contents, and the page of a panel."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 
-from PySide6.QtCore import QObject
-from PySide6.QtGui import QCursor
-from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtGui import (
+    QColor,
+    QCursor,
+    QImage,
+    QKeyEvent,
+    QTextBlock,
+    QTextCursor,
+    QTextDocument,
+    QTextFormat,
+    QTextFrameFormat,
+    QTextLength,
+    QTextTable,
+)
+from PySide6.QtWidgets import QApplication, QFrame, QMainWindow, QTextBrowser, QWidget
 
 from ..context import Context
-from ..widgets.forms.help_panel import HelpPanel
-from ..widgets.style.theme import data_folder
+from ..widgets.style.building import hbox, tool_button, vbox
+from ..widgets.style.theme import current_theme, data_folder
 
 _PAGE = "help_page"
 _WIDTH = 520
+_MARGIN, _ABOVE = 14, 4
 
 CONTENTS = "index.md"
-"""The page that leads to all others."""
 WINDOW = "window.md"
 """The page whose table names the parts of the window, each with a link and a sentence or two."""
 _PART = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| .+? \|$", re.MULTILINE)
@@ -31,52 +40,131 @@ def anchor_of(heading: str) -> str:
     return re.sub(r"[^\w\- ]", "", plain.lower()).strip().replace(" ", "-")
 
 
-def _pages_of_parts(folder: Path) -> Mapping[str, str]:
-    """Page and heading that explain each part of the window, by its title."""
-    found = _PART.findall((folder / WINDOW).read_text(encoding="utf-8"))
-    return {title: WINDOW + at if at.startswith("#") else at for title, at in found}
+class Page(QTextBrowser):
+    """One page in Markdown; links lead to headings of it and of other pages."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._folder = data_folder("docs")
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setOpenExternalLinks(True)
+        self.setAccessibleName("Page of the user guide")
+        self.document().setDocumentMargin(_MARGIN)
+
+    def open(self, address: str) -> None:
+        page, _, anchor = address.partition("#")
+        url = QUrl.fromLocalFile(str(self._folder / page))
+        if anchor:
+            url.setFragment(anchor)
+        self.setSource(url)
+
+    def doSetSource(
+        self,
+        name: QUrl | str,
+        type: QTextDocument.ResourceType = QTextDocument.ResourceType.UnknownResource,  # noqa: A002
+    ) -> None:
+        super().doSetSource(name, type)
+        self._dress()
+        headings = (block for block in self._blocks() if block.blockFormat().headingLevel())
+        anchor = QUrl(name).fragment()
+        if at := next((one for one in headings if anchor_of(one.text()) == anchor), None):
+            top = self.document().documentLayout().blockBoundingRect(at).top()
+            self.verticalScrollBar().setValue(round(top) - _ABOVE)
+
+    def _blocks(self) -> Iterator[QTextBlock]:
+        block = self.document().begin()
+        while block.isValid():
+            yield block
+            block = block.next()
+
+    def _dress(self) -> None:
+        """Give tables lines and code a ground, which Markdown says nothing about."""
+        theme = current_theme()
+        for frame in self.document().rootFrame().childFrames():
+            if isinstance(frame, QTextTable):
+                grid = frame.format()
+                grid.setBorder(1)
+                grid.setBorderBrush(QColor(theme.border))
+                grid.setBorderStyle(QTextFrameFormat.BorderStyle.BorderStyle_Solid)
+                grid.setBorderCollapse(True)
+                grid.setCellPadding(4)
+                grid.setCellSpacing(0)
+                grid.setWidth(QTextLength(QTextLength.Type.PercentageLength, 100))
+                frame.setFormat(grid)
+        for block in self._blocks():
+            look = block.blockFormat()
+            if look.hasProperty(QTextFormat.Property.BlockCodeFence):
+                look.setBackground(QColor(theme.raised))
+                QTextCursor(block).setBlockFormat(look)
+
+    def loadResource(self, kind: int, name: QUrl | str) -> object:
+        """Pictures are as wide as the page at most."""
+        if kind != QTextDocument.ResourceType.ImageResource.value:
+            return super().loadResource(kind, name)
+        picture, ratio = QImage(str(self._folder / QUrl(name).fileName())), self.devicePixelRatioF()
+        room = self.viewport().width() - 2 * _MARGIN - 2
+        if picture.width() > room > 0:
+            smooth = Qt.TransformationMode.SmoothTransformation
+            picture = picture.scaledToWidth(round(room * ratio), smooth)
+            picture.setDevicePixelRatio(ratio)
+        return picture
 
 
-class Help(QObject):
-    """Opens the user guide where it explains what the person is looking at."""
+class Help(QWidget):
+    """A window with the user guide, opened where it explains what the person is looking at."""
 
     def __init__(self, window: QMainWindow, context: Context) -> None:
-        super().__init__(window)
+        super().__init__(window, Qt.WindowType.Tool)  # so that workspaces leave it alone
         self._window, self._docks = window, context.docks
-        self.panel = HelpPanel(data_folder("docs"), CONTENTS, anchor_of, window)
+        self.setWindowTitle("User guide")
+        self.page = Page()
+        self.back = tool_button("Previous page", "previous")
+        self.forward = tool_button("Next page", "next")
+        contents = tool_button("Contents of the user guide", "help")
+        buttons = hbox(contents, self.back, self.forward, None)
+        self.setLayout(vbox(buttons, (self.page, 1), margins=(4, 4, 0, 0)))
+        contents.clicked.connect(lambda: self.page.open(CONTENTS))
+        for button, do, there in (
+            (self.back, self.page.backward, self.page.backwardAvailable),
+            (self.forward, self.page.forward, self.page.forwardAvailable),
+        ):
+            button.setEnabled(False)
+            button.clicked.connect(do)
+            there.connect(button.setEnabled)
 
     def explain(self, others: Mapping[str, QWidget]) -> None:
         """Let every panel, and other parts of the window by name, know their page of the guide."""
-        docks, pages = self._docks, _pages_of_parts(data_folder("docs"))
+        parts = _PART.findall((data_folder("docs") / WINDOW).read_text(encoding="utf-8"))
+        pages = {title: WINDOW + at if at.startswith("#") else at for title, at in parts}
+        docks = self._docks
         titled = {title: docks.dock(name) for name, title in docks.titles().items()}
         for title, widget in {**titled, **others}.items():
             widget.setProperty(_PAGE, pages[title])
 
-    def show_contents(self) -> None:
-        """Open the guide at its contents."""
-        self._show(CONTENTS)
-
     def show_for_panel(self) -> None:
         """Open the page of the panel under the cursor, or of the one with the focus."""
         under = _page_of(QApplication.widgetAt(QCursor.pos()))
-        self._show(under or _page_of(self._window.focusWidget()) or CONTENTS)
+        self.open(under or _page_of(self._window.focusWidget()) or CONTENTS)
 
-    def _show(self, address: str) -> None:
-        if self.panel.isHidden():
+    def open(self, address: str = CONTENTS) -> None:
+        """Show a page at a heading, such as ``tuning.md#undo``."""
+        if self.isHidden():
             inside = self._window.geometry()
-            self.panel.resize(min(_WIDTH, inside.width() // 2), round(0.8 * inside.height()))
-            self.panel.move(inside.right() - self.panel.width() - 24, inside.top() + 80)
-        self.panel.show()
-        self.panel.open(address)
-        self.panel.raise_()
-        self.panel.activateWindow()
+            self.resize(min(_WIDTH, inside.width() // 2), round(0.8 * inside.height()))
+            self.move(inside.right() - self.width() - 24, inside.top() + 80)
+        self.show()
+        self.page.open(address)
+        self.raise_()
+        self.activateWindow()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            self.close()
+        else:
+            super().keyPressEvent(event)
 
 
 def _page_of(widget: QWidget | None) -> str:
-    """Where the guide explains a widget, or what it stands in; empty where nowhere."""
-    while widget is not None:
-        page = widget.property(_PAGE)
-        if page:
-            return str(page)
+    while widget is not None and not widget.property(_PAGE):
         widget = widget.parentWidget()
-    return ""
+    return str(widget.property(_PAGE)) if widget is not None else ""

@@ -1,10 +1,8 @@
 """The window: views in the middle, panels around them, one line that says how things are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
-from PySide6.QtCore import QSettings, QSize, Qt, QTimer, Slot
+from PySide6.QtCore import QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QMainWindow
 
@@ -12,6 +10,7 @@ from ..context import make_context
 from ..services.focus import WheelGuard
 from ..services.layout import stored_bytes
 from ..services.tasks.task import Processes, Task
+from ..session.changes import PROJECT, Part
 from ..session.opening import dropped_paths
 from ..widgets.forms.message import Message, MessageBar
 from ..widgets.forms.welcome import WelcomePage
@@ -22,8 +21,13 @@ from .help import Help
 from .status import StatusLine
 
 _USUAL = QSize(1600, 960)
-_FRAME = QSize(16, 40)
-"""Pixels that a window manager may draw around the window, about."""
+_FRAME = QSize(16, 40)  # pixels that a window manager may draw around the window, about
+_OF_COMMANDS = (
+    Part.FRAME | Part.PLAYING | Part.LENGTH | Part.FINDINGS | Part.TRACKING
+    | Part.RUNS | Part.RUN_FRAMES | Part.ACTIVE_RUN
+    | PROJECT | Part.EDIT | Part.EDITS | Part.KEYPOINTS
+)  # fmt: skip
+"""What commands say, and whether they can be chosen, follows from these."""
 
 
 def first_size(screen: QSize) -> QSize:
@@ -54,7 +58,7 @@ class MainWindow(QMainWindow):
             {
                 "Views": context.docks.views,
                 "Welcome page": self.welcome,
-                "User guide": self.help.panel,
+                "User guide": self.help,
                 **context.docks.pages(),
             }
         )
@@ -68,15 +72,14 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         context, session = self.context, self.context.session
         context.tasks.changed.connect(context.actions.refresh_soon)
-        session.changed.connect(context.actions.refresh_soon)
-        session.ready.connect(self._on_ready)
-        session.closed.connect(self._show_welcome)
         context.docks.left.connect(self._show_welcome)
-        for changed in (session.opened, session.project.opened, session.project.closed):
-            changed.connect(self.write_title)
-
-        session.opening.recent_changed.connect(self._list_recent)
-        session.document.playing_changed.connect(self._show_playing)
+        watch = session.changes.watch
+        watch(_OF_COMMANDS, context.actions.refresh_soon)
+        watch(Part.READY, self._on_ready)
+        watch(Part.RECORDING_CLOSED, self._show_welcome)
+        watch(Part.RECORDING_OPENED | PROJECT, self.write_title)
+        watch(Part.RECENT, self._list_recent)
+        watch(Part.PLAYING, self._show_playing)
 
     def _do(self, name: str) -> None:
         self.context.actions.action(name).trigger()
@@ -95,15 +98,11 @@ class MainWindow(QMainWindow):
         if geometry is not None:
             self.restoreGeometry(geometry)
 
-    # ---- following the session
-
-    @Slot()
     def _on_ready(self) -> None:
         self.messages.clear()
         self.context.docks.show_first()
         self.context.actions.refresh()
 
-    @Slot()
     def _show_welcome(self) -> None:
         docks = self.context.docks
         docks.leave()
@@ -113,13 +112,10 @@ class MainWindow(QMainWindow):
         docks.middle.setCurrentWidget(self.welcome)
         self.context.actions.refresh()
 
-    @Slot()
     def _list_recent(self) -> None:
         self.welcome.set_recent(self.context.session.opening.recents())
 
-    @Slot()
     def write_title(self) -> None:
-        """Say in the title which recording and which project are open."""
         recording, project = self.context.session.document.recording, self.context.session.project
         names = [recording.name] if recording is not None else []
         if recording is not None and project.project is not None:
@@ -127,11 +123,9 @@ class MainWindow(QMainWindow):
             names.append(f"{project.project.path.name}{reading}")
         self.setWindowTitle(" – ".join([*names, "stereotrack"]))
 
-    @Slot(bool)
-    def _show_playing(self, playing: bool) -> None:
+    def _show_playing(self) -> None:
+        playing = self.context.session.document.playing
         set_icon(self.context.actions.action("play"), "pause" if playing else "play")
-
-    # ---- the window itself
 
     def focusNextPrevChild(self, forward: bool) -> bool:
         return self.context.docks.focus.step(forward)
@@ -155,7 +149,6 @@ class MainWindow(QMainWindow):
     def _close_soon(self) -> None:
         QTimer.singleShot(0, self, self._close_if_shown)
 
-    @Slot()
     def _close_if_shown(self) -> None:
         if self.isVisible():
             self.close()

@@ -1,42 +1,28 @@
 """How things are, in one line of words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from PySide6.QtCore import QObject, Slot
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar
 
-from stereotrack_core.counting import spread_words
+from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..context import Context
-from ..session.judgement import (
-    UNCERTAIN_DEG,
-    USUAL_RESIDUAL,
-    USUAL_UNEXPLAINED,
-    Judgement,
-    doubts,
-)
+from ..session.changes import RECORDING
+from ..session.judgement import UNCERTAIN_DEG, USUAL_RESIDUAL, USUAL_UNEXPLAINED, Judgement, doubts
 from ..session.runs import RunEntry
 from ..session.session import Session
 from ..widgets.style.building import tool_button
 from ..widgets.style.colours import limb_words
 
 _NAMED = 2
-"""Limbs that are named in the status line."""
 
 
 def status_words(session: Session, doing: str) -> str:
-    """One sentence about the recording, the tracker and the frame that is shown.
-
-    Parameters
-    ----------
-    doing : str
-        Work in the background, in words; empty for none.
-    """
+    """One sentence about the recording, the tracker and the frame, and what is being done."""
     document = session.document
     if document.opening:
         words = "opening recording …"
@@ -54,17 +40,18 @@ def _tracker_words(session: Session, recording: Recording) -> str:
         return frame_words(tracked, session.judging.of(of))
 
     frame, track, active = session.document.frame, session.track, session.runs.active
-    entry, shown = track.entry, active.at(frame) if active is not None else None
-    if entry is not None:
+    live, shown = track.live, active.at(frame) if active is not None else None
+    if live is not None:
+        entry = live.entry
         done, wanted = len(entry.frames), len(entry.wanted)
         verb = "tracking" if track.running else "paused at"
         if done == 0 and track.running:
-            return f"{verb} {done} of {wanted}: {track.preparing_words()}"
+            return f"{verb} {done} of {wanted}: {live.preparing_words()}"
         if done == 0:
             return "paused before the first frame"
         newest = entry.frames[max(entry.frames)]
         told = words(shown, active) if shown is not None else words(newest, entry)
-        left = (track.preparing_words() or track.left_words()) if track.running else ""
+        left = (live.preparing_words() or live.left_words()) if track.running else ""
         if entry.heading is not None and entry.heading.undecided:
             left = _joined(left, "direction of the person undecided") if left else left
         return _joined(_joined(f"{verb} {done} of {wanted}", left), told)
@@ -73,7 +60,7 @@ def _tracker_words(session: Session, recording: Recording) -> str:
     if active is not None:
         return f"run “{active.name}” does not contain frame {frame}"
     count = session.document.frame_count
-    length = f"{count} frame{'' if count == 1 else 's'}, {count / recording.fps:.1f} s"
+    length = f"{counted(count, 'frame')}, {count / recording.fps:.1f} s"
     deep = any(view.kind != "mono" for view in recording.views)
     state = "not tracked yet" if deep else "no view provides depth"
     return f"{recording.name}: {length}; {state}"
@@ -94,7 +81,10 @@ def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> st
     if unsure:
         return _some([f"{limb_words(limb)} {words}" for limb, words in unsure.items()])
     if not np.isfinite(tracked.estimate.limb_lost).any():
-        return _joined("failure not assessed", _spread_words(tracked))
+        sigma = tracked.estimate.limb_sigma_deg
+        known = sigma[np.isfinite(sigma)]
+        widest = spread_words(known.max(), digits=0) if len(known) else ""
+        return _joined("failure not assessed", widest and f"at most ± {widest} (filter estimate)")
     against = _against(tracked)
     return f"no limb flagged, but {' and '.join(against)}" if against else "no limb flagged"
 
@@ -102,47 +92,32 @@ def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> st
 def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
     """How far the limbs are off the reference, and whether the tracker has noticed."""
     unsure = doubts(tracked)
-    far = sorted(
-        (limb for limb in errors if errors[limb] > UNCERTAIN_DEG), key=lambda x: -errors[x]
-    )
+    far = [limb for limb in errors if errors[limb] > UNCERTAIN_DEG]
     if not far:
         flagged = [f"{limb_words(limb)} {words}" for limb, words in unsure.items()]
         told = f"limbs within {np.ceil(max(errors.values())):.0f}° of the reference"
         return _joined(told, _some(flagged) if flagged else "")
-    return _some(
-        [
-            f"{limb_words(limb)} {errors[limb]:.0f}° off the reference,"
-            f" {unsure.get(limb, 'not flagged')}"
-            for limb in far
-        ],
-        "; ",
-    )
+    said = [
+        f"{limb_words(limb)} {errors[limb]:.0f}° off the reference,"
+        f" {unsure.get(limb, 'not flagged')}"
+        for limb in sorted(far, key=lambda limb: -errors[limb])
+    ]
+    return _some(said, "; ")
 
 
 def _against(tracked: TrackedFrame) -> list[str]:
-    """What is not usual about a frame as a whole."""
     found = []
-    if not np.isfinite([tracked.estimate.unexplained_fraction, tracked.estimate.residual]).all():
+    unexplained, residual = tracked.estimate.unexplained_fraction, tracked.estimate.residual
+    if not np.isfinite([unexplained, residual]).all():
         found.append("the fit of the model to the points is not known")
-    if tracked.estimate.unexplained_fraction > USUAL_UNEXPLAINED:
-        found.append(
-            f"{100.0 * tracked.estimate.unexplained_fraction:.0f} % of the points are unexplained"
-        )
-    if tracked.estimate.residual > USUAL_RESIDUAL:
-        found.append(f"points are {1000.0 * tracked.estimate.residual:.0f} mm off the model")
+    if unexplained > USUAL_UNEXPLAINED:
+        found.append(f"{100.0 * unexplained:.0f} % of the points are unexplained")
+    if residual > USUAL_RESIDUAL:
+        found.append(f"points are {1000.0 * residual:.0f} mm off the model")
     return found
 
 
-def _spread_words(tracked: TrackedFrame) -> str:
-    sigma = tracked.estimate.limb_sigma_deg
-    known = sigma[np.isfinite(sigma)]
-    return (
-        f"at most ± {spread_words(known.max(), digits=0)} (filter estimate)" if len(known) else ""
-    )
-
-
 def _some(words: Sequence[str], between: str = ", ") -> str:
-    """The first ones, and how many more there are."""
     more = len(words) - _NAMED
     return between.join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
@@ -173,12 +148,9 @@ class StatusLine(QObject):
         self.cancel.clicked.connect(context.tasks.cancel_all)
         context.docks.views.hovered.connect(self.pixel.setText)
         context.actions.refreshed.connect(self.write)
-        for signal in (context.session.opened, context.session.closed):
-            signal.connect(self.pixel.clear)
+        context.session.changes.watch(RECORDING, self.pixel.clear)
 
-    @Slot()
     def write(self) -> None:
-        """Say how things are."""
         session, tasks = self._context.session, self._context.tasks.tasks
         track = session.track
         doing = "; ".join(task.says() for task in tasks)
@@ -196,6 +168,7 @@ class StatusLine(QObject):
             self.progress.setValue(round(100 * share))
         elif entry is not None:
             preparing = track.running and not entry.frames
-            done = 100 * track.preparing_share if preparing else len(entry.frames)
+            preparing_share = track.live.preparing_share if track.live is not None else 0.0
+            done = 100 * preparing_share if preparing else len(entry.frames)
             self.progress.setRange(0, 100 if preparing else len(entry.wanted))
             self.progress.setValue(round(done))

@@ -1,7 +1,5 @@
 """When pieces are drawn and calls are made, so that the window answers; who gets a key."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -29,6 +27,12 @@ def later(owner: QObject, do: Callable[[], object], milliseconds: int = 0) -> QT
     return timer
 
 
+def is_alive(do: Callable[..., object]) -> bool:
+    """Whether a function can be called: it is no method of a Qt object that is gone."""
+    owner = getattr(do, "__self__", None)
+    return not isinstance(owner, QObject) or isQObjectAlive(owner)
+
+
 class RedrawQueue(QObject):
     """Draws one piece in each round of the event loop: keys and mouse wait for one at most.
 
@@ -43,12 +47,10 @@ class RedrawQueue(QObject):
         self._timer.timeout.connect(self._draw_one)
 
     def soon(self, piece: Piece) -> None:
-        """Draw a piece when it is its turn."""
         self._waiting[piece] = None
         self._timer.start()
 
     def settled(self) -> bool:
-        """Whether everything that was asked for is drawn."""
         return not self._waiting
 
     @Slot()
@@ -57,6 +59,5 @@ class RedrawQueue(QObject):
         del self._waiting[piece]
         if not self._waiting:
             self._timer.stop()
-        owner = getattr(piece, "__self__", None)
-        if not isinstance(owner, QObject) or isQObjectAlive(owner):
+        if is_alive(piece):
             piece()

@@ -1,12 +1,8 @@
 """Acceptance of predictions as clicks, and their visibility.
 
-A prediction is accepted if its standard deviation is within a limit. Its visibility is that of the
-landmark's nearest clicks before and after it in the same camera: who has guessed a shoulder behind
-an arm in two keyframes has not seen it in between. Where there are none, what the body itself hides
-is guessed.
+A prediction is accepted if its standard deviation is within a limit. It is seen as the landmark's
+nearest clicks before and after it in the same camera; without any, what the body hides is guessed.
 """
-
-from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
@@ -52,10 +48,7 @@ class NearestClicks:
     def visibility(
         self, key: ClickKey, otherwise: Visibility = Visibility.SEEN
     ) -> Visibility | None:
-        """The less visible of the clicks before and after a frame, or `otherwise` without any.
-
-        None if one of them is outside the image and the other is not.
-        """
+        """The less visible of the clicks around a frame; None if just one is outside the image."""
         own = self._clicks.get((key.camera, key.landmark), [])
         first = bisect_left(own, (key.frame, Visibility.OUTSIDE))
         end = bisect_left(own, (key.frame + 1, Visibility.OUTSIDE))
@@ -94,11 +87,9 @@ def acceptable(
     cameras: Mapping[str, Camera],
     limit: float = ACCEPTED_SIGMA,
 ) -> Acceptance:
-    """Choose the predictions within a limit of sigma, seen as in the nearest clicked frames.
+    """Predictions within a limit of sigma, seen as in the nearest of the clicks around.
 
-    `clicks` are those around; without any of its landmark, a prediction is as visible as it says.
-    Left open is also what was outside the image in one of the nearest clicked frames and inside in
-    the other.
+    Left open is also what is outside the image in one of the nearest clicked frames alone.
     """
     near, taken = NearestClicks(clicks), []
     for one in predictions:

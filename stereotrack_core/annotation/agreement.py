@@ -1,7 +1,5 @@
 """Where two readings of the same images differ, and how far: two people, or one person twice."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import hypot, sqrt
@@ -19,17 +17,12 @@ from stereotrack_core.geometry.rotation import angle_between
 
 Kind: TypeAlias = Literal["same", "apart", "seen differently", "only first", "only second"]
 
-_RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))
-"""Median of the length of a plane vector whose components have the standard deviation 1."""
+_RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))  # median length of a plane vector of unit deviations
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Two readings of one landmark in one image.
-
-    `first` and `second`: None where a reading says nothing; a deleted click counts as ``only`` the
-    other's.
-    """
+    """Two readings of one landmark in one image; None where a reading says nothing."""
 
     key: ClickKey
     first: Click | None
@@ -37,11 +30,7 @@ class Difference:
 
     @property
     def kind(self) -> Kind:
-        """Whether they agree, and if not, in what.
-
-        ``seen differently``: one says outside the image, the other gives a position. Two clicks
-        that differ in flag, sigma or between seen and guessed alone are ``same``.
-        """
+        """Whether they agree, and if not, in what; flags and sigmas do not count."""
         first, second = self._there
         if first is None or second is None:
             return "only first" if first else "only second" if second else "same"
@@ -82,22 +71,16 @@ def differences(first: Iterable[Click], second: Iterable[Click]) -> tuple[Differ
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well two readings agree on a landmark; pixels.
-
-    `median` and `p95` and `largest`: of the distances.
-    """
+    """How well two readings agree on a landmark; pixels, of their distances."""
 
     landmark: str  # empty: all landmarks together
     count: int  # images in which both gave a position
-    sigma: float
-    """Standard deviation of a single click per axis, if both readings are equally good: the mean
-    square of the distance is 4 sigma^2. NaN without a common image."""
+    sigma: float  # of a single click per axis, both being equally good; NaN without an image
     robust_sigma: float  # the same from the median distance, which single outliers do not change
     median: float
     p95: float
     largest: float
-    bias: tuple[float, float]
-    """Mean of second less first: a landmark that both understand differently."""
+    bias: tuple[float, float]  # mean of second less first: both understand the landmark differently
     disputed: int  # images in which one says outside, or in which one of them says nothing
 
 
@@ -139,9 +122,8 @@ def click_sigmas(
 ) -> dict[str, float]:
     """Standard deviation of a click in pixels per axis, by landmark, measured by annotating again.
 
-    It is told by the median distance of first and second readings, so that an outlier does not make
-    every click look bad. Without readings, the variance of all landmarks together is that of each
-    single one, and the `usual` variance that of all together.
+    It is told by the median distance of both readings. Landmarks without many readings have that of
+    all together, and without those the `usual` one.
     """
     all_of_them = tuple(found)
 
@@ -157,12 +139,7 @@ def click_sigmas(
 
 @dataclass(frozen=True)
 class AgreementInSpace:
-    """Distances of a landmark (mm), and angles of the limb that it tells (degrees), between
-    readings.
-
-    The count is the frames in which both readings place the landmark in at least two cameras;
-    without any, median and 95th percentile are NaN.
-    """
+    """Distances of a landmark (mm), and angles of its limb (deg), between readings, over frames."""
 
     count: int
     median_mm: float
@@ -174,11 +151,7 @@ class AgreementInSpace:
 def agreement_in_space(
     found: Iterable[Difference], cameras: Mapping[str, Camera], landmarks: LandmarkSet
 ) -> dict[str, AgreementInSpace]:
-    """Summary for each landmark.
-
-    Only the images in which both readings give a position are taken, so that both see with the
-    same eyes.
-    """
+    """Summary for each landmark, by the images in which both readings give a position."""
     pairs = [one for one in found if one.apart is not None]
     first, second = (
         click_pixels([click for click in clicks if click is not None], cameras, landmarks.names)
@@ -208,10 +181,7 @@ def _statistics(values: FloatArray) -> tuple[int, float, float]:
 
 
 def common_frames(found: Iterable[Difference]) -> tuple[Difference, ...]:
-    """The differences at frames that both readings have annotated.
-
-    A frame that only one of them has touched says nothing about how well they agree.
-    """
+    """The differences at frames that both readings have annotated; others say nothing."""
     all_of_them = tuple(found)
 
     def frames(side: str) -> set[int]:

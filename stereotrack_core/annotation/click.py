@@ -14,21 +14,14 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
 
-UNCERTAIN = "uncertain"
-"""Flag of a click that its author doubts."""
-
-ACCEPTED = "accepted"
-"""Origin of a click that was a prediction before."""
-
+UNCERTAIN = "uncertain"  # flag of a click that its author doubts
+ACCEPTED = "accepted"  # origin of a click that was a prediction before
 _BY_HAND, _CLICKED = "hand", "clicked"  # the same origin in projects and in files
 _FILED = (ACCEPTED, "merged")
 
-GUESSED_FACTOR = 3.0
-"""Factor on the standard deviation of clicks that were guessed behind something."""
-
+GUESSED_FACTOR = 3.0  # on the standard deviation of clicks guessed behind something
 _DOUBTED_FACTOR = 2.0  # factor on the standard deviation of clicks that their author doubts
-USUAL_SIGMA = 3.0
-"""Pixels per axis of a seen landmark where nobody has measured better."""
+USUAL_SIGMA = 3.0  # pixels per axis of a seen landmark where nobody has measured better
 
 
 class Visibility(IntEnum):
@@ -54,16 +47,11 @@ class Click:
     frame: int  # frame of the recording, from 0
     camera: str  # name of the camera in the calibration
     landmark: str
-    position: tuple[float, float] | None
-    """Raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark is
-    outside the image."""
+    position: tuple[float, float] | None  # raw-image pixels; None outside the image
     visibility: Visibility = Visibility.SEEN  # seen, guessed behind something, or outside
     flag: str = ""  # empty, or a word such as :data:`UNCERTAIN`
-    sigma: float | None = None
-    """Standard deviation in pixels per axis; None: as usual for this landmark."""
-    origin: str = _BY_HAND
-    """How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed),
-    ``imported`` or ``merged`` (mean of two annotators' clicks)."""
+    sigma: float | None = None  # standard deviation, pixels per axis; None: the landmark's usual
+    origin: str = _BY_HAND  # ``hand``, ``accepted``, ``imported`` or ``merged`` (mean of two)
     who: str = ""  # annotator; empty until the project stamps it
     at: str = ""  # time of the last change, ISO 8601, UTC; empty until the project stamps it
     deleted: bool = False  # a person took it away. The position is the last one that it had.
@@ -111,10 +99,7 @@ def origin_of_source(source: str) -> str:
 
 
 def sigma_of(click: Click, default: Mapping[str, float] | float = USUAL_SIGMA) -> float:
-    """Standard deviation of a click in pixels per axis: its own, or from its landmark's usual one.
-
-    Guessed and doubted clicks without a sigma of their own count less.
-    """
+    """Standard deviation of a click, pixels per axis; guessed and doubted ones count less."""
     if click.sigma is not None:
         return click.sigma
     usual = default if isinstance(default, float | int) else default.get(click.landmark)
@@ -129,11 +114,7 @@ def measurements(
     names: Collection[str],
     default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
 ) -> tuple[Click, ...]:
-    """Clicks of these landmarks that have a position and are not deleted, each with its sigma.
-
-    `default_sigma`, in pixels per axis, is that of seen landmarks whose click does not state its
-    own.
-    """
+    """Clicks of these landmarks with a position, not deleted, each with its sigma in pixels."""
     return tuple(
         replace(click, sigma=sigma_of(click, default_sigma))
         for click in clicks
@@ -147,10 +128,7 @@ def click_detections(
     default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
     source: str = "",
 ) -> Detections:
-    """Clicks of the nine landmarks as measurements of the tracker, which knows no annotators.
-
-    `source` is the file that they come from.
-    """
+    """Clicks of the nine landmarks as measurements of the tracker, from a `source` file."""
     made = measurements(clicks, LANDMARKS, default_sigma)
     ordered = ((one, np.array(one.position)) for one in sorted(made, key=lambda one: one.key))
     return Detections(
@@ -172,8 +150,7 @@ class Prediction:
     source: str  # what it comes from: ``run accurate``, ``following``, ``triangulated`` ...
     position: tuple[float, float]  # raw-image pixels
     sigma: float | None = None  # standard deviation in pixels per axis, where the source knows it
-    visibility: Visibility = Visibility.SEEN
-    """As in the nearest clicked frames; what is outside has a position all the same."""
+    visibility: Visibility = Visibility.SEEN  # as in the nearest clicked frames
 
     @property
     def key(self) -> ClickKey:
@@ -211,9 +188,3 @@ class Progress:
             return f"{text}, no keyframes set"
         flagged = f", {self.flagged} flagged" if self.flagged else ""
         return f"{self.done} of {self.keyframes} keyframes done{flagged}"
-
-
-def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:
-    """Count keyframes: those done, by frame, and those flagged or with a doubted click."""
-    flags = len(keyframes.keys() & set(flagged))
-    return Progress(len(keyframes), sum(keyframes.values()), flags, clicks)

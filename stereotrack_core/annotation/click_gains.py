@@ -16,8 +16,6 @@ Limbs move smoothly, so a click also makes the frames around it surer: by a shar
 one to nothing at the landmark's next click, or `reach` frames away where there is none so near.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 
@@ -56,12 +54,8 @@ _LIMB_OF_AXIS: tuple[str, ...] = tuple(
     "torso" if axis == "torso_cross_axis" else axis for axis in AXES
 )
 
-COUNTS = np.array([float(limb in SCORED) for limb in _LIMB_OF_AXIS])
-"""Ones (7,) for the axes of limbs whose errors are reported, zeros for the others."""
-
-OWN_AXES = [AXES.index(limb) for limb in LIMBS]
-"""Places of the limbs' own axes, in the order of ``LIMBS``."""
-
+COUNTS = np.array([float(limb in SCORED) for limb in _LIMB_OF_AXIS])  # (7,): 1 if scored
+OWN_AXES = [AXES.index(limb) for limb in LIMBS]  # of the limbs, in the order of ``LIMBS``
 _FURTHER = 0.5  # weight of a landmark that is none of the nine in the axes of its limb
 _SHORTEST = 0.05  # metres; a shorter axis is no limb, and counts as long as this
 
@@ -69,8 +63,8 @@ _SHORTEST = 0.05  # metres; a shorter axis is no limb, and counts as long as thi
 def axis_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
     """Q (..., n, 7, 3, 3) with which v (..., a) = sum over l of tr(Q (..., l, a) P_l).
 
-    Of the nine landmarks (..., 9, 3), world, and n landmarks of a set, in the order of
-    :data:`AXES`, in 1 / square metres; NaN where an axis is not known.
+    Of the nine landmarks (..., 9, 3) and n landmarks of a set, 1 / square metres; NaN where an axis
+    is not known.
     """
     result: FloatArray = np.zeros((*nine.shape[:-2], len(landmark_set.names), len(AXES), 3, 3))
     for i, (weights, limb) in enumerate(zip(_WEIGHTS.values(), _LIMB_OF_AXIS, strict=True)):
@@ -96,28 +90,9 @@ def mean_squares(quadratics: FloatArray, covariance: FloatArray) -> FloatArray:
 def limb_sigma_deg(
     nine: FloatArray, covariance: FloatArray, landmark_set: LandmarkSet
 ) -> FloatArray:
-    """Root mean square angles (..., 6) in degrees by which limbs may be off.
-
-    The covariances (..., n, 3, 3) of the set's landmarks are taken for independent.
-    """
+    """Root mean square angles (..., 6), degrees, of limbs by covariances (..., n, 3, 3)."""
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
     return np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
-
-
-def axis_sigma_deg(
-    limb_sigma_deg: FloatArray, nine: FloatArray, covariance: FloatArray, landmark_set: LandmarkSet
-) -> FloatArray:
-    """Angles (..., 7) in degrees of all axes from what a fit states for the limbs (..., 6).
-
-    The torso's cross axis is as much surer or less sure than the long axis as the landmarks say.
-    """
-    v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.sqrt(v / v[..., :1])
-    result: FloatArray = limb_sigma_deg[..., [LIMBS.index(limb) for limb in _LIMB_OF_AXIS]].copy()
-    cross = AXES.index("torso_cross_axis")
-    result[..., cross] *= np.nan_to_num(relative[..., cross], nan=1.0, posinf=1.0)
-    return result
 
 
 REACH = 6
@@ -141,11 +116,7 @@ def distances(clicked: BoolArray, reach: int) -> tuple[IntArray, IntArray]:
 
 
 def over_frames(gain: FloatArray, clicked: BoolArray, reach: int) -> FloatArray:
-    """Gains (F, C, n) summed up over the frames that a click at each place tells about.
-
-    `gain` has what a click would gain at its own frame; `clicked` is (F, n). The sum is in degrees
-    times frames.
-    """
+    """Gains (F, C, n) at single frames summed up over the frames around; degrees times frames."""
     before, after = distances(clicked, reach)
     total = gain.copy()
     for away in range(1, min(reach, len(gain))):
@@ -157,10 +128,7 @@ def over_frames(gain: FloatArray, clicked: BoolArray, reach: int) -> FloatArray:
 
 
 def shares_around(row: int, clicked: BoolArray, reach: int) -> tuple[IntArray, FloatArray]:
-    """Rows that profit from a click at one row, itself among them, and by which share.
-
-    `clicked` (F,) is of the landmark; what it says of `row` does not count.
-    """
+    """Rows that profit from a click at one row, and by which share; `clicked` is (F,)."""
     others = np.flatnonzero(clicked)
     before, after = others[others < row], others[others > row]
     low = max(int(before[-1]) if len(before) else -1, row - reach)
@@ -196,8 +164,8 @@ def hidden_landmarks(
 ) -> BoolArray:
     """Whether (F, C, n) the body stands between cameras and landmarks; False where not known.
 
-    The body is that of the landmarks `nine` (F, 9, 3). Asked for are landmarks with n `names` at
-    `points` (F, n, 3), seen from optical centres at `places` (C, 3); all world, metres.
+    The body is that of `nine` (F, 9, 3); asked for are n `names` at `points` (F, n, 3), from
+    optical centres at `places` (C, 3), world.
     """
     sight_from = np.broadcast_to(places[None, :, None], (len(nine), len(places), len(names), 3))
     sight_to = np.broadcast_to(points[:, None], sight_from.shape)
@@ -264,7 +232,14 @@ class ClickGains:
         usual = [sigma_of(Click(0, "", name, (0.0, 0.0)), sigma) for name in landmark_set.names]
         self._usual = np.array(usual)
         self._covariance = fit.covariance.copy()
-        self.sigma_deg = axis_sigma_deg(fit.limb_sigma_deg, fit.nine, fit.covariance, landmark_set)
+        limbs = [LIMBS.index(limb) for limb in _LIMB_OF_AXIS]
+        self.sigma_deg: FloatArray = fit.limb_sigma_deg[:, limbs].copy()
+        # the torso's cross axis is as much surer than the long axis as the landmarks say
+        v = mean_squares(axis_quadratics(fit.nine, landmark_set), fit.covariance)
+        cross = AXES.index("torso_cross_axis")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = np.sqrt(v[:, cross] / v[:, 0])
+        self.sigma_deg[:, cross] *= np.nan_to_num(relative, nan=1.0, posinf=1.0)
         shape = (len(fit.frame), len(self._cameras), len(landmark_set.names))
         self.state: NDArray[np.uint8] = np.zeros(shape, dtype=np.uint8)
         self.seen: BoolArray = np.zeros(shape, dtype=np.bool_)
@@ -294,12 +269,7 @@ class ClickGains:
         return np.asarray(parts[0, 0, landmark])
 
     def update(self, frame: int, clicks: Iterable[Click]) -> None:
-        """Take in the present clicks of a frame that was edited, deleted ones too.
-
-        New clicks are taken in by their covariance alone, and the frames around profit the less the
-        nearer they are to other clicks of the landmark. What was taken away is known again after
-        the next fit of the trajectory.
-        """
+        """Take in the clicks of an edited frame, deleted ones too, until the next fit."""
         row = self.row(frame)
         if row is None:
             return

@@ -1,7 +1,5 @@
 """Clicked landmarks in space, nothing known of a body, and the proportions that they show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,10 +26,7 @@ class ClickPixels:
     pixel: FloatArray  # (F, L, V, 2); raw-image pixels, NaN where nobody gave a position
 
     def points(self) -> FloatArray:
-        """The point nearest to each landmark's rays (F, L, 3), world, metres.
-
-        NaN where fewer than two cameras see it.
-        """
+        """Points (F, L, 3), world, nearest to each landmark's rays; NaN with fewer than two."""
         if not self.pixel.size:
             return np.full((*self.pixel.shape[:2], 3), np.nan)
         origins = np.stack([camera.position_world for camera in self.cameras])
@@ -81,9 +76,7 @@ _NORMAL = 1.4826  # standard deviation over median absolute deviation of a norma
 
 @dataclass(frozen=True)
 class MeasuredLength:
-    """A length of the body in metres, its standard deviation, and the samples of both arms behind
-    it.
-    """
+    """A length in metres, its standard deviation, and the samples of both arms behind it."""
 
     length: float
     sigma: float
@@ -106,11 +99,7 @@ ENDS_OF_LENGTHS: tuple[tuple[str, str, tuple[tuple[str, ...], tuple[str, ...]]],
 
 
 def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
-    """Lengths between landmarks of the nine, as far as they are clicked in enough frames.
-
-    They are the names of a subject's, but for ``elbow_to_hand``, whose hand landmark lies half way
-    along the hand.
-    """
+    """Lengths of a subject's names, and ``elbow_to_hand``, that are clicked in enough frames."""
     points = clicks.points()
     samples: dict[str, list[float]] = {}
     for _, name, ends in ENDS_OF_LENGTHS:

@@ -8,12 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.fit.context import (
-    CLICKED_SHAPE,
-    pose_at,
-    standing,
-    watched_place,
-)
+from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, pose_at, standing, watched_place
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.predict import predicted_point
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -59,8 +54,7 @@ class ClickedSurface:
     part: IntArray  # (N,)
     points: FloatArray  # (N, 3), world
     visible: Mapping[str, BoolArray]  # mapping from camera to (N,)
-    offset: Mapping[str, FloatArray]
-    """Mapping from camera to (P, 2), pixels: by how much clicks on a part lie beside it."""
+    offset: Mapping[str, FloatArray]  # by camera (P, 2), pixels: clicks lie beside a part
 
     @classmethod
     def of(
@@ -85,7 +79,7 @@ class ClickedSurface:
         frames = body.frames(pose)
         placed, surface = placed_cones(body, frames), regular_points(body.cones, _POINTS)
         points = frames.apply(surface.part, surface.points)
-        told = _told_parts(found)
+        told = [p for p in _MOVED if p == TORSO or all(n in found for n in _landmarks_of(p))]
         keep = np.isin(surface.part, told) & ~inside_other_cone(points, surface.cone, placed)
         normals = np.einsum("nij,nj->ni", frames.rotations[surface.part], surface.normals)
         part, points, normals = surface.part[keep], points[keep], normals[keep]
@@ -128,11 +122,6 @@ def _landmarks_of(part: int) -> tuple[str, ...]:
     if part == HEAD:
         return ("head",)
     return _ARMS.get(part, ("left_shoulder", "right_shoulder", "left_hip", "right_hip"))
-
-
-def _told_parts(found: Mapping[str, FloatArray]) -> list[int]:
-    """Parts whose place is known from landmarks."""
-    return [p for p in _MOVED if p == TORSO or all(n in found for n in _landmarks_of(p))]
 
 
 def _to_clicked(

@@ -1,12 +1,6 @@
-"""Landmarks that the keypoints of a 2-D detector show: in an image, or by a body fitted to them.
-
-A person may accept them as clicks.
-"""
-
-from __future__ import annotations
+"""Landmarks that the keypoints of a 2-D detector show: in an image, or by a fitted body."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise, product
 
 import numpy as np
@@ -31,28 +25,18 @@ from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedK
 from stereotrack_core.tracking.detecting import KEYPOINT_OFFSETS
 from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
 
-_HAND = AVERAGE.elbow_to_hand / AVERAGE.forearm_length
-"""How far the hand's landmark is from the elbow, against the wrist."""
-
-_SIGMA = 0.02
-"""Standard deviation of a sure keypoint over the person's size in the picture."""
-
+_HAND = AVERAGE.elbow_to_hand / AVERAGE.forearm_length  # over that of the wrist
+_SIGMA = 0.02  # standard deviation of a sure keypoint over the person's size in the picture
 _UNSURE, _MOST_UNSURE = 20.0, 3.0
 """Growth of that deviation by what the installed detector's confidence lacks of 1, and its largest
 factor: elbows below 0.95 are off by two to three times as much as those above."""
 
-_LEAST_SURE = 0.1
-"""Confidence of other detectors below which a keypoint is as uncertain as with it."""
-
-_EXTENDED = 2.0
-"""Factor on the standard deviation of what is extended from other keypoints."""
+_LEAST_SURE = 0.1  # confidence of other detectors below which a keypoint is as uncertain as with it
+_EXTENDED = 2.0  # factor on the standard deviation of what is extended from other keypoints
 
 
 def landmark_predictions(keypoints: Keypoints, landmarks: Sequence[str]) -> tuple[Prediction, ...]:
-    """Predictions of landmarks in every picture from one person's keypoints, by detector.
-
-    A hand that is not predicted is extended from elbow and wrist; a head lies between the ears.
-    """
+    """Predictions in every picture; hands are extended, a head lies between the ears."""
     found: list[Prediction] = []
     sorted_rows = keypoints[np.lexsort((keypoints.source, keypoints.camera, keypoints.frame))]
     key = np.stack(
@@ -108,41 +92,22 @@ def _place_of(
 _SPREAD = {"elbow": 0.05, "wrist": 0.07, "hand": 0.09, "ear": 0.025, "head": 0.025}
 """Metres at the person's distance; standard deviation of a sure keypoint in one image."""
 
-_OF_OTHERS = 0.03
-"""The same for the other keypoints."""
-
+_OF_OTHERS = 0.03  # the same for the other keypoints
 _OFF = {"shoulder": 0.02, "elbow": 0.025, "hand": 0.05, "head": 0.012, "hip": 0.025}
 """Metres along each axis by which a landmark is off alike in all images: the detector's points are
 not quite where the offsets put them, and people differ."""
 
-_MOST_OFF = 3.0
-"""Standard deviations as which larger distances of a keypoint from the fit count."""
-
-_ALONE = 2.0
-"""Factor on the standard deviation of a landmark that fewer than two images show: bones alone tell
-how far away it is, and may bend two ways."""
-
-_ARMS = ("elbow", "wrist", "hand")
-"""Keypoints whose sides may be exchanged while those of the trunk are right."""
-
-_MARGIN = 0.5
-"""By how many keypoints rays must meet better for each image with its sides exchanged."""
-
-_MOST_CAMERAS = 8
-"""Cameras beyond which exchanged sides are not looked for: there are too many combinations."""
-
-_FEWEST = 4
-"""Keypoints in which rays have to meet. With fewer, the body could face any way."""
-
+_MOST_OFF = 3.0  # standard deviations as which larger distances of a keypoint from the fit count
+_ALONE = 2.0  # factor on sigma if fewer than two images show it: bones may bend two ways
+_ARMS = ("elbow", "wrist", "hand")  # keypoints whose sides may be exchanged alone
+_MARGIN = 0.5  # by how many keypoints rays must meet better for each image with its sides exchanged
+_MOST_CAMERAS = 8  # beyond which exchanged sides are not looked for: too many combinations
+_FEWEST = 4  # Keypoints in which rays have to meet. With fewer, the body could face any way.
 _USED = ("shoulder", "elbow", "wrist", "hand", "hip", "head", "ear")
 """Keypoints that are fitted. The nose is not: the body's head does not turn about its own axis."""
 
-_ALSO_TELLING = {"hand": ("wrist",), "head": ("ear",)}
-"""Other keypoints that show a landmark."""
-
-_JOINT = "joint of "
-"""Before the name of a landmark: without it, that is the name of the keypoint beside it."""
-
+_ALSO_TELLING = {"hand": ("wrist",), "head": ("ear",)}  # other keypoints that show a landmark
+_JOINT = "joint of "  # before a landmark's name: without it, that is the keypoint beside it
 _SETTINGS = FitSettings(use_depth=False, outlier_share=0.1, sigma_joint_shift=0.012)
 
 
@@ -152,11 +117,7 @@ def body_predictions(
     cameras: Mapping[str, Camera],
     proportions: Proportions,
 ) -> Iterator[Prediction]:
-    """Predictions of landmarks in all cameras, by the body that several images show together.
-
-    Landmarks that are not of the body, and frames or images in which too little of the person is
-    seen for one, get those of :func:`landmark_predictions`.
-    """
+    """Predictions in all cameras by the body that several images show, or of single images."""
     in_sight = np.isin(keypoints.camera, list(cameras))
     yield from landmark_predictions(keypoints[~in_sight], landmarks)
     keypoints = keypoints[in_sight]
@@ -165,79 +126,58 @@ def body_predictions(
     chosen = [LANDMARKS.index(name) for name in names]
     for source in sorted(set(keypoints.source.tolist())):
         of_source = keypoints[keypoints.source == source]
-        body = DetectedBody(cameras, proportions, source)
+        shape = BodyShape()
+        if source == DETECTOR_NAME:  # it is known how its points lie beside the landmarks
+            shape = shape.replaced(**KEYPOINT_OFFSETS)
+        fit = ClickFit(cameras, _landmark_set(proportions, shape), proportions, _SETTINGS)
         for frame in sorted(set(of_source.frame.tolist())):
             rows = of_source[of_source.frame == frame]
-            found = body.landmarks(rows)
+            found = _landmarks_shown(rows, fit)
             yield from landmark_predictions(rows, landmarks if found is None else others)
             if found is not None:
-                points, covariance = found.points[chosen], found.covariance[chosen]
+                points, covariance = (array[chosen] for array in found)
                 yield from projected_landmarks(
                     [frame], names, points[None], covariance[None], cameras, source
                 )
 
 
-@dataclass(frozen=True, eq=False)
-class DetectedLandmarks:
-    """The nine landmarks of a frame."""
+def _landmarks_shown(keypoints: Keypoints, fit: ClickFit) -> tuple[FloatArray, FloatArray] | None:
+    """The nine (9, 3), world, that a frame's keypoints show, and their covariances (9, 3, 3).
 
-    points: FloatArray
-    """(9, 3), world, metres."""
-    covariance: FloatArray
-    """(9, 3, 3), square metres."""
-
-
-class DetectedBody:
-    """Fits one person's body to the keypoints of a frame.
-
-    The detector tells how its points lie beside the landmarks, where that is known.
+    None if too few rays meet.
     """
+    rows = [
+        row for row in _with_hands(keypoints) if row[1] in fit.cameras and _place(row[2]) in _USED
+    ]
+    if not rows:
+        return None
+    seen = sighted(keypoints_of(rows), fit.cameras)
+    wrong = _exchanged_sides(seen)
+    meeting = seen.with_sides_exchanged(wrong).meeting(MEETING_GATE)
+    if np.isfinite(meeting.world).all(axis=1).sum() < _FEWEST:
+        return None
+    clicks = _clicks(rows, seen, wrong, meeting)
+    found = fit.frame(clicks)
+    off = np.array([_OFF[_place(name)] for name in LANDMARKS])
+    covariance = found.landmark_covariance[-9:] + off[:, None, None] ** 2 * np.eye(3)
+    factors = _contradictions(clicks, found.residual_px)
+    return found.landmarks_world[-9:], covariance * factors[:, None, None]
 
-    def __init__(
-        self, cameras: Mapping[str, Camera], proportions: Proportions, detector: str
-    ) -> None:
-        self._cameras = cameras
-        shape = BodyShape()
-        if detector == DETECTOR_NAME:
-            shape = shape.replaced(**KEYPOINT_OFFSETS)
-        self._fit = ClickFit(cameras, _landmark_set(proportions, shape), proportions, _SETTINGS)
 
-    def landmarks(self, keypoints: Keypoints) -> DetectedLandmarks | None:
-        """Landmarks that the keypoints of one frame show; None if too few rays meet."""
-        rows = [
-            row
-            for row in _with_hands(keypoints)
-            if row[1] in self._cameras and _place(row[2]) in _USED
-        ]
-        if not rows:
-            return None
-        seen = sighted(keypoints_of(rows), self._cameras)
-        wrong = _exchanged_sides(seen)
-        meeting = seen.with_sides_exchanged(wrong).meeting(MEETING_GATE)
-        if np.isfinite(meeting.world).all(axis=1).sum() < _FEWEST:
-            return None
-        clicks = self._clicks(rows, seen, wrong, meeting)
-        found = self._fit.frame(clicks)
-        off = np.array([_OFF[_place(name)] for name in LANDMARKS])
-        covariance = found.landmark_covariance[-9:] + off[:, None, None] ** 2 * np.eye(3)
-        factors = _contradictions(clicks, found.residual_px)
-        covariance = covariance * factors[:, None, None]
-        return DetectedLandmarks(found.landmarks_world[-9:], covariance)
-
-    def _clicks(
-        self, rows: list[Row], seen: SightedKeypoints, wrong: BoolArray, meeting: MeetingPoints
-    ) -> list[Click]:
-        """The keypoints as clicks with standard deviations, sides as they fit together."""
-        middle = np.nanmedian(meeting.world, axis=0)
-        clicks = []
-        for frame, camera, name, x, y, sure, source, _person in rows:
-            k, v = seen.names.index(name), seen.cameras.index(camera)
-            own = exchanged(name) if wrong[k, v] else name
-            depth = float(seen.rotation[v, 2] @ middle + seen.translation[v, 2])
-            metre = float(seen.focal[v]) / max(depth, 0.1)
-            sigma = _SPREAD.get(_place(name), _OF_OTHERS) * metre * doubt(sure, source)
-            clicks.append(Click(frame, camera, own, (x, y), sigma=sigma))
-        return clicks
+def _clicks(
+    rows: list[Row], seen: SightedKeypoints, wrong: BoolArray, meeting: MeetingPoints
+) -> list[Click]:
+    """The keypoints as clicks with standard deviations, sides as they fit together."""
+    middle = np.nanmedian(meeting.world, axis=0)
+    clicks = []
+    for frame, camera, name, x, y, sure, source, _person in rows:
+        k, v = seen.names.index(name), seen.cameras.index(camera)
+        own = exchanged(name) if wrong[k, v] else name
+        depth = float(seen.rotation[v, 2] @ middle + seen.translation[v, 2])
+        metre = float(seen.focal[v]) / max(depth, 0.1)
+        sigma = _SPREAD.get(_place(name), _OF_OTHERS) * metre * doubt(sure, source)
+        clicks.append(Click(frame, camera, own, (x, y), sigma=sigma))
+    return clicks
 
 
 def _place(name: str) -> str:
@@ -300,11 +240,7 @@ def _with_hands(keypoints: Keypoints) -> Iterator[Row]:
 
 
 def _exchanged_sides(seen: SightedKeypoints) -> BoolArray:
-    """Where (K, V) left and right are exchanged: of all keypoints of an image, or of its arms.
-
-    Of all ways to exchange images the one is taken in which rays meet best. The same with all
-    images exchanged fits as well; the one that exchanges fewer counts.
-    """
+    """Where (K, V) left and right are exchanged in whole images or arms, so that rays meet best."""
     result = np.zeros(seen.confidence.shape, dtype=np.bool_)
     views = np.flatnonzero(seen.confidence.any(axis=0))
     if not 2 <= len(views) <= _MOST_CAMERAS:

@@ -1,17 +1,12 @@
 """Cameras that contradict the others, and clicks and frames that somebody should look at again.
 
-Clicks of left and right that were mixed up: two clicks of one landmark in two images lie on each
-other's epipolar lines. Of all ways to exchange left and right in some of the views, the one with
-the least distances is looked for; where it is clearly better than the clicks as they are, the views
-that have to change are told.
+Two clicks of one landmark in two images lie on each other's epipolar lines: of all ways to exchange
+left and right in some of the views the best is looked for.
 
-A click that is an outlier with the probability p gives nothing to the fit, which leaves it out
-in proportion: to click right there would gain p times what a new click gains. As far as the fit has
-believed it, with 1 - p, it has pulled the limb, by at most the angle of its residual. Clicks of a
-camera that contradicts the others are not blamed.
+A click that is an outlier with the probability p gives nothing to the fit: to click right there
+would gain p times what a new click gains. As far as the fit has believed it, it has pulled the
+limb, by at most the angle of its residual.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -38,33 +33,21 @@ from stereotrack_core.geometry.camera_agreement import (
 from stereotrack_core.geometry.rotation import angle_between, skew
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
-MOST_VIEWS = 8
-"""Of more views the first ones are looked at; exchanges grow as their power of two."""
-
-LEAST_GAIN = 8.0
-"""Log likelihood that an exchange has to gain."""
-
-_GROSS = 12.0
-"""Distances of more than so many sigma count as this: one outlier shall not decide."""
-
+MOST_VIEWS = 8  # of more views the first ones are looked at; exchanges grow as their power of two
+LEAST_GAIN = 8.0  # log likelihood that an exchange has to gain
+_GROSS = 12.0  # distances of more than so many sigma count as this: one outlier shall not decide
 _TOO_NEAR = 1e-6  # metres between two optical centres below which there are no epipolar lines
 
 
 @dataclass(frozen=True)
 class Swap:
-    """Two landmarks that were mixed up in some images of one frame.
-
-    `first` and `second`: the landmarks. `distance` and `distance_after`: root mean square distance
-    to the epipolar lines in pixels, as they are and after the exchange.
-    """
+    """Two landmarks mixed up in some images of a frame; rms distances to epipolar lines, px."""
 
     frame: int
     first: str
     second: str
     cameras: tuple[str, ...]  # where they should be exchanged
-    certain: bool
-    """False where to exchange them in all the other views instead fits as well and needs no more
-    exchanges: somebody has to look which."""
+    certain: bool  # False where to exchange them in all other views instead fits as well
     distance: float
     distance_after: float
 
@@ -72,12 +55,7 @@ class Swap:
 def epipolar_distance(
     camera: Camera, pixels: FloatArray, other: Camera, other_pixels: FloatArray
 ) -> FloatArray:
-    """Distance (...) in pixels of points (..., 2) in one image from epipolar lines of those in
-    another.
-
-    Measured on the undistorted image, at its focal length; the mean over both images. NaN where a
-    point is NaN or the cameras are in one place.
-    """
+    """Pixels (...) of points (..., 2) from epipolar lines of others; mean of both; may be NaN."""
     one = _homogeneous(camera.normalised(pixels))
     two = _homogeneous(other.normalised(other_pixels))
     two_from_one = other.camera_from_world @ camera.world_from_camera
@@ -100,15 +78,12 @@ def find_swaps(
     *,
     sigma: float = 2.0,
 ) -> tuple[Swap, ...]:
-    """Pairs of landmarks that were mixed up, by frame.
+    """Pairs of landmarks that were mixed up, by frame; `sigma` of clicks is in pixels.
 
-    `pairs` are landmarks that may be mixed up, as :meth:`LandmarkSet.pairs` gives them, `sigma` is
-    the standard deviation of a click in pixels per axis. The distance of two good clicks has the
-    variance 2 sigma^2 (both are noisy), so exchanging gains the log likelihood (S - S') / (4
-    sigma^2), with the sums S of squared distances before and after. An exchange is told where that
-    is at least :data:`LEAST_GAIN` and S is halved. Where two landmarks lie in one epipolar plane
-    (one behind the other, or at the same height in a horizontal stereo pair) they cannot be told
-    apart this way, and nothing is.
+    The distance of two good clicks has the variance 2 sigma^2, so exchanging gains the log
+    likelihood (S - S') / (4 sigma^2), with the sums S of squared distances. It is told where that
+    is at least :data:`LEAST_GAIN` and S is halved; landmarks in one epipolar plane cannot be told
+    apart.
     """
     at_frame: dict[int, dict[str, dict[str, tuple[float, float]]]] = {}
     for click in clicks:
@@ -158,11 +133,7 @@ def _swap(
 def _costs(
     points: Mapping[str, FloatArray], cameras: Mapping[str, Camera], largest: float
 ) -> tuple[dict[tuple[int, int], tuple[float, float]], int]:
-    """Squared distances between two views each with a pair as it is and exchanged, square pixels.
-
-    Also the number of distances; none where there is nothing to compare: two views, one of them
-    with both landmarks.
-    """
+    """Squares of each two views' distances, as they are and exchanged (px^2), and their number."""
     costs, terms = {}, 0
     for (i, one), (j, two) in combinations(enumerate(points), 2):
         if np.isnan(points[one]).any() and np.isnan(points[two]).any():
@@ -183,9 +154,7 @@ def _homogeneous(points: FloatArray) -> FloatArray:
     return np.concatenate([points, np.ones_like(points[..., :1])], axis=-1)
 
 
-_BLOCKS, _BLOCK = 60, 5
-"""Stretches of clicked frames that are asked, and frames in each: movement shows in neighbours."""
-
+_BLOCKS, _BLOCK = 60, 5  # stretches of clicked frames, and frames in each: neighbours show movement
 _FAR = 4.0  # usual sigmas from which a click lies far from what other cameras say
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
@@ -193,11 +162,7 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 def doubtful_camera(
     clicks: Iterable[Click], cameras: Mapping[str, Camera], landmark_set: LandmarkSet
 ) -> Disagreement | None:
-    """The camera that contradicts the others over all clicks of all frames, if one does.
-
-    A camera with a few wrong clicks, or with left and right mixed up, is none. What was accepted
-    lies where the other cameras have put it, and says nothing.
-    """
+    """The camera that contradicts the others over all clicks; accepted ones say nothing."""
     names = landmark_set.names
     found = _compared(clicks, cameras, names)
     other = {name: landmark_set[name].mirror or name for name in names}
@@ -211,10 +176,7 @@ def residuals_by_camera(
     landmark_set: LandmarkSet,
     found: Disagreement | None,
 ) -> tuple[CameraResidual, ...]:
-    """How far each camera's clicks lie from the points that the cameras agree on.
-
-    Without the camera that :func:`doubtful_camera` has found; clicks are chosen as they are there.
-    """
+    """How far each camera's clicks lie from the points that the sound cameras agree on."""
     compared = _compared(clicks, cameras, landmark_set.names)
     doubtful = () if found is None else found.doubtful
     return camera_residuals(compared.cameras, np.moveaxis(compared.pixel, 2, 0), doubtful)
@@ -275,12 +237,7 @@ def own_outliers(
     clicks: Iterable[Click],
     cameras: Mapping[str, Camera],
 ) -> tuple[ClickKey, ...]:
-    """Those of the flagged clicks that look wrong without the camera that disagrees, too.
-
-    The flagged lie far from a fit to all cameras. The camera's own clicks are not to blame, nor are
-    those of other cameras that it has drawn the fit away from. All are returned where none
-    disagrees.
-    """
+    """Those of the clicks far from a fit that look wrong without the doubtful camera, too."""
     keys = tuple(flagged)
     if found is None or not keys:
         return keys
@@ -339,7 +296,8 @@ def doubts_of(
         if key.frame not in rows or key.landmark not in fit.names:
             continue
         point = fit.landmarks[rows[key.frame], fit.names.index(key.landmark)]
-        angle = _angle_deg(camera, point, length)
+        off = length * float(np.linalg.norm(point - camera.position_world)) / camera.focal
+        angle = float(np.nan_to_num(np.degrees(np.arctan2(off, _LIMB_LENGTH))))
         what = "probable outlier" if outlier > PROBABLE else "far from the fit"
         found[key] = Doubt(outlier, angle, f"{what}, {length:.0f} px")
     return found
@@ -377,10 +335,3 @@ def disagreement_deg(fit: TrajectoryFit, run: LandmarkTrajectory) -> FloatArray:
             other = run.points[theirs, end] - run.points[theirs, start]
             result[ours, i] = np.degrees(angle_between(own, other))
     return result
-
-
-def _angle_deg(camera: Camera, point: FloatArray, pixels: float) -> float:
-    """Angle by which a limb turns whose end is moved by so many pixels in an image."""
-    depth = float(np.linalg.norm(point - camera.position_world))
-    angle = np.degrees(np.arctan2(pixels * depth / camera.focal, _LIMB_LENGTH))
-    return float(np.nan_to_num(angle))

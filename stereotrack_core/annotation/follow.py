@@ -4,8 +4,6 @@ Every step is taken by pyramidal Lucas-Kanade from the last picture and checked 
 forward-backward error of Kalal, Mikolajczyk and Matas, ICPR 2010, doi:10.1109/ICPR.2010.675).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -18,17 +16,11 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.reader import FrameReader
 
-FOLLOWING = "following"
-"""Source of followed points."""
-
+FOLLOWING = "following"  # source of followed points
 _CRITERIA = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 40, 1e-3)
 _LINES = 480
-_WINDOW, _LEVELS = 13, 3
-"""Side of the patch in pixels at 480 lines, and levels of the image pyramid above the first."""
-
-_BACK = 1.0
-"""Largest distance in pixels from the start after one step forward and back, at 480 lines."""
-
+_WINDOW, _LEVELS = 13, 3  # side of the patch, pixels at 480 lines; pyramid levels above the first
+_BACK = 1.0  # pixels at 480 lines by which a step forward and back may miss the start
 MOST_FRAMES = 30  # over which anything is followed
 _APART = 6.0  # pixels at 480 lines between the nine points that stand for one
 _UNCERTAIN, _ASTRAY, _UNLIKE_NEIGHBOURS = 3.0, 0.1, 2.0
@@ -42,14 +34,11 @@ def follow_points(
     *,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Follow pixels (n, 2) of the first picture through the others.
+    """Follow pixels (n, 2) of the first picture through the others, until one is missing.
 
-    Nine points around each are followed, and the median of how those moved that find the way back
-    counts: where a joint hides under plain skin, what is around it moves along.
-
-    Yields for every further grey picture (H, W) the pixels (n, 2) and their standard deviations
-    (n,) per axis, NaN where they were lost. Ends before a picture that is missing (None), or when
-    `cancelled`, which is asked before every picture, says so.
+    Nine points around each are followed, and the median of those that find the way back counts.
+    Yields pixels (n, 2) and standard deviations (n,) per axis for every further grey picture, NaN
+    where they were lost.
     """
     pictures = iter(images)
     before = next(pictures, None)
@@ -94,8 +83,8 @@ def flow(
 ) -> FloatArray:
     """Where points (m, 2) of one grey picture are in another; NaN where they are not found.
 
-    The pictures are finer by `scale` than 480 lines, at which `window` is the side of the patch in
-    pixels. `move` (m, 2) is the expected movement, pixels.
+    `window` is the side of the patch at 480 lines, and pictures are finer by `scale`; `move` (m, 2)
+    is expected.
     """
     known = np.isfinite(points).all(axis=1)
     found = np.full(points.shape, np.nan)
@@ -113,10 +102,7 @@ def flow(
 def pictures_of(
     reader: FrameReader, camera: str, frames: Iterable[int]
 ) -> Iterator[ImageArray | None]:
-    """Grey pictures (H, W) of a camera, one by one; None for one that cannot be read.
-
-    InputError where none of the reader's views shows this camera.
-    """
+    """Grey pictures (H, W) of a camera, None for one not readable. Raises InputError."""
     for view in reader.views:
         if view.image.camera == camera or (view.left is not None and view.left.camera == camera):
             break
@@ -143,10 +129,7 @@ def follow_clicks(
     *,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Prediction, ...]:
-    """Follow clicks to frames before and after, each up to the next click of its own landmark.
-
-    Those in cameras that the reader does not show are left out, and so is what was lost.
-    """
+    """Follow clicks to frames before and after, each up to its landmark's next click."""
     shown = {stream.camera for view in reader.views for stream in view.streams().values()}
     groups: dict[tuple[str, int], list[Click]] = defaultdict(list)
     clicked: dict[tuple[str, str], list[int]] = defaultdict(list)

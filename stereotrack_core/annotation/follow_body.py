@@ -1,16 +1,10 @@
 """Follow the body's surface through the images, from a clicked frame to another.
 
-A landmark is a joint inside the body; what can be followed in images is skin and clothes around
-it, which turn about the joint as the limb turns. So points are spread over the surface of the body
-that stands where the clicks put it, followed in every image that shows them (forward-backward
-checked, as in :mod:`stereotrack_core.annotation.follow`), and the trunk, the head and each segment
-of the arms is moved as a rigid body, its own axis included, to where most of its points went in all
-images. Joints hold the parts together. How the parts move tells how the landmarks do.
-
-Only how they move is told: where the clicks are a few pixels off, the surface starts as far off.
+A landmark is a joint inside the body; what can be followed is skin and clothes around it. So points
+of the surface where the clicks put it are followed in every image, and trunk, head and each segment
+of the arms move as rigid bodies to where most of their points went. Joints hold them together. Only
+how they move is told.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,7 +27,6 @@ _LINES = 480
 _WINDOW = 9  # side of the patch in pixels at 480 lines
 _BACK = 0.7  # pixels at 480 lines by which a step forward and back may miss the start
 _BORDER = 60  # pixels at 480 lines around the person in which is looked
-
 _JOINTS = (
     (TORSO, UPPER_ARMS[0], "left_shoulder", 0.010),
     (TORSO, UPPER_ARMS[1], "right_shoulder", 0.010),
@@ -97,11 +90,9 @@ def follow_body(
     *,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> BodyStep | None:
-    """Follow the body from a clicked frame to another frame.
+    """Follow the body from a clicked frame to another; other clicks tell how it is moving.
 
-    Clicks of other frames than `start` tell how the body is moving. Cameras that the reader does
-    not show are left out. None where the two are too far apart, the trunk is not clicked in two
-    images, no image of the cameras can be read, or it was cancelled.
+    None where that is too far or too little is clicked or seen, or when it was cancelled.
     """
     if not 0 < abs(frame - start) <= MOST_FRAMES:
         return None
@@ -154,10 +145,7 @@ def _followed(
     steps: int,
     cancelled: Callable[[], bool],
 ) -> FloatArray | None:
-    """Where pixels (M, 2) of the first picture are in the last, NaN where they were lost.
-
-    None where it was cancelled. A step goes as far as `guess` for all of them would have it.
-    """
+    """Where pixels (M, 2) of the first picture are in the last, NaN if lost; None if cancelled."""
     found, move = starts, (guess - starts) / steps
     lost = np.zeros(len(starts), dtype=np.bool_)
     before, half, scale = None, 1, 1.0
@@ -206,8 +194,7 @@ class _Seen:
     camera: str
     points: IntArray
     pixels: FloatArray
-    started: IntArray
-    """Points that the following began with."""
+    started: IntArray  # points that the following began with
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +227,13 @@ def _moved(surface: ClickedSurface, seen: Sequence[_Seen], guess: FloatArray) ->
         H, g = _prior(parts, first)
         for one in seen:
             _add_pixels(H, g, surface, parts, one, wider)
-        _add_joints(H, g, surface, parts)
+        for one_part, other, name, sigma in _JOINTS:  # parts do not come apart
+            if np.isin([one_part, other], surface.part).all():
+                joint = surface.landmarks[NINE.names.index(name)]
+                apart = parts.move(other, joint) - parts.move(one_part, joint)
+                J = parts.jacobian(one_part, joint) - parts.jacobian(other, joint)
+                H += J.T @ J / sigma**2
+                g += J.T @ apart / sigma**2
         covariance = np.asarray(np.linalg.inv(H), dtype=np.float64)
         delta = (covariance @ g).reshape(-1, 6)
         turn: FloatArray = rotation_from_vector(delta[:, :3]) @ parts.turn
@@ -289,18 +282,6 @@ def _add_pixels(
         weighted = J[own] * weight[own, None, None]
         H[at, at] += np.einsum("nai,naj->ij", weighted, J[own])
         g[at] += np.einsum("nai,na->i", weighted, off[own])
-
-
-def _add_joints(H: FloatArray, g: FloatArray, surface: ClickedSurface, parts: _Parts) -> None:
-    """Add that parts do not come apart."""
-    for one, two, name, sigma in _JOINTS:
-        joint = surface.landmarks[NINE.names.index(name)]
-        if not np.isin([one, two], surface.part).all():
-            continue
-        apart = parts.move(two, joint) - parts.move(one, joint)
-        J = parts.jacobian(one, joint) - parts.jacobian(two, joint)
-        H += J.T @ J / sigma**2
-        g += J.T @ apart / sigma**2
 
 
 def _doubt(parts: _Parts, surface: ClickedSurface, seen: Sequence[_Seen]) -> FloatArray:

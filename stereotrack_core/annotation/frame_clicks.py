@@ -34,13 +34,11 @@ class FrameClicks:
     """The clicks of one frame, and what is known besides."""
 
     frame: int
-    clicks: tuple[Click, ...]
-    """Of all cameras and landmarks. `sigmas` mapping from landmark to float, how good clicks are,
-    pixels per axis, as far as measured."""
+    clicks: tuple[Click, ...]  # of all cameras and landmarks
     cameras: Mapping[str, Camera]
     landmark_set: LandmarkSet
     proportions: Proportions
-    sigmas: Mapping[str, float]
+    sigmas: Mapping[str, float]  # of clicks by landmark, pixels per axis, as far as measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +52,7 @@ class HintQuestion(FrameClicks):
 
 @dataclass(frozen=True, eq=False)
 class FitQuestion(FrameClicks):
-    """The body that is fitted to the clicks.
-
-    `views` mapping from camera to str, how people call the cameras. `cloud`: measured points, where
-    they are there and wanted.
-    """
+    """The body that is fitted to the clicks, and to measured points if there are any."""
 
     views: Mapping[str, str]
     fps: float
@@ -76,11 +70,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class ClickHints:
-    """The answer.
-
-    `points` mapping from landmark to PredictedPoint, of landmarks with clicks in two places or
-    more.
-    """
+    """The answer; points of landmarks with clicks in two places or more."""
 
     question: HintQuestion
     points: Mapping[str, PredictedPoint]
@@ -97,11 +87,8 @@ def hints_of(question: HintQuestion) -> ClickHints:
         by_landmark.setdefault(click.landmark, []).append(click)
     wanted = {*question.shown, *(click.camera for click in clicks)}
     cameras = {name: camera for name, camera in question.cameras.items() if name in wanted}
-    points = {}
-    for name, own in by_landmark.items():
-        point = predicted_point(cameras, own, sigma=question.sigmas)
-        if point is not None:
-            points[name] = point
+    told = {n: predicted_point(cameras, o, sigma=question.sigmas) for n, o in by_landmark.items()}
+    points = {name: point for name, point in told.items() if point is not None}
     return ClickHints(
         question,
         points,
@@ -114,18 +101,12 @@ def hints_of(question: HintQuestion) -> ClickHints:
 def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curve, ...]]:
     """Curves of the chosen landmark's clicks in every image that is shown."""
     found: dict[str, tuple[Curve, ...]] = {}
-    for name in question.shown:
-        if name not in question.cameras:
-            continue
+    for name in (name for name in question.shown if name in question.cameras):
         own = []
         for click in clicks:
             if click.camera != name and click.position is not None:
-                curve = epipolar_curve(
-                    question.cameras[click.camera],
-                    np.array(click.position),
-                    question.cameras[name],
-                    question.volume,
-                )
+                seen, pixel = question.cameras[click.camera], np.array(click.position)
+                curve = epipolar_curve(seen, pixel, question.cameras[name], question.volume)
                 own.append(Curve(click.landmark, click.camera, curve))
         found[name] = tuple(own)
     return found
@@ -186,12 +167,9 @@ class ShownFit:
     question: FitQuestion
     fit: FrameFit
     meshes: tuple[PartMesh, ...]  # of the limbs whose direction is known
-    residuals: Mapping[ClickKey, FloatArray]
-    """Mapping from ClickKey to (2,); click minus model, raw pixels."""
-    outliers: Mapping[ClickKey, float]
-    """Mapping from ClickKey to float; probability that the click is an outlier."""
-    places: Mapping[str, FloatArray]
-    """Mapping from landmark to (3,); landmarks of the model, world, metres."""
+    residuals: Mapping[ClickKey, FloatArray]  # (2,); click minus model, raw pixels
+    outliers: Mapping[ClickKey, float]  # probability that the click is an outlier
+    places: Mapping[str, FloatArray]  # landmarks of the model (3,), world, metres
 
 
 class Fitter:

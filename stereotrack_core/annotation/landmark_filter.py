@@ -1,23 +1,14 @@
 """Prediction of the landmarks of a frame from the clicks of others.
 
-One Gaussian holds, for all landmarks together, place and velocity in the world and, for every
-image, how far a person's clicks lie from where the calibration puts the place: a camera that is off
-is clicked where it shows the landmark. How far that may be is told by the first frame that is taken
-in. Frames that have been clicked are taken in one after the other by an iterated extended Kalman
-filter (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation,
-10.5). Between frames velocities fade and random accelerations come in, which are more alike the
-nearer two landmarks are; their size is learned from how far predictions were off. What a run or a
-fit says of the motion replaces the velocities.
+One Gaussian holds, for all landmarks, place and velocity in the world and, for every image, how far
+a person's clicks lie from where the calibration puts the place. Clicked frames are taken in one
+after the other by an iterated extended Kalman filter (Bar-Shalom, Li and Kirubarajan, Estimation
+with Applications to Tracking and Navigation, 10.5). Velocities fade, and random accelerations come
+in, whose size is learned; what a run or a fit says of the motion replaces them.
 
-Where the body was followed through the images (:mod:`stereotrack_core.annotation.follow_body`), the
-difference of the places before and after is measured: both are uncertain, and belong together
-(stochastic cloning: Roumeliotis and Burdick, ICRA 2002). How good such a step is for each landmark
-is learned from how far earlier ones were from the clicks.
-
-Clicked frames on both sides are taken in from both sides, and the two predictions are fused.
+Where the body was followed through the images, the difference of the places is measured (stochastic
+cloning: Roumeliotis and Burdick, ICRA 2002). Predictions from both sides are fused.
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,14 +22,9 @@ from stereotrack_core.annotation.predict import predicted_point
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 
-STEADY = 0.5
-"""Share of a click's standard deviation that is not in the offset."""
-
+STEADY = 0.5  # share of a click's standard deviation that is not in the offset
 _FRAMES = 10  # clicked frames on each side that are taken in
-_PLACE, _ANYWHERE, _SPEED = 0.3, 2.0, 1.0
-"""Metres around where a landmark is clicked first, or around the others where it never was; metres
-per second."""
-
+_PLACE, _ANYWHERE, _SPEED = 0.3, 2.0, 1.0  # metres around first clicks, or around others; m/s
 _FADING = 0.3  # seconds after which velocities have faded
 _STEP, _MOST_STEPS = 0.1, 30  # seconds that an acceleration lasts
 _ACCELERATION = 10.0  # metres per square second, before it is learned
@@ -71,16 +57,10 @@ class ProposalQuestion:
     cameras: Mapping[str, Camera]  # whose images are clicked
     names: tuple[str, ...]  # of the landmarks
     fps: float
-    sigmas: Mapping[str, float] = field(default_factory=dict)
-    """Mapping from landmark to float; how good clicks are, pixels per axis, as far as measured."""
-    motion: Mapping[int, FloatArray] = field(default_factory=dict)
-    """Mapping from frame to (n, 3); landmarks as a run or a fit has them, world, NaN where it has
-    none; only how they move is used."""
-    steps: tuple[BodyStep, ...] = ()
-    """How the body was seen to move from clicked frames to others."""
-    asks: bool = False
-    """Whether a landmark that is known worse than clicks would tell it is left to be clicked in
-    one image."""
+    sigmas: Mapping[str, float] = field(default_factory=dict)  # of clicks, pixels
+    motion: Mapping[int, FloatArray] = field(default_factory=dict)  # (n, 3), of a run or fit
+    steps: tuple[BodyStep, ...] = ()  # how the body was seen to move from clicked frames to others
+    asks: bool = False  # whether an uncertain landmark is left to be clicked in one image
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +240,9 @@ class LandmarkFilter:
     ) -> Gaussian:
         """Prediction for another frame, before or after."""
         seconds = (end - start) / self._question.fps
-        shift = self._shift(start, end, len(state.mean))
+        motion, shift = self._question.motion, np.full((len(state.mean), 3), np.nan)
+        if start in motion and end in motion:
+            shift = motion[end] - motion[start]
         told = np.isfinite(shift).all(axis=1)
         steps = min(max(round(abs(seconds) / _STEP), 1), _MOST_STEPS)
         moved = state
@@ -300,13 +282,6 @@ class LandmarkFilter:
         covariance += np.diag(np.tile(np.concatenate([np.zeros(6), drift]), count))
         return Gaussian(state.mean @ step.T, covariance)
 
-    def _shift(self, start: int, end: int, count: int) -> FloatArray:
-        """How the landmarks move (n, 3) as a run or fit has it; NaN where it does not say."""
-        motion = self._question.motion
-        if start not in motion or end not in motion:
-            return np.full((count, 3), np.nan)
-        return motion[end] - motion[start]
-
 
 def updated(prior: Gaussian, rig: Rig, measured: Measured) -> Gaussian:
     """The Gaussian after measurements; followed points weigh the less the farther they are off."""
@@ -330,11 +305,7 @@ def updated(prior: Gaussian, rig: Rig, measured: Measured) -> Gaussian:
 def _stepped(
     state: Gaussian, moved: Gaussian, whole: FloatArray, seen: BodyStep, slack: FloatArray
 ) -> Gaussian:
-    """Prediction corrected by how the body was seen to move meanwhile.
-
-    `whole` (S, S) leads from the state of a landmark to what is expected of it, `moved`. A step
-    that is far from that weighs less.
-    """
+    """Prediction corrected by how the body was seen to move; `whole` (S, S) leads to `moved`."""
     known = np.flatnonzero(np.isfinite(seen.shift).all(axis=1))
     if not len(known):
         return moved

@@ -1,7 +1,5 @@
 """Sets of landmarks to click, as data: names, colours, limbs, and places on the body."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,8 +33,7 @@ class Landmark:
     limb: str  # one of ``LIMBS``: where it is listed, and whose direction it tells
     part: str  # one of the body's ``PARTS``: what it is fixed to
     along: float = 0.0  # share of the part's length from its joint along its z axis
-    across: float = 0.0
-    """Share of the hip width along the part's x axis (the torso's points to the person's right)."""
+    across: float = 0.0  # share of the hip width along the part's x axis (the torso's points right)
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Metres in the part's frame, added to that."""
     mirror: str = ""  # the landmark of the other side, that it may be mixed up with; empty: none
@@ -49,10 +46,7 @@ class Landmark:
 
 @dataclass(frozen=True)
 class LandmarkSet:
-    """Landmarks in the order of their keys.
-
-    Raises InputError where a landmark is not usable; it names the landmark and what would be right.
-    """
+    """Landmarks in the order of their keys. Raises InputError for one that is not usable."""
 
     name: str
     landmarks: tuple[Landmark, ...]
@@ -201,10 +195,7 @@ NINE = LandmarkSet(
 
 
 def read_landmark_set(path: Path) -> LandmarkSet:
-    """The set that a file describes; one without a name gets the file's.
-
-    InputError where the file cannot be read or does not describe a set; it names the landmark.
-    """
+    """The set that a file describes, without a name the file's. Raises InputError."""
     facts: dict[str, Any] = {"name": path.stem, **load_toml(path)}
     try:
         return landmark_set_of(facts)

@@ -1,7 +1,5 @@
 """The next clicks, ranked by the degrees that they are expected to gain, and when to stop."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -45,8 +43,7 @@ class Suggestion:
     may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees."""
     reason: str  # why, in words for a person; most important first
     click_there: bool = False  # whether there is a click already that should be looked at again
-    over_frames_deg: float = 0.0
-    """The same summed up over the frames around that profit; suggestions are ranked by it."""
+    over_frames_deg: float = 0.0  # the same over all frames that profit; ranks suggestions
     clear: bool = True  # the landmark is visible, and the camera agrees with the others
 
     @property
@@ -61,11 +58,8 @@ class StopSign:
 
     wanted_deg: float  # angle by which a limb may be off (root mean square), degrees
     frames: int  # frames that count
-    frames_missing: int
-    """Those of them in which a limb misses the wanted accuracy, or nothing is known."""
-    missing_by_limb: Mapping[str, int]
-    """Mapping from limb to int; frames in which that limb misses it; limbs that nobody misses are
-    there with 0."""
+    frames_missing: int  # of them, with a limb that misses it or is unknown
+    missing_by_limb: Mapping[str, int]  # frames in which that limb misses it
     allowed: float = 0.05  # share of the frames that may miss it
     frames_unknown: int = 0  # frames in which the direction of a limb is unknown
     frames_clicked: int = 0
@@ -76,10 +70,7 @@ class StopSign:
         return self.frames > 0 and self.frames_missing <= self.allowed * self.frames
 
     def words(self) -> str:
-        """``12 of 490 frames exceed 3 deg, most often the left forearm (9)``.
-
-        If limbs are unknown in many frames, how many, and why.
-        """
+        """``12 of 490 frames exceed 3 deg, most often the left forearm (9)``."""
         if not self.frames:
             return "not fitted yet"
         if not self.frames_missing:
@@ -100,12 +91,9 @@ class StopSign:
 
 
 def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float, clicked: int = 0) -> StopSign:
-    """Count what misses the wanted accuracy; `clicked` is the number of clicked frames.
+    """Count what misses the wanted accuracy. Raises ValueError if that is not positive.
 
-    `limb_sigma_deg` (F, 6), root mean square angle by which each limb may be off, in the order of
-    ``LIMBS``; NaN where nothing is known, which misses every accuracy. Leave out flagged gaps.
-
-    Raises ValueError where the wanted accuracy is not positive.
+    `limb_sigma_deg` (F, 6), NaN where nothing is known, without gaps; so many frames are `clicked`.
     """
     if not wanted_deg > 0:
         raise ValueError(f"{wanted_deg} deg is not a valid target")
@@ -121,9 +109,7 @@ def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float, clicked: int = 0)
 
 _LARGE_GAP = 10  # frames without a click of a landmark that are worth a word
 _APART = 5  # frames around a suggestion in which the same landmark is not suggested again
-_DISAGREE = 15.0
-"""Degrees between tracker and fit, beyond what the fit may be off, that are worth a word."""
-
+_DISAGREE = 15.0  # degrees between tracker and fit beyond the fit's own uncertainty
 _FIT_WRONG = 0.1  # how probably the fit is the one that is wrong, where both disagree
 _WORST_DEG = 90.0  # what a limb may be off of which nothing is known
 
@@ -138,12 +124,7 @@ class Wish:
 
 
 class NextClicks:
-    """The ranking, kept up to date edit by edit.
-
-    Making it looks at all frames once (about a second for 2000 of them); an edit computes the
-    frames around it anew. Clicks are needed with the deleted ones: where a person took a click
-    away, none is asked for. `sigma` is the usual one, pixels per axis; `run` a tracker's.
-    """
+    """The ranking, kept up to date edit by edit; clicks are needed with the deleted ones."""
 
     def __init__(
         self,
@@ -180,16 +161,12 @@ class NextClicks:
         self._swaps |= swaps_of(there, self._cameras, self._set, [frame], self._sigma)
 
     def best(self, wish: Wish | None = None) -> tuple[Suggestion, ...]:
-        """The places where a click helps most, best first.
-
-        Landmarks that would have to be guessed, and views of a camera that contradicts the others,
-        come behind all others: such a click helps less than is expected of it. Of one landmark in
-        neighbouring frames only the best place is told: a click there changes what the others gain.
-        """
+        """The places where a click helps most, best first; guessed and unsound ones come last."""
         wish = Wish() if wish is None else wish
         found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish)]
         found.sort(key=lambda one: (not one.clear, -one.over_frames_deg, one.key))
-        return tuple(_apart(found, wish.count))
+        first = {one.key: one for one in reversed(found)}  # the best one of each click
+        return tuple(one for one in found if first[one.key] is one)[: wish.count]
 
     def _new(self, wish: Wish) -> Iterator[Suggestion]:
         """Places without a click."""
@@ -276,11 +253,8 @@ class NextClicks:
             free = np.argwhere((self.gains.state[row] == Place.FREE) & ~clicked[row])
             if len(free):
                 camera, landmark = free[0]
-                place = (
-                    int(self.gains.frame[row]),
-                    self.gains.names[camera],
-                    self._set.names[landmark],
-                )
+                frame, name = int(self.gains.frame[row]), self._set.names[landmark]
+                place = (frame, self.gains.names[camera], name)
                 open_ = counted(len(np.unique(free[:, 1])), "landmark")
                 yield Suggestion(*place, gain, f"{open_} open in this frame", over_frames_deg=gain)
 
@@ -319,14 +293,3 @@ class NextClicks:
         low = int(before[-1]) if len(before) else -1
         high = int(after[0]) if len(after) else len(self.gains.frame)
         return high - low - 1
-
-
-def _apart(found: Iterable[Suggestion], count: int) -> Iterator[Suggestion]:
-    """The best ones, of which none is of the same click."""
-    seen: set[ClickKey] = set()
-    for one in found:
-        if len(seen) >= count:
-            return
-        if one.key not in seen:
-            seen.add(one.key)
-            yield one

@@ -1,11 +1,8 @@
 """A subject from a few clicked frames and a run: lengths, and where the bones lie in the body.
 
-The tracker registers cones to the cloud; a person clicks the skeleton inside. Between both is an
-offset that is the person's, alike in all frames (:mod:`body.offsets`). It is estimated as the mean
-of its posterior: a prior that people differ by a centimetre, and in every clicked frame the
-difference between the landmarks that the clicks show and those of the tracked pose. What a single
-frame tells is blurred by the clicks' own covariance and by the tracked pose, which is off in every
-frame otherwise. So one frame with rough clicks changes little, and every further frame more.
+The tracker registers cones to the cloud; a person clicks the skeleton inside. The offset between
+both is the person's, alike in all frames (:mod:`body.offsets`). It is the mean of its posterior:
+people differ by a centimetre, and each frame is blurred by the clicks and by the tracked pose.
 """
 
 from __future__ import annotations
@@ -17,6 +14,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
+import scipy
 
 from stereotrack_core.annotation.click import Click, measurements
 from stereotrack_core.annotation.click_points import MeasuredLength, click_pixels, measured_lengths
@@ -43,11 +41,8 @@ from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run, subject_of_meta
 from stereotrack_core.worker_processes import Asker
 
-PRESET = "accurate"
-"""Preset for tracking if there is no run yet."""
-
-FEWEST = 3
-"""Clicked frames that bring the first gain (docs/personal.md)."""
+PRESET = "accurate"  # preset for tracking if there is no run yet
+FEWEST = 3  # clicked frames that bring the first gain (docs/personal.md)
 
 ClicksByFrame = Mapping[int, Sequence[Click]]
 
@@ -57,8 +52,7 @@ class PersonalSubject:
     """A subject by clicks, the one that was tracked before, and how certain the offsets are."""
 
     subject: Subject
-    before: Subject
-    """With all lengths of the body that was tracked."""
+    before: Subject  # with all lengths of the body that was tracked
     found: PersonalOffsets
 
 
@@ -106,10 +100,7 @@ def tracked_for(
 def personal_subject(
     run: Run, by_frame: ClicksByFrame, recording: Recording, settings: FitSettings, where: str
 ) -> PersonalSubject:
-    """Lengths and offsets that clicked frames of a run tell; frames not tracked tell nothing.
-
-    Raises InputError, of `where`, if no frame is tracked and clicked well enough.
-    """
+    """Lengths and offsets that clicked frames of a run tell. Raises InputError if none do."""
     body = body_of_run(run)
     fit = ClickFit(recording.cameras, NINE, body.skeleton.proportions, settings, fps=recording.fps)
     clicked = []
@@ -131,9 +122,7 @@ def personal_subject(
     own = recording.subject or Subject()
     return PersonalSubject(
         dataclasses.replace(
-            before,
-            name=own.name or recording.name,
-            offsets=offsets_by_landmark(found.offsets),
+            before, name=own.name or recording.name, offsets=offsets_by_landmark(found.offsets)
         ),
         before,
         found,
@@ -175,8 +164,7 @@ def left_out_words(one: PersonalSubject) -> tuple[str, ...]:
 class Personalise:
     """The same as a task of a process, which tracks first where there is no run."""
 
-    recording: Recording
-    """With the subject that is known."""
+    recording: Recording  # with the subject that is known
     clicks: tuple[Click, ...]
     sigma: Mapping[str, float]
     settings: FitSettings
@@ -220,16 +208,12 @@ axis. Little of that is sideways: the surface is seen from both sides. Those of 
 follows, are as large as on two rendered human meshes (docs/annotation-fit.md).
 """
 
-_HEAD = 0.010
-"""Metres; annotators place the head differently."""
-
+_HEAD = 0.010  # metres; annotators place the head differently
 _MOVED, _TURNED, _BENT = 0.006, np.radians(1.5), 0.040
 """Metres and radians by which a tracked trunk is off in a frame, and metres more for the sine of
 its inclination: a rigid trunk cannot follow a bent spine."""
 
-_TRUNK_OFF, _ARM_OFF = 0.005, 0.016
-"""Metres along each axis by which tracked landmarks of trunk and arms are off besides."""
-
+_TRUNK_OFF, _ARM_OFF = 0.005, 0.016  # metres per axis by which tracked landmarks are off besides
 _TOGETHER = 2.0
 """Factor on the clicks' variances: landmarks of one trunk are off together, and count as one
 another's witnesses here. What the fit says of them jointly is too sure of their differences: with
@@ -249,14 +233,10 @@ class ClickedFrame:
     """One clicked frame: what the clicks show, and what was tracked there."""
 
     frame: int
-    places: FloatArray
-    """(9, 3), world, metres. Landmarks that the clicks show."""
-    covariance: FloatArray
-    """(9, 3, 3), square metres, world."""
-    tracked: FloatArray
-    """(9, 3), world, metres. Landmarks of the tracked surface, without any offsets."""
-    frames: PartFrames
-    """Frames of the parts in the tracked pose."""
+    places: FloatArray  # (9, 3), world, metres. Landmarks that the clicks show.
+    covariance: FloatArray  # (9, 3, 3), square metres, world
+    tracked: FloatArray  # (9, 3), world, metres; of the tracked surface, without offsets
+    frames: PartFrames  # frames of the parts in the tracked pose
 
     @property
     def known(self) -> BoolArray:
@@ -268,14 +248,10 @@ class ClickedFrame:
 class PersonalOffsets:
     """Where a person's landmarks lie in the tracked body, and how certain that is."""
 
-    offsets: FloatArray
-    """(9, 3), metres; see :mod:`body.offsets`."""
-    covariance: FloatArray
-    """(27, 27), square metres."""
-    frames: tuple[int, ...]
-    """Frames that they were estimated from."""
-    left_out: tuple[tuple[int, str], ...]
-    """Frames and landmarks at which the tracker, or the clicks, were wrong."""
+    offsets: FloatArray  # (9, 3), metres; see :mod:`body.offsets`
+    covariance: FloatArray  # (27, 27), square metres
+    frames: tuple[int, ...]  # frames that they were estimated from
+    left_out: tuple[tuple[int, str], ...]  # where tracker or clicks were wrong
 
     @property
     def sigma(self) -> FloatArray:
@@ -293,12 +269,7 @@ class PersonalOffsets:
 
 
 def lengths_by_clicks(measured: Mapping[str, MeasuredLength]) -> Proportions:
-    """Lengths that a few clicked frames tell, held to those of average people.
-
-    People differ in height, which moves all lengths together, and apart from it
-    (:data:`LENGTH_SIGMAS`). Lengths that are clicked roughly or in few frames change little, but
-    those that are clicked well also say how long the others are.
-    """
+    """Lengths that a few clicked frames tell, held to those of average people (height, others)."""
     free = FreeBody(AVERAGE, BodyShape(), lengths=tuple(LENGTH_SIGMAS), surface=())
     A, b = free.information, np.zeros(len(free.lengths))
     every = [one.sigma * np.sqrt(one.count) for one in measured.values()]
@@ -322,11 +293,7 @@ def lengths_by_clicks(measured: Mapping[str, MeasuredLength]) -> Proportions:
 def clicked_frame(
     frame: int, clicks: Sequence[Click], fit: ClickFit, body: BodyModel, pose: Pose
 ) -> ClickedFrame:
-    """Fit the skeleton to the clicks of one frame, beside the pose that was tracked there.
-
-    Clicks have their sigmas, and `fit` is of the nine landmarks. Offsets of the tracked body are
-    left out.
-    """
+    """Fit the skeleton to the clicks of a frame, beside the pose tracked there, without offsets."""
     found = fit.frame(clicks)
     frames = body.frames(pose)
     tracked = landmarks_of_frames(replace(body, offsets=NO_OFFSETS), frames)
@@ -351,16 +318,12 @@ def prior_covariance() -> FloatArray:
 
 
 def personal_offsets(clicked: Sequence[ClickedFrame]) -> PersonalOffsets:
-    """Offsets that clicked frames tell: the mean of their posterior, zero without any frame.
-
-    Of each frame, landmarks at which clicks and tracker contradict each other by more than both
-    can be off are left out: an arm that was lost there says nothing of the person.
-    """
+    """Offsets that clicked frames tell, mean of their posterior; contradictions left out."""
     P = prior_covariance()
     A, b = np.linalg.inv(P), np.zeros(len(P))
     used, left_out = [], []
     for one in clicked:
-        H = _design(one)
+        H = scipy.linalg.block_diag(*offset_axes(one.frames))  # by the offsets
         S = _blur(one)
         d = (one.places - one.tracked).ravel()
         kept = _agreeing(one, d, S + H @ P @ H.T)
@@ -375,14 +338,6 @@ def personal_offsets(clicked: Sequence[ClickedFrame]) -> PersonalOffsets:
     covariance = np.linalg.inv(A)
     offsets = (covariance @ b).reshape(-1, 3)
     return PersonalOffsets(offsets, covariance, tuple(used), tuple(left_out))
-
-
-def _design(one: ClickedFrame) -> FloatArray:
-    """Derivatives (27, 27) of the landmarks by the offsets."""
-    H = np.zeros((3 * len(LANDMARKS), 3 * len(LANDMARKS)))
-    for k, axes in enumerate(offset_axes(one.frames)):
-        H[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = axes
-    return H
 
 
 def _blur(one: ClickedFrame) -> FloatArray:

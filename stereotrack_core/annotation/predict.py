@@ -1,16 +1,9 @@
 """Where a landmark is after clicks in two or more images, and how far every click is from that.
 
-The point is triangulated from the clicks that are measurements, by robust weighted least squares in
-the raw images. A click is never compared with a point that it has helped to place: its error is its
-distance from what the other clicks predict in its image, which with a single other click is the
-epipolar curve of that one.
-
-A prediction that a person accepted lies where the other clicks have put it, so it tells nothing
-more about the point. It takes part only where fewer than two clicks are a person's own; accepting
-and predicting again and again therefore leaves everything where it is.
+The point follows from robust weighted least squares in the raw images. The error of a click is its
+distance from what the other clicks predict, with a single other one from its epipolar curve. What a
+person accepted takes part only where fewer than two clicks are a person's own.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,9 +16,7 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera, nearest_on_ray, pixel_jacobian
 from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
 
-_COARSE, _FINE = 1000, 300
-"""Samples of a ray in which its visible part is looked for, and of that part."""
-
+_COARSE, _FINE = 1000, 300  # samples of a ray to find its visible part, and of that part
 _GRID = 9  # points along every side of the working volume, to know whether the cameras see it
 _NEAREST = 1e-3  # metres; nearer to a camera nothing is looked for
 
@@ -33,11 +24,9 @@ _NEAREST = 1e-3  # metres; nearer to a camera nothing is looked for
 def epipolar_curve(
     from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
 ) -> FloatArray:
-    """Where a landmark that was clicked in one image can be in another, cut to the volume.
+    """Where a landmark clicked in one image can be in another, cut to the volume.
 
-    Samples (K, 2) in raw pixels, from near to far as the first camera sees them; at the borders
-    of the image one of them lies beyond. None where the camera sees no part of the ray. `pixel`
-    (2,) is the click.
+    Samples (K, 2) in raw pixels, from near to far; at the borders one lies beyond the image.
     """
     origin = from_camera.position_world
     direction = from_camera.rays_world(np.asarray(pixel, dtype=np.float64))
@@ -61,12 +50,7 @@ def epipolar_curve(
 
 
 def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
-    """The working volume, or one of its size where the cameras look, if they do not see it.
-
-    The volume's default is meant for a person near the world's origin. It is taken where two
-    cameras (or the only one) see some of it; otherwise one around the point nearest to all optical
-    axes.
-    """
+    """The volume, or one around where the cameras look if fewer than two see some of it."""
     shares = np.linspace(0.0, 1.0, _GRID)
     grid = np.stack(np.meshgrid(shares, shares, shares), axis=-1).reshape(-1, 3)
     points = volume.low + grid * (volume.high - volume.low)
@@ -89,10 +73,7 @@ def watched_point(cameras: Sequence[Camera], away: float) -> FloatArray:
 
 
 def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:
-    """Distances at which a ray enters and leaves the volume; the second is less where it misses.
-
-    `origin` and `direction` (3,), world, metres.
-    """
+    """Distances at which a ray (3,) enters and leaves; the second is less where it misses."""
     with np.errstate(divide="ignore", invalid="ignore"):
         crossings = (np.stack([volume.low, volume.high]) - origin) / direction
     along = direction == 0
@@ -115,20 +96,12 @@ class PredictedPoint:
 
     landmark: str
     world: FloatArray  # (3,), metres
-    covariance: FloatArray
-    """(3, 3), square metres; of the point; grows with the residuals where the clicks contradict
-    each other."""
+    covariance: FloatArray  # (3, 3), square metres; grows where the clicks contradict each other
     used: tuple[str, ...]  # cameras whose clicks placed the point
-    pixel: Mapping[str, FloatArray]
-    """Mapping from camera to (2,); where it is in every image that shows it, raw pixels. In an
-    image with a click: as the other clicks say, where they can say so."""
-    spread_px: Mapping[str, float]
-    """Mapping from camera to float; largest standard deviation of these, from the covariance,
-    pixels."""
-    error_px: Mapping[str, float]
-    """Mapping from camera to float; for every click: how far it is from what the others predict."""
-    outliers: tuple[str, ...] = ()
-    """Cameras whose click fits none of the others (see :func:`point_of_sightings`)."""
+    pixel: Mapping[str, FloatArray]  # (2,) raw pixels, by camera that shows it; as other clicks say
+    spread_px: Mapping[str, float]  # largest standard deviation of these, pixels
+    error_px: Mapping[str, float]  # of every click: how far it is from what the others predict
+    outliers: tuple[str, ...] = ()  # cameras whose click fits none of the others
 
     @property
     def rms_px(self) -> float:
@@ -145,11 +118,8 @@ def predicted_point(
 ) -> PredictedPoint | None:
     """The point of one landmark at one frame, and how far every click is from what others say.
 
-    Left and right images of a stereo camera count as cameras. Deleted clicks, those outside the
-    image and those in unknown cameras take no part. None with clicks in fewer than two places, or
-    where their rays do not meet in front of the cameras.
-
-    ValueError where the clicks are of several landmarks or frames.
+    None with clicks in fewer than two places, or where their rays do not meet in front of the
+    cameras. Raises ValueError where the clicks are of several landmarks or frames.
     """
     there = {
         click.camera: click
@@ -204,10 +174,7 @@ def _from_others(
     sightings: Sightings,
     world: FloatArray,
 ) -> FloatArray:
-    """Where the clicks of the other cameras put a clicked landmark in its image (2,); may be NaN.
-
-    One other click gives a curve; the place on it that is nearest to the click is taken.
-    """
+    """Where the clicks of the other cameras put a clicked landmark in its image (2,), or NaN."""
     camera = cameras[click.camera]
     if click.camera not in used:
         return camera.project(world)

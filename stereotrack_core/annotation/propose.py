@@ -1,18 +1,11 @@
 """Proposals: where the landmarks of the next frame are, before anybody has clicked there.
 
-What the clicked frames around let expect (:mod:`stereotrack_core.annotation.landmark_filter`) is
-corrected by points that were followed in the images, and by the clicks of the frame itself. So a
-click in one image moves the landmark's proposals in the others, and a little those of its
-neighbours.
-
-Whoever accepts a proposal that is a little off accepts it in all images alike, and the reference
-inherits it. A question may therefore ask for clicks: a landmark that is known worse than clicks
-would tell it then is left out in the one image where a click tells most.
+What the clicked frames around let expect is corrected by points that were followed in the images,
+and by the clicks of the frame itself. A question may ask for clicks: uncertain landmarks are left
+out in the one image where a click tells most, as an accepted error is accepted in all.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,11 +29,8 @@ from stereotrack_core.annotation.landmark_filter import (
 )
 from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.geometry.camera import Camera
 
-PROPOSED = "proposed"
-"""Source of proposals."""
-
+PROPOSED = "proposed"  # source of proposals
 _FARTHEST = 120.0  # pixels at 480 lines; what is less certain than that is no proposal
 _WELL = 0.5  # share of a click's standard deviation to which a landmark is known well
 
@@ -76,18 +66,13 @@ class Proposer:
         said = {one.key for one in question.clicks} | {one.key for one in found}
         alone = {one.key: one for one in question.followed if one.key not in said}
         found += (replace(one, source=PROPOSED) for one in alone.values())
-        made = [
-            replace(one, visibility=visibility)
-            for one in found
-            if (visibility := near.visibility(one.key)) is not None
-            and (visibility == Visibility.OUTSIDE or _is_inside(one, question.cameras))
-        ]
+        made = []
+        for one in found:
+            visibility, camera = near.visibility(one.key), question.cameras.get(one.camera)
+            inside = camera is None or in_image(camera, np.array(one.position))
+            if visibility is not None and (visibility == Visibility.OUTSIDE or inside):
+                made.append(replace(one, visibility=visibility))
         return Proposals(question, tuple(made))
-
-
-def _is_inside(one: Prediction, cameras: Mapping[str, Camera]) -> bool:
-    camera = cameras.get(one.camera)
-    return camera is None or bool(in_image(camera, np.array(one.position)))
 
 
 def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:

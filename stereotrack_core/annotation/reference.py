@@ -31,8 +31,7 @@ from stereotrack_core.recording.frame_times import (
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.version import __version__
 
-FITTED_TO = "fitted_to"
-"""Name in a reference's `meta` of frames and checksums of their clicks."""
+FITTED_TO = "fitted_to"  # name in a reference's `meta` of frames and checksums of their clicks
 
 
 def checksums(clicks: Iterable[Click]) -> dict[int, int]:
@@ -51,10 +50,8 @@ def checksums(clicks: Iterable[Click]) -> dict[int, int]:
 class FittedClicks:
     """The clicks that a reference was fitted to, and where they have changed since."""
 
-    sums: Mapping[int, int]
-    """Checksum of the clicks of each frame, as they were."""
-    changed: frozenset[int]
-    """Frames whose clicks are others now."""
+    sums: Mapping[int, int]  # checksum of the clicks of each frame, as they were
+    changed: frozenset[int]  # frames whose clicks are others now
 
     def after_edit(self, frames: Collection[int], clicks: Iterable[Click]) -> FittedClicks:
         """The same after an edit of these frames, whose clicks are given as they are now."""
@@ -62,11 +59,7 @@ class FittedClicks:
         return replace(self, changed=(self.changed - set(frames)) | edited)
 
     def is_old(self, frame: int) -> bool:
-        """Whether clicks have changed that decide the reference in a frame.
-
-        These are the frame's own or, where it had none, all from the clicked frame before it to
-        the one after it.
-        """
+        """Whether clicks have changed that decide a frame: its own or, without any, around."""
         clicked = sorted(self.sums)
         before, after = bisect_right(clicked, frame) - 1, bisect_left(clicked, frame)
         first = clicked[before] if before >= 0 else 0
@@ -75,10 +68,7 @@ class FittedClicks:
 
 
 def fitted_clicks(meta: Mapping[str, Any], clicks: Iterable[Click]) -> FittedClicks | None:
-    """Compare the clicks that a reference's `meta` states with all clicks as they are now.
-
-    None where it says nothing: a reference that was imported, or fitted by an older version.
-    """
+    """Compare the clicks that a reference's `meta` states with those of now; None without."""
     rows = meta.get(FITTED_TO)
     if not isinstance(rows, list) or not all(_is_row(row) for row in rows):
         return None
@@ -100,7 +90,6 @@ _OUTLIERS = "outliers"
 _WORTH_KEEPING = 0.05  # clicks that are less probably outliers are not listed
 _STATED = ("covariance", "limb_sigma_deg", "filled")  # what a reference that was fitted states
 _LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by one radian
-
 MAX_SIGMA = 0.1
 """Largest standard deviation of a known landmark in its worst direction, metres.
 
@@ -117,10 +106,8 @@ class Reference:
     frame: IntArray  # (F,); ascending
     points: FloatArray  # (F, n, 3), world, metres; NaN where not known
     covariance: FloatArray | None = None  # (F, n, 3, 3), square metres; of each landmark's position
-    limb_sigma_deg: FloatArray | None = None
-    """(F, 6); root mean square angle by which each limb may be off, in the order of ``LIMBS``."""
-    filled: BoolArray | None = None
-    """(F,); frames that nobody annotated, filled in between annotated ones."""
+    limb_sigma_deg: FloatArray | None = None  # (F, 6); rms angle by which each limb may be off
+    filled: BoolArray | None = None  # (F,); frames that were filled in between annotated ones
     landmark_names: tuple[str, ...] = LANDMARKS
     meta: Mapping[str, Any] = field(default_factory=dict)  # how it was made; JSON-serialisable
     notes: tuple[Finding, ...] = ()  # decisions made while reading; not stored
@@ -156,11 +143,7 @@ class Reference:
         return replace(self, **there)
 
     def sigma(self) -> FloatArray:
-        """Standard deviations (F, n) of the landmarks in their worst directions, metres.
-
-        NaN where the reference states none. A landmark of a fit that has no covariance, because it
-        was not in the set that was clicked, gets that of its limb.
-        """
+        """Standard deviations (F, n) in the worst directions, metres, or by the limb, or NaN."""
         result: FloatArray = np.full(self.points.shape[:2], np.nan)
         if self.covariance is None:
             return result
@@ -233,10 +216,7 @@ class Reference:
         )
 
     def in_recording(self, count: int, where: str) -> Reference:
-        """The frames that a recording of so many has; a note says how many are left out.
-
-        Unchanged if it has none of them.
-        """
+        """The frames that a recording of so many has, with a note; unchanged without any."""
         inside = np.asarray((self.frame >= 0) & (self.frame < count))
         if inside.all() or not inside.any():
             return self
@@ -245,10 +225,7 @@ class Reference:
 
 
 def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
-    """The fitted trajectory as a reference; landmarks of the nine that the set lacks come last.
-
-    `meta`, JSON-serialisable, says how it was made.
-    """
+    """The fitted trajectory as a reference; landmarks of the nine that it lacks come last."""
     others = [name for name in LANDMARKS if name not in fit.names]
     extra = fit.nine[:, [LANDMARKS.index(name) for name in others]]
     unknown = np.full((*extra.shape[:2], 3, 3), np.nan)
@@ -287,10 +264,7 @@ def fit_of_reference(
     clicks: Iterable[Click],
     cameras: Mapping[str, Camera],
 ) -> TrajectoryFit | None:
-    """The fit that a reference was made of; residuals are those of the present clicks.
-
-    None where the reference was not fitted, or to other landmarks.
-    """
+    """The fit of a reference, with residuals of the present clicks; None if it was not fitted."""
     covariance, limb_sigma_deg = reference.covariance, reference.limb_sigma_deg
     if covariance is None or limb_sigma_deg is None or reference.filled is None:
         return None
@@ -339,10 +313,7 @@ def without_gaps(
     gaps: Mapping[str, Collection[int]],
     clicked: Collection[tuple[int, str]] = (),
 ) -> TrajectoryFit:
-    """The fit without what it has filled in of single landmarks over their gaps.
-
-    `clicked` collection of (frame, landmark), these are known all the same.
-    """
+    """The fit without landmarks filled in over their gaps, unless they are `clicked` there."""
     if not gaps:
         return fit
     landmarks, covariance, nine = fit.landmarks.copy(), fit.covariance.copy(), fit.nine.copy()
@@ -358,10 +329,7 @@ def without_gaps(
 
 
 def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:
-    """The old reference with these frames taken from the new one.
-
-    Without an old one of the same landmarks, the new one's frames alone.
-    """
+    """The old reference with these frames of the new one; without an old one, those alone."""
     taken = new.chosen((new.frame >= frames.start) & (new.frame < frames.stop))
     if old is None or not old.is_fitted or old.landmark_names != new.landmark_names:
         return taken

@@ -1,10 +1,8 @@
 """The thesis's Euler chain, active and right-handed (section 2.5, docs/method.md 2.2).
 
-As printed, R(alpha, beta, gamma) mixes active and passive factors: it equals
-Rz(-gamma) Ry(beta) Rx(-alpha). Everything here uses R = Rz(gamma) Ry(beta) Rx(alpha).
+As printed, R(alpha, beta, gamma) mixes active and passive factors: it equals Rz(-gamma) Ry(beta)
+Rx(-alpha). Here R = Rz(gamma) Ry(beta) Rx(alpha).
 """
-
-from __future__ import annotations
 
 from itertools import chain
 
@@ -26,17 +24,15 @@ from stereotrack_core.body.skeleton import (
 )
 
 MIRROR = np.diag([-1.0, 1.0, 1.0])
-
+# Joints of the thesis's 14 states, in their order.
 THESIS_JOINTS: tuple[int, ...] = tuple(chain.from_iterable(zip(UPPER_ARMS, FOREARMS, strict=True)))
-"""Joints of the thesis's 14 states, in their order."""
-
+# Joints of a state that includes head, legs and shoulder girdle; begins with the thesis's.
 ALL_JOINTS: tuple[int, ...] = (
     *THESIS_JOINTS,
     HEAD,
     *chain.from_iterable(zip(THIGHS, SHANKS, strict=True)),
     *CLAVICLES,
 )
-"""Joints of a state that includes head, legs and shoulder girdle; begins with the thesis's."""
 
 
 def state_names(joints: tuple[int, ...]) -> tuple[str, ...]:
@@ -75,8 +71,7 @@ def joint_rotation(part: int, alpha: FloatArray, beta: FloatArray) -> FloatArray
     own = euler_rotation(alpha, beta, np.zeros_like(alpha))
     if part in LEFT_PARTS:
         own = MIRROR @ own @ MIRROR
-    rotation: FloatArray = REST[part] @ own
-    return rotation
+    return np.asarray(REST[part] @ own)
 
 
 def joint_angles(part: int, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -90,10 +85,7 @@ def joint_angles(part: int, direction: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def pose_of_state(x: FloatArray, joints: tuple[int, ...]) -> Pose:
-    """Pose of a state (..., 6 + 2 J): position, torso angles, then two angles for each joint.
-
-    Parts whose joints are not in the state keep zero angles.
-    """
+    """Pose of a state (..., 6 + 2 J): position, torso angles, two angles of each joint."""
     x = np.asarray(x, dtype=np.float64)
     rotations = np.broadcast_to(REST, (*x.shape[:-1], *REST.shape)).copy()
     rotations[..., TORSO, :, :] = euler_rotation(x[..., 3], x[..., 4], x[..., 5])
@@ -106,8 +98,8 @@ def pose_of_state(x: FloatArray, joints: tuple[int, ...]) -> Pose:
 def state_of_pose(pose: Pose, joints: tuple[int, ...]) -> FloatArray:
     """State (..., 6 + 2 J) of a pose; the inverse of :func:`pose_of_state`.
 
-    The turn of an arm or leg about its own axis is not part of the state: the same directions
-    of the limbs come out, with the child's angles stated in the chain's own frame.
+    The turn of a limb about its own axis is no part of it: directions come out the same, the
+    child's angles in the chain's own frame.
     """
     numbers: list[FloatArray] = [*np.moveaxis(pose.position, -1, 0)]
     numbers += [*np.moveaxis(angles_of_rotation(pose.torso), -1, 0)]

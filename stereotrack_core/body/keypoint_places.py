@@ -1,7 +1,5 @@
 """Where on the body the keypoints of 2-D detectors are, and how exactly that is meant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -28,17 +26,12 @@ class KeypointPlace:
     """A point of the body that a keypoint measures."""
 
     part: int
-    point: FloatArray
-    """(3,), metres. In the frame of the part."""
-    slack: float
-    """Metres. How far the point that detectors mean may lie from it, as a standard deviation."""
+    point: FloatArray  # (3,), metres. In the frame of the part.
+    slack: float  # metres. Standard deviation of the detectors' point from it
 
 
 def keypoint_places(body: BodyModel) -> Mapping[str, KeypointPlace]:
-    """Places by the keypoints' names; what is not here tells nothing about this body.
-
-    The head has no turn about its own axis, so ears and nose only tell where it is.
-    """
+    """Places by the keypoints' names; ears and nose only tell where the head is."""
     p, lengths, s = body.skeleton.proportions, body.skeleton.lengths, body.shape
     top = np.array([0.0, 0.0, lengths[HEAD]])
     head = top + REST[HEAD].T @ [0.0, s.keypoint_head_front, s.keypoint_head_up]

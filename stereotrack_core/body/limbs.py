@@ -1,10 +1,9 @@
 """The limbs that errors, colours and confidences are stated for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 
+# The order of every array over limbs; left and right are the person's own.
 LIMBS: tuple[str, ...] = (
     "torso",
     "head",
@@ -13,8 +12,7 @@ LIMBS: tuple[str, ...] = (
     "left_forearm",
     "right_forearm",
 )
-"""Every array over limbs has this order; left and right are the person's own."""
-
+# Landmarks at a limb's near and far end; of two, the middle.
 LIMB_ENDS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = MappingProxyType(
     {
         "torso": (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")),
@@ -25,4 +23,3 @@ LIMB_ENDS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = MappingProxyT
         "right_forearm": (("right_elbow",), ("right_hand",)),
     }
 )
-"""Landmarks at a limb's near and far end; of two, the middle."""

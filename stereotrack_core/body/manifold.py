@@ -1,11 +1,8 @@
 """The error state on the manifold of poses (docs/method.md 4.5), and how points move with it.
 
-The torso is displaced by a translation and a left rotation vector, both in the world; a limb by
-two tangents, rotations about the x and y axes of its own frame. There is no place where a degree
-of freedom is lost.
+The torso is displaced by a translation and a left rotation vector, both in the world; a limb by two
+tangents, rotations about x and y of its own frame. No degree of freedom is lost anywhere.
 """
-
-from __future__ import annotations
 
 import math
 from dataclasses import dataclass
@@ -26,10 +23,7 @@ def error_names(joints: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def displaced(pose: Pose, delta: FloatArray, joints: tuple[int, ...]) -> Pose:
-    """Displace one pose by error states (..., 6 + 2 J), in metres and radians, of these joints.
-
-    The poses are stacked as `delta` is. Raises ValueError where that is of other joints.
-    """
+    """Displace by error states (..., 6 + 2 J), metres, radians; ValueError for other joints."""
     if delta.shape[-1] != 6 + 2 * len(joints):
         raise ValueError(f"{delta.shape[-1]} numbers do not displace {len(joints)} joints")
     lead, shape = delta.shape[:-1], pose.rotations.shape
@@ -41,10 +35,7 @@ def displaced(pose: Pose, delta: FloatArray, joints: tuple[int, ...]) -> Pose:
 
 
 def difference(to: Pose, origin: Pose, joints: tuple[int, ...]) -> FloatArray:
-    """Error state (6 + 2 J,) that displaces `origin` to `to`.
-
-    A turn of a limb about its own axis, which displacements never make alone, is left out.
-    """
+    """Error state (6 + 2 J,) from `origin` to `to`, without turns of limbs about their own axes."""
     delta = np.zeros(6 + 2 * len(joints))
     if to is not origin:
         delta[:3] = to.position - origin.position
@@ -98,11 +89,7 @@ _CARRIERS = np.array(CARRIERS, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Where each part's joint stands in the error state of dimension n = 6 + 2 J.
-
-    `first` (P,) is the first of a part's two columns; -1 for parts whose joints are not in the
-    state.
-    """
+    """Columns of an error state of dimension n = 6 + 2 J: `first` (P,) of each part's, or -1."""
 
     n: int
     first: IntArray
@@ -117,17 +104,12 @@ def columns_of(joints: tuple[int, ...]) -> Columns:
 
 _WHICH = [(name, "i8") for name in ("kind", "part", "until", "other")]
 _WHERE = [(name, "f8", (3,)) for name in ("point", "other_point", "direction")]
+# One number that depends on the pose, linearised: n . (p - q), with its innovation z - z_hat. The
+# `point` p moves rigidly with its `part`, q with the part `other` unless that is -1; both and the
+# `direction` n are in the world. Joints count from the part up to, but without, the part `until`
+# (-1: the world). `kind` is an index in KINDS.
 ROW = np.dtype([*_WHICH, *_WHERE, ("innovation", "f8"), ("variance", "f8")], align=True)
-"""One number that depends on the pose, linearised: n . (p - q), with its innovation z - z_hat.
-
-The `point` p moves rigidly with its `part`, q with the part `other` unless that is -1; both and the
-`direction` n are in the world. Joints count from the part up to, but without, the part `until`,
-against which the number is stated; -1 is the world. `kind` is an index in :data:`KINDS`.
-"""
-
-Rows: TypeAlias = np.ndarray[Any, np.dtype[np.void]]
-"""Records ``ROW`` (m,)."""
-
+Rows: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # records ``ROW`` (m,)
 KINDS = ("surface", "outline", "rest", "elbow", "torso", "arms", "detection", "pixel")
 SURFACE, OUTLINE, REST_ROW, ELBOW, TORSO_ROW, ARMS, DETECTION, PIXEL = range(len(KINDS))
 
@@ -135,10 +117,7 @@ SURFACE, OUTLINE, REST_ROW, ELBOW, TORSO_ROW, ARMS, DETECTION, PIXEL = range(len
 def rows_of(
     kind: int, part: IntArray, point: FloatArray, direction: FloatArray, off: tuple[Any, Any]
 ) -> Rows:
-    """Rows (m,) of points (m, 3) of parts (m,) on directions (m, 3), world.
-
-    `off` are their innovations and their variances, (m,) each.
-    """
+    """Rows (m,) of points (m, 3) of parts on directions (m, 3), world; `off`: nu and R."""
     rows = np.empty(len(point), dtype=ROW)
     rows["kind"], rows["part"], rows["until"], rows["other"] = kind, part, -1, -1
     rows["point"], rows["direction"] = point, direction
@@ -149,9 +128,8 @@ def rows_of(
 def jacobian(rows: Rows, frames: PartFrames, columns: Columns) -> FloatArray:
     """Derivatives (m, n) of the rows' numbers by the error state, at one pose.
 
-    The torso turns about its origin by a left rotation vector, a limb about the x and y axes of its
-    own frame: a turn about an axis a through o moves n . p by a . ((p - o) x n). What carries a
-    limb's joint moves the limb as it moves the joint.
+    A turn about an axis a through o moves n . p by a . ((p - o) x n). What carries a limb's joint
+    moves the limb as it moves the joint.
     """
     J = np.zeros((len(rows), columns.n))
     _fill(rows, frames.rotations, frames.origins, columns.first, J)
@@ -167,10 +145,7 @@ def point_jacobian(
 
 @compiled()
 def gather(rows: Any, rotations: Any, origins: Any, first: Any, out_A: Any, out_b: Any) -> None:
-    """Add H' R^-1 H (n, n) and H' R^-1 nu (n,) of rows; H is never made.
-
-    A row depends on 6 to 18 of the numbers of the error state; only their products are added.
-    """
+    """Add H' R^-1 H (n, n) and H' R^-1 nu (n,) of rows, each of 6 to 18 numbers; H is not made."""
     h, at = np.zeros(out_b.shape[0]), np.empty(out_b.shape[0], dtype=np.int64)
     for i in range(rows.shape[0]):
         _derive(rows[i], rotations, origins, first, h)

@@ -1,7 +1,5 @@
 """The body's surface as triangles, for drawing."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +12,7 @@ from stereotrack_core.body.skeleton import PARTS, limb_of_part
 
 @dataclass(frozen=True, eq=False)
 class PartMesh:
-    """One cone as triangles of vertices (V, 3), world, metres; counter-clockwise from outside.
-
-    `limb` is the one of ``LIMBS`` that it counts for, or names a part of the legs; `part` is the
-    index in ``PARTS`` of the part that it is fixed to.
-    """
+    """A cone as triangles of vertices (V, 3), world, metres; counter-clockwise from outside."""
 
     limb: str
     part: int

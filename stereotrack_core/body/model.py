@@ -29,6 +29,7 @@ from stereotrack_core.body.skeleton import (
 from stereotrack_core.compiled import compiled
 from stereotrack_core.recording.description import Subject
 
+# Margins of the outline along x and y of the thesis's 11 cones; legs are not measured.
 CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
     ("contour_torso_side", "contour_torso_front"),
     *[("contour_shoulder_top", "contour_shoulder_front")] * 2,
@@ -37,45 +38,33 @@ CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
     *[("contour_upper_arm", "contour_upper_arm")] * 2,
     *[("contour_forearm", "contour_forearm"), ("contour_hand", "contour_hand")] * 2,
 )
-"""Margins of the outline along x and y of the thesis's 11 cones; legs are not measured."""
-
 
 _NUMBERS = [(name, "f8") for name in ("r1", "r2", "height", "flatness")]
 _ENDS = [("round_base", "?"), ("round_end", "?"), ("outline", "f8", (2,))]
+# A truncated cone as compiled loops take it; fields as in :class:`Cones`.
 CONE = np.dtype(
     [("part", "i8"), ("rotation", "f8", (3, 3)), ("origin", "f8", (3,)), *_NUMBERS, *_ENDS],
     align=True,
 )
-"""A truncated cone as compiled loops take it; fields as in :class:`Cones`."""
-
-PlacedCones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]
-"""Records ``CONE``: p_world = rotation p_cone + origin, world, metres."""
+PlacedCones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # ``CONE``: world = rotation p + origin
 
 
 @dataclass(frozen=True, eq=False)
 class Cones:
     """C truncated cones; each stands on its own origin with its axis along its own z."""
 
-    part: IntArray
-    """(C,). Part that the cone belongs to."""
-    rotations: FloatArray
-    """(C, 3, 3). part_from_cone."""
-    origins: FloatArray
-    """(C, 3), metres. Centre of the base circle in the part's frame."""
+    part: IntArray  # (C,). Part that the cone belongs to.
+    rotations: FloatArray  # (C, 3, 3). part_from_cone
+    origins: FloatArray  # (C, 3), metres. Centre of the base circle in the part's frame.
     r1: FloatArray
     r2: FloatArray
-    height: FloatArray
-    """`r1`, `r2` and `height`: (C,), metres. Radius at the base and at the far end, and the
-    distance between them."""
-    flatness: FloatArray
-    """(C,). Factor on y: 1 is round, the torso is flattened front to back."""
+    height: FloatArray  # `r1`, `r2`, `height`: (C,), metres. Radii of base and far end; distance
+    flatness: FloatArray  # (C,). Factor on y: 1 is round, the torso is flattened front to back.
     round_base: BoolArray
-    round_end: BoolArray
-    """`round_base` and `round_end`: (C,). Ends with a half sphere that takes data; other ends lie
-    inside the body."""
+    round_end: BoolArray  # both (C,). Ends with a half sphere that takes data
+    # (C, 2), metres. How far the person's outline lies outside of the surface along x and y: block
+    # matching widens the clouds that the surface is fitted to.
     outline: FloatArray
-    """(C, 2), metres. How far the person's outline lies outside of the surface, along the cone's x
-    and y: the surface is that of the clouds, which block matching widens."""
 
     def __len__(self) -> int:
         return len(self.part)
@@ -202,10 +191,9 @@ class BodyModel:
 
     skeleton: Skeleton
     cones: Cones
-    shape: BodyShape
-    """What the cones were made of, with the lengths."""
+    shape: BodyShape  # what the cones were made of, besides the lengths
+    # (9, 3), metres, of the landmarks; see :mod:`body.offsets`.
     offsets: FloatArray = field(default_factory=lambda: NO_OFFSETS)
-    """(9, 3), metres. Where the landmarks lie in it; see :mod:`body.offsets`."""
 
     def with_shape(self, shape: BodyShape) -> BodyModel:
         """The same person with another surface."""

@@ -1,17 +1,13 @@
 """Where a person's bones lie in the flesh: landmarks against the surface that is tracked.
 
-The tracker follows cones. Where a joint lies in them differs from person to person by a
-centimetre or so, and stays as it is in all poses and recordings of that person. Every landmark has
-three numbers for it, along axes that its limb carries:
+Where a joint lies in the cones differs between people by a centimetre or so, and stays as it is in
+all poses. Every landmark has three numbers for it, along axes that its limb carries:
 
 - shoulders and hips: the torso's axes, to the person's right, forward and up;
 - the head: the axes of the head;
-- elbows and hands: along the upper arm or forearm, towards the inside of the bent elbow, and across
-  both (backwards where an arm hangs bent in front). The last two fade out as the elbow straightens:
-  the tracker does not know how a straight arm is turned about its own axis.
+- elbows and hands: along the limb, towards the inside of the bent elbow, and across both; the last
+  two fade out as the elbow straightens, whose turn about its axis is not known.
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -23,13 +19,11 @@ from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS
 from stereotrack_core.recording.landmarks import LANDMARKS
 
+# (9, 3): landmarks lie where the surface puts them
 NO_OFFSETS: FloatArray = np.zeros((len(LANDMARKS), 3))
-"""Offsets (9, 3) of a person of whom nothing is known: landmarks lie where the surface puts
-them."""
 NO_OFFSETS.flags.writeable = False
-
+# parts whose axes the offsets off the arms have
 TRUNK = MappingProxyType({"shoulder": TORSO, "hip": TORSO, "head": HEAD})
-"""Parts whose own axes the offsets of landmarks have that are not on an arm."""
 
 
 def offsets_of(values: Mapping[str, tuple[float, float, float]]) -> FloatArray:
@@ -44,13 +38,7 @@ def offsets_by_landmark(offsets: FloatArray) -> dict[str, tuple[float, float, fl
 
 
 def offset_axes(frames: PartFrames) -> FloatArray:
-    """Axes (..., 9, 3, 3), world, in the columns: what one metre of each offset moves a landmark.
-
-    Parameters
-    ----------
-    frames : PartFrames
-        As tracked, of one pose or of many.
-    """
+    """Axes (..., 9, 3, 3), world, in the columns, along which offsets move the landmarks."""
     z = frames.rotations[..., :, :, 2]
     found = []
     for name in LANDMARKS:
@@ -71,5 +59,4 @@ def with_offsets(points: FloatArray, offsets: FloatArray, frames: PartFrames) ->
     """Landmarks (..., 9, 3), world, metres, of those that the surface has, by offsets (9, 3)."""
     if not offsets.any():
         return points
-    moved: FloatArray = points + np.einsum("...lij,lj->...li", offset_axes(frames), offsets)
-    return moved
+    return np.asarray(points + np.einsum("...lij,lj->...li", offset_axes(frames), offsets))

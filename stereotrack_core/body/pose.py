@@ -1,7 +1,4 @@
-"""A pose, or a stack of poses: where the torso is and how every part is turned.
-
-The loops are compiled: a search asks for hundreds of poses in a frame.
-"""
+"""A pose, or a stack of poses; compiled, as a search asks for hundreds of poses in a frame."""
 
 from __future__ import annotations
 
@@ -30,10 +27,7 @@ from stereotrack_core.compiled import compiled
 def chain(
     turns: Any, position: Any, joints: Any, lengths: Any, out_rotations: Any, out_origins: Any
 ) -> None:
-    """Chain the transforms of S poses from the torso outwards; see :func:`part_frames`.
-
-    A joint that a part carries is displaced as that part's end is, turned away from rest.
-    """
+    """Chain the transforms of S poses from the torso outwards; carriers move joints along."""
     rotations, origins = out_rotations, out_origins
     for s in range(turns.shape[0]):
         _copy(turns[s, 0], rotations[s, 0])
@@ -86,10 +80,7 @@ def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
 
 @compiled()
 def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
-    """Turn the parts of one pose (P, 3, 3) by error states (S, 6 + 2 J) of its joints (J,).
-
-    Fills the result (S, P, 3, 3).
-    """
+    """Fill (S, P, 3, 3) with parts (P, 3, 3) turned by error states (S, 6 + 2 J) of joints (J,)."""
     turn = np.empty((3, 3))
     for s in range(delta.shape[0]):
         for part in range(rotations.shape[0]):
@@ -133,9 +124,7 @@ def _multiplied(A: Any, B: Any, result: Any) -> None:
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
 _CARRIERS = np.array(CARRIERS, dtype=np.int64)
-
-HANGING = np.diag([1.0, -1.0, -1.0])
-"""Rotation of an arm or leg at zero angles: its z axis is the torso's -z."""
+HANGING = np.diag([1.0, -1.0, -1.0])  # rotation of a limb at zero angles: z is the torso's -z
 
 
 def _resting() -> FloatArray:
@@ -150,22 +139,18 @@ def _resting() -> FloatArray:
     return rest
 
 
-REST: FloatArray = _resting()
-"""Rotations (P, 3, 3) parent_from_part at zero angles: arms and legs hang, shoulders rest."""
+REST: FloatArray = _resting()  # (P, 3, 3) parent_from_part at zero angles; limbs hang
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Pose of the body; leading dimensions stack poses."""
 
-    position: FloatArray
-    """(..., 3), world, metres. Hip midpoint."""
-    rotations: FloatArray
-    """(..., P, 3, 3). ``world_from_torso`` for the torso, ``parent_from_part`` for all other parts,
-    in the order of ``PARTS``."""
+    position: FloatArray  # (..., 3), world, metres. Hip midpoint.
+    rotations: FloatArray  # (..., P, 3, 3). world_from_torso, then parent_from_part of all others
+    # Frames of the parts, once :meth:`BodyModel.frames` has computed them. Neither compared,
+    # copied, saved nor pickled.
     known_frames: ClassVar[tuple[Skeleton, PartFrames] | None] = None
-    """Frames of the parts, once :meth:`BodyModel.frames` has computed them for this pose: all that
-    measures a pose asks for them. Neither compared, copied, saved nor pickled."""
 
     def __getstate__(self) -> dict[str, FloatArray]:
         return {"position": self.position, "rotations": self.rotations}
@@ -190,16 +175,13 @@ class Pose:
 class PartFrames:
     """Where every part is: p_world = rotations p_part + origins."""
 
-    rotations: FloatArray
-    """(..., P, 3, 3)."""
-    origins: FloatArray
-    """(..., P, 3), world, metres. The parts' joints."""
+    rotations: FloatArray  # (..., P, 3, 3)
+    origins: FloatArray  # (..., P, 3), world, metres. The parts' joints.
 
     def apply(self, part: IntArray, points: FloatArray) -> FloatArray:
         """World points (..., N, 3) of points (N, 3) in the frames of parts (N,)."""
         turned = np.einsum("...nij,nj->...ni", self.rotations[..., part, :, :], points)
-        result: FloatArray = turned + self.origins[..., part, :]
-        return result
+        return np.asarray(turned + self.origins[..., part, :])
 
     def local(self, part: IntArray, points: FloatArray) -> FloatArray:
         """Places (N, 3) in the frames of parts (N,) of world points (N, 3), for one pose."""
@@ -221,11 +203,7 @@ def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
 
 
 def hanging_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
-    """All joint angles zero: arms hang, elbows are straight, the head is upright.
-
-    The hip midpoint is at `position` (3,), world, metres; `torso` is world_from_torso, facing north
-    when not given (the torso's axes are then the world's).
-    """
+    """Arms hang, the head is upright; hip midpoint (3,), world; faces north without `torso`."""
     rotations = REST.copy()
     if torso is not None:
         rotations[TORSO] = torso
@@ -242,20 +220,13 @@ def t_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
 
 
 def orthonormal(pose: Pose) -> Pose:
-    """Take away what rounding has added to rotations that are products of many.
-
-    The nearest rotation matrices, by singular value decomposition.
-    """
+    """The pose with the nearest rotation matrices, by SVD, without accumulated rounding."""
     u, _, vt = np.linalg.svd(pose.rotations)
     return Pose(pose.position, u @ vt)
 
 
 def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
-    """Turn rotations (..., 3, 3) by the smallest angle so that their z axes point along directions.
-
-    These (..., 3) are unit vectors in the frame that the rotation leads to. Opposite to the present
-    axis the turn is made about the rotation's own x axis.
-    """
+    """Rotations (..., 3, 3) turned the shortest way so that z is along unit vectors (..., 3)."""
     lead = np.broadcast_shapes(rotation.shape[:-2], direction.shape[:-1])
     stack = np.ascontiguousarray(np.broadcast_to(rotation, (*lead, 3, 3))).reshape(-1, 3, 3)
     along = np.ascontiguousarray(np.broadcast_to(direction, (*lead, 3))).reshape(-1, 3)

@@ -1,7 +1,5 @@
 """Lengths of a person's body, complete: measured where measured, average elsewhere."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 
@@ -13,17 +11,12 @@ class Proportions:
     """Lengths in metres between joint centres."""
 
     shoulder_width: float = 0.363
-    hip_width: float = 0.228
-    """`shoulder_width` and `hip_width`: between the joint centres of both sides."""
-    torso_length: float = 0.461
-    """Hip midpoint to shoulder midpoint."""
+    hip_width: float = 0.228  # like it, between the joint centres of both sides
+    torso_length: float = 0.461  # hip midpoint to shoulder midpoint
     upper_arm_length: float = 0.272
-    forearm_length: float = 0.252
-    """`upper_arm_length` and `forearm_length`: shoulder to elbow, elbow to wrist."""
-    hand_length: float = 0.194
-    """Wrist to the tip of the middle finger."""
-    shoulder_to_head: float = 0.205
-    """Shoulder midpoint to the head landmark."""
+    forearm_length: float = 0.252  # shoulder to elbow, elbow to wrist
+    hand_length: float = 0.194  # wrist to the tip of the middle finger
+    shoulder_to_head: float = 0.205  # shoulder midpoint to the head landmark
 
     @property
     def elbow_to_hand(self) -> float:
@@ -58,11 +51,8 @@ class Proportions:
         return own / (average.torso_length + average.upper_arm_length + average.forearm_length)
 
 
-AVERAGE_HEIGHT = 1.75
-"""Metres."""
-
-AVERAGE = Proportions()
-"""Average person of that height: the lengths' ratios to height of common anthropometric tables."""
+AVERAGE_HEIGHT = 1.75  # metres
+AVERAGE = Proportions()  # of that height: ratios of common anthropometric tables
 
 
 def measured(subject: Subject | None) -> bool:
@@ -72,10 +62,7 @@ def measured(subject: Subject | None) -> bool:
 
 
 def proportions_of(subject: Subject | None) -> Proportions:
-    """Fill what the subject's file does not know from the average proportions.
-
-    A missing length is the average one scaled by the lengths that are known.
-    """
+    """The subject's lengths; missing ones are average ones scaled by those that are known."""
     if subject is None:
         return AVERAGE
     names = [field.name for field in dataclasses.fields(Proportions)]

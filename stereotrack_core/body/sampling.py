@@ -11,8 +11,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, Cones, PlacedCones, placed_cones
 from stereotrack_core.body.pose import PartFrames
 
-_SKIN = 1e-3
-"""Metres that a segment must run free of the surface it starts on."""
+_SKIN = 1e-3  # metres that a segment must run free of the surface it starts on
 
 
 def to_cone_frames(points: FloatArray, placed: PlacedCones) -> FloatArray:
@@ -32,18 +31,13 @@ def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) ->
     within = (z >= 0) & (z <= height)
     inside = within & (np.hypot(local[..., 0], local[..., 1]) < radius - _SKIN)
     inside[own, np.arange(len(points))] = False
-    result: BoolArray = np.logical_or.reduce(inside, axis=0)
-    return result
+    return np.asarray(np.logical_or.reduce(inside, axis=0))
 
 
 def visible(
     points: FloatArray, normals: FloatArray, cameras: FloatArray, placed: PlacedCones
 ) -> BoolArray:
-    """Which surface points (N,) at least one camera sees, all in the world.
-
-    `cameras` (V, 3) are optical centres, `normals` (N, 3) point outwards. A point is seen when its
-    surface faces the camera and the segment to the camera meets no cone.
-    """
+    """Which surface points (N,), world, face a camera (V, 3) that sees them past all cones."""
     seen: BoolArray = np.zeros(len(points), dtype=np.bool_)
     for camera in cameras:
         sight = camera - points
@@ -58,15 +52,14 @@ def visible(
 def segment_blocked(points: FloatArray, camera: FloatArray, placed: PlacedCones) -> BoolArray:
     """Whether the segments (N,) from points (N, 3) to a camera (3,) meet any cone.
 
-    With s(t) = p + t d in a cone's frame the side is met where
-    x^2 + y^2 = (r1 + (r2 - r1)/H z)^2 with 0 < t < 1 and 0 <= z <= H. A segment that enters
-    by an end leaves by the side or by the other end; the shoulders' ends are not all covered.
+    With s(t) = p + t d in a cone's frame the side is met where x^2 + y^2 = (r1 + (r2 - r1)/H z)^2
+    with 0 < t < 1 and 0 <= z <= H. A segment that enters by an end leaves by the side or by the
+    other end; the shoulders' ends are not all covered.
     """
     p = to_cone_frames(points, placed)
     d = to_cone_frames(camera[None], placed) - p
     blocked = _meets_side(p, d, placed) | _meets_base(p, d, placed)
-    result: BoolArray = np.logical_or.reduce(blocked, axis=0)
-    return result
+    return np.asarray(np.logical_or.reduce(blocked, axis=0))
 
 
 def _meets_side(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
@@ -90,10 +83,7 @@ def _meets_side(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
 
 
 def _meets_base(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
-    """Whether p + t d (C, N, 3) meets the discs at the cones' bases (C, N).
-
-    The discs at the other ends need no look: whatever enters there leaves elsewhere.
-    """
+    """Whether p + t d (C, N, 3) meets the discs at the cones' bases (C, N)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         t = -p[..., 2] / d[..., 2]
         across = np.hypot(p[..., 0] + t * d[..., 0], p[..., 1] + t * d[..., 1])
@@ -101,8 +91,7 @@ def _meets_base(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
     return result
 
 
-_ROUNDS = 12
-"""Draws after which fewer points than wanted are accepted: hardly anything is visible then."""
+_ROUNDS = 12  # draws after which fewer points are accepted, as hardly anything is visible
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +113,7 @@ class SurfacePoints:
 def points_on_cones(
     cones: Cones, cone: IntArray, h: FloatArray, alpha: FloatArray
 ) -> SurfacePoints:
-    """Points on the sides of cones (N,), p(h, alpha) of section 3.2.2, in the parts' frames.
-
-    The height h (N,) over the base is a share of the cone's height, 0 to 1; alpha (N,) is in
-    radians.
-    """
+    """Points p(h, alpha) (N,) of section 3.2.2 in the parts' frames; h is 0 to 1."""
     r1, r2, height, flat = (
         values[cone] for values in (cones.r1, cones.r2, cones.height, cones.flatness)
     )
@@ -172,10 +157,9 @@ def visible_points(
 ) -> SurfacePoints:
     """Sample the surface, without points inside another cone and points that no camera sees.
 
-    The operator G of (3.4), for one pose. `cameras` (V, 3), world, are the views' optical centres;
-    `count` points shall remain; fewer come back when hardly anything is visible. `rng` draws at
-    random; None takes the fixed pattern. `watch` is told of each draw: the candidates, which of
-    them are inside another cone, and which of the others are seen.
+    The operator G of (3.4), for one pose, by optical centres (V, 3), world. Fewer than `count`
+    points come back when hardly anything is visible. `rng` None takes a fixed pattern. `watch` is
+    told of each draw: candidates, which are inside another cone, which of the others are seen.
     """
     placed = placed_cones(body, frames)
 

@@ -1,7 +1,5 @@
 """The tree of rigid parts and where their joints sit (section 2.5, figure 2.11)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +8,12 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions
 
+# Rigid parts: the limbs, the legs, which only take their data, and the shoulder girdle.
 PARTS: tuple[str, ...] = (
     *LIMBS,
     *("left_thigh", "right_thigh", "left_shank", "right_shank"),
     *("left_clavicle", "right_clavicle"),
 )
-"""Rigid parts: the limbs, in their order, the legs that are only there to take their data, and
-the shoulder girdle."""
-
 TORSO, HEAD, LEFT_UPPER_ARM, RIGHT_UPPER_ARM, LEFT_FOREARM, RIGHT_FOREARM = range(6)
 LEFT_THIGH, RIGHT_THIGH, LEFT_SHANK, RIGHT_SHANK = range(6, 10)
 LEFT_CLAVICLE, RIGHT_CLAVICLE = range(10, 12)
@@ -26,20 +22,13 @@ FOREARMS = (LEFT_FOREARM, RIGHT_FOREARM)
 THIGHS = (LEFT_THIGH, RIGHT_THIGH)
 SHANKS = (LEFT_SHANK, RIGHT_SHANK)
 CLAVICLES = (LEFT_CLAVICLE, RIGHT_CLAVICLE)
-PARENTS: tuple[int, ...] = (-1, 0, 0, 0, 2, 3, 0, 0, 6, 7, 0, 0)
-"""The part against which each part's rotation is stated."""
-
+PARENTS: tuple[int, ...] = (-1, 0, 0, 0, 2, 3, 0, 0, 6, 7, 0, 0)  # that rotations refer to
+# The part that carries each part's joint if not its parent. Clavicles carry the upper arms' joints
+# and do not turn the arms, whose direction is stated against the torso.
 CARRIERS: tuple[int, ...] = (-1, -1, *CLAVICLES, *[-1] * 8)
-"""The part that carries each part's joint where that is not its parent.
-
-Clavicles carry the upper arms' joints, and do not turn the arms: an arm's direction is stated
-against the torso, whatever the shoulder does.
-"""
-
 LEFT_PARTS = frozenset({LEFT_UPPER_ARM, LEFT_FOREARM, LEFT_THIGH, LEFT_SHANK, LEFT_CLAVICLE})
-
+# (P,), of each part: shoulders are the torso's, legs are ``len(LIMBS)``.
 LIMB_OF_PART: IntArray = np.array([*range(len(LIMBS)), *[len(LIMBS)] * 4, TORSO, TORSO])
-"""Limb that each part counts for (P,): the shoulders are the torso's; legs are ``len(LIMBS)``."""
 
 
 def limb_of_part(part: int) -> str:
@@ -47,24 +36,19 @@ def limb_of_part(part: int) -> str:
     return LIMBS[limb] if (limb := int(LIMB_OF_PART[part])) < len(LIMBS) else ""
 
 
-_CLAVICLE_BEGINS = 0.12
-"""Where the clavicles begin beside the middle, as a part of half the width of the shoulders."""
+_CLAVICLE_BEGINS = 0.12  # where clavicles begin, as a share of half the shoulder width
 
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
     """Places of the joints.
 
-    Frames: torso x to the person's right, y forward, z up, origin at the hip midpoint; a
-    limb's z runs along the limb, away from the torso.
+    Frames: torso x to the person's right, y forward, z up, origin at the hip midpoint; a limb's z
+    runs along the limb, away from the torso.
     """
 
-    joints: FloatArray
-    """(P, 3), metres. Joint of each part in its parent's frame; those of the upper arms while the
-    shoulders rest, from where the clavicles carry them away."""
-    lengths: FloatArray
-    """(P,), metres. From a part's joint along its z axis to the next joint, or to the hand's or
-    head's landmark."""
+    joints: FloatArray  # (P, 3), metres. In the parent's frame, while the shoulders rest
+    lengths: FloatArray  # (P,), metres. To the next joint, or to the hand's or head's landmark
     proportions: Proportions
 
 

@@ -1,10 +1,8 @@
 """The nearest place on the body's surface for a datum (docs/method.md 4.1).
 
-The loops over data and cones are compiled: a frame asks for some thousand data against 15 cones
-several times, and the search over arm poses for many more.
+Compiled: a frame asks for some thousand data against 15 cones several times, the arm search for
+many more.
 """
-
-from __future__ import annotations
 
 import math
 from dataclasses import dataclass
@@ -24,15 +22,10 @@ _NO_PENALTY = np.zeros((0, 0))
 class ClosestPoints:
     """Nearest places on the surface for N data."""
 
-    cone: IntArray
-    """(N,). Index of the nearest cone; -1 where none takes the datum."""
-    distance: FloatArray
-    """(N,), metres. Signed: positive outside. Infinite where no cone takes the datum."""
-    point: FloatArray
-    """(N, 3), world."""
-    direction: FloatArray
-    """(N, 3), world. Unit vector along which the distance is measured: the side's normal, or from
-    the point to the datum beyond an end."""
+    cone: IntArray  # (N,). Index of the nearest cone; -1 where none takes the datum.
+    distance: FloatArray  # (N,), metres. Positive outside; infinite if no cone takes it
+    point: FloatArray  # (N, 3), world
+    direction: FloatArray  # (N, 3), world. Of the distance: normal, or towards the datum
 
 
 def places_for(n: int) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
@@ -43,16 +36,10 @@ def places_for(n: int) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
 def nearest_on_surface(
     points: FloatArray, placed: PlacedCones, reach: float, penalty: FloatArray | None = None
 ) -> ClosestPoints:
-    """Find the closest point to every datum on the nearest cone.
+    """Closest points to data (N, 3), world, on the nearest cone within `reach` metres.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-    reach : float, metres
-        Data farther than this from every cone belong to none.
-    penalty : (N, C) float64, metres, optional
-        What speaks against a cone besides its distance d, as its colour does: the nearest cone is
-        that with the least sqrt(d^2 + penalty^2). The distances found are d all the same.
+    `penalty` (N, C), metres: what else speaks against a cone, as its colour does; the nearest cone
+    is that with the least sqrt(d^2 + penalty^2). The distances returned are d all the same.
     """
     closest = places_for(len(points))
     data = np.ascontiguousarray(points, dtype=np.float64)
@@ -73,10 +60,7 @@ def limbs_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
 
 @compiled(inline="always")
 def closest_on_cone(cone: Any, px: float, py: float, pz: float) -> Any:
-    """Signed distance, closest point (3) and direction (3) of a point, all in the cone's own frame.
-
-    A datum beyond an end that is not round gets an infinite distance: inner ends take no data.
-    """
+    """Signed distance, closest point (3), direction (3), cone's frame; inf beyond flat ends."""
     r1, r2, height, s = cone.r1, cone.r2, cone.height, cone.flatness
     y = py / s
     rho = math.sqrt(px * px + y * y)

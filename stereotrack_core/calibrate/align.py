@@ -3,8 +3,6 @@
 Every function returns new_from_old; :func:`aligned` applies it to the cameras.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -36,10 +34,7 @@ _LEAST_STANDING = 0.8  # mean of the torso's unit vectors; less is no standing p
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """How the world was turned, and what that rests on.
-
-    `points` or frames were used; `spread_m` is their standard deviation along z, NaN if unknown.
-    """
+    """How the world was turned; `spread_m` along z of its points or frames, NaN if unknown."""
 
     new_from_old: RigidTransform
     source: str
@@ -74,10 +69,7 @@ def aligned(cameras: Mapping[str, Camera], new_from_old: RigidTransform) -> dict
 
 
 def world_of_axes(up: FloatArray, north: FloatArray, origin: FloatArray) -> RigidTransform:
-    """new_from_old of a world with z along `up`, y as near to `north` as it can be.
-
-    Raises InputError where both have the same direction.
-    """
+    """new_from_old with z along `up` and y as near to `north` as can be. Raises InputError."""
     z = up / np.linalg.norm(up)
     y = north - (north @ z) * z
     length = float(np.linalg.norm(y))
@@ -92,18 +84,11 @@ def world_of_axes(up: FloatArray, north: FloatArray, origin: FloatArray) -> Rigi
     return RigidTransform(rotation, -rotation @ origin)
 
 
-def against_view(camera: Camera) -> FloatArray:
-    """The direction (3,) against which a camera looks: north, for one that stands in the north."""
-    gaze: FloatArray = camera.camera_from_world.rotation[2]
-    return -gaze
-
-
 def from_floor(points: FloatArray, cameras: Sequence[Camera], north: Camera) -> Alignment:
-    """The largest plane of points (N, 3) that lies below upright cameras is the floor.
+    """The largest plane of points (N, 3) below upright cameras is the floor.
 
     The origin is where the cameras' common gaze meets it; `north` is the camera in the north.
-
-    Raises InputError where no such plane is found.
+    Raises InputError.
     """
     known = points[np.isfinite(points).all(axis=1)]
     plane = _floor(known, cameras)
@@ -118,7 +103,8 @@ def from_floor(points: FloatArray, cameras: Sequence[Camera], north: Camera) -> 
     spread = float(np.std(known[on_floor] @ up - height))
     centre = _common_gaze(cameras)
     origin = centre - (centre @ up - height) * up
-    world = world_of_axes(up, against_view(north), origin)
+    # a camera in the north looks south
+    world = world_of_axes(up, -north.camera_from_world.rotation[2], origin)
     return Alignment(world, "floor", int(on_floor.sum()), spread)
 
 
@@ -172,10 +158,7 @@ def _common_gaze(cameras: Sequence[Camera]) -> FloatArray:
 
 
 def from_board(old_from_board: RigidTransform, corners: FloatArray) -> Alignment:
-    """The board lies on the floor, seen from above; where its upper side points is north.
-
-    The origin is the middle of its corners (n, 3).
-    """
+    """The board lies on the floor; where its upper side points is north, its middle the origin."""
     up, north = -old_from_board.rotation[:, 2], -old_from_board.rotation[:, 1]
     origin = old_from_board.apply(corners.mean(axis=0))
     return Alignment(world_of_axes(up, north, origin), "board", len(corners), float("nan"))
@@ -184,10 +167,7 @@ def from_board(old_from_board: RigidTransform, corners: FloatArray) -> Alignment
 def from_cameras(new: Mapping[str, Camera], old: Mapping[str, Camera]) -> Alignment:
     """Lay cameras over those of the same names in another calibration, whose world is kept.
 
-    Their axes and places are brought together by least squares (Kabsch); `new_from_old` of the
-    result leads from the world of `new` to that of `old`.
-
-    Raises InputError where no name is in both.
+    By least squares (Kabsch), from the world of `new` to that of `old`. Raises InputError.
     """
     names = [name for name in new if name in old]
     if not names:
@@ -214,10 +194,7 @@ def from_cameras(new: Mapping[str, Camera], old: Mapping[str, Camera]) -> Alignm
 def from_points(
     origin: FloatArray, north: FloatArray, floor: FloatArray, above: FloatArray
 ) -> Alignment:
-    """Three points (3,) of the floor: origin, one north of it, a third; `above` (3,) is above it.
-
-    Raises InputError where they lie on a line.
-    """
+    """Points (3,) of the floor: origin, north, a third; one `above` it. Raises InputError."""
     along = north - origin
     up = np.cross(along, floor - origin)
     apart = float(np.linalg.norm(up) / max(float(np.linalg.norm(along)), 1e-9))
@@ -235,10 +212,7 @@ def from_points(
 def from_clicks(
     cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
 ) -> Alignment:
-    """Three points of the floor, clicked in two cameras or more: pixels (2,) by point and camera.
-
-    Raises InputError for a point that is not placed by its clicks, and for points on a line.
-    """
+    """Three points of the floor, clicked: pixels (2,) by point and camera. Raises InputError."""
     points = triangulated(cameras, clicks)
     above = np.mean([camera.position_world for camera in cameras.values()], axis=0)
     return from_points(points[ORIGIN], points[NORTH], points[FLOOR], above)
@@ -247,10 +221,7 @@ def from_clicks(
 def triangulated(
     cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
 ) -> dict[str, FloatArray]:
-    """Points (3,) clicked in two cameras or more: pixels (2,) by point and camera.
-
-    Raises InputError for one that is missing, clicked once only, or whose rays do not meet.
-    """
+    """Points (3,) clicked in two cameras: pixels (2,) by both. Raises InputError."""
     found = {}
     for name in POINTS:
         seen = clicks.get(name, {})
@@ -276,9 +247,8 @@ def triangulated(
 def from_person(points: FloatArray) -> Alignment:
     """A person who stands facing north over frames of landmarks (F, 9, 3).
 
-    Up is the mean direction of the torso. The origin is the floor under the hips; its height
-    follows from the torso's length. Raises InputError where hips and shoulders are unknown, or the
-    person does not stand.
+    The floor under the hips follows from the torso's length. Raises InputError where it is unknown
+    or not upright.
     """
     middle = {
         name: points[:, [LANDMARKS.index(f"{side}_{name}") for side in ("left", "right")]]

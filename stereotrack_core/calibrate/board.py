@@ -1,7 +1,5 @@
 """The board that is filmed: its corners, its size, and what a person writes to name it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,19 +23,14 @@ _SIZE = re.compile(r"(\d+)x(\d+)")
 
 @dataclass(frozen=True)
 class Board:
-    """A chessboard, or a ChArUco board where it has a dictionary.
-
-    `columns` and `rows` count inner corners, `square` is the side of a square in metres.
-    """
+    """A chessboard, or a ChArUco board with a dictionary; inner corners, squares in metres."""
 
     columns: int
     rows: int
     square: float
     dictionary: str = ""
-    marker: float = 0.0
-    """Side of a marker in metres."""
-    legacy: bool = False
-    """Whether the ChArUco pattern is that of OpenCV before 4.6, with a marker in the corner."""
+    marker: float = 0.0  # side of a marker in metres
+    legacy: bool = False  # a ChArUco pattern of OpenCV before 4.6, with a marker in the corner
 
     @cached_property
     def corners(self) -> FloatArray:
@@ -77,19 +70,13 @@ class Board:
 
 
 def chessboard(size: str, square: float) -> Board:
-    """The board of ``--board 9x6 --square 0.025``.
-
-    Raises InputError for what is no size, or a square that nobody has printed.
-    """
+    """The board of ``--board 9x6 --square 0.025``. Raises InputError."""
     columns, rows = _counts(size, "--board", "9x6, which counts inner corners")
     return Board(_enough(columns, "--board"), _enough(rows, "--board"), _square(square))
 
 
 def charuco(text: str, square: float) -> Board:
-    """The board of ``--charuco 5x7:4X4_50:0.018 --square 0.025``, which counts squares.
-
-    Raises InputError for another text, an unknown dictionary, or a marker that does not fit.
-    """
+    """The board of ``--charuco 5x7:4X4_50:0.018``, which counts squares. Raises InputError."""
     parts = text.split(":")
     if len(parts) != 3:
         raise InputError(

@@ -1,9 +1,8 @@
 """Bundle adjustment: all cameras and all boards at once, by Levenberg and Marquardt's method.
 
-The boards do not know of each other, so that each one's six unknowns are eliminated from the normal
-equations (Schur complement; Triggs et al., Bundle Adjustment, 2000, section 6.1). What is left has
-the size of the cameras' unknowns, whatever the number of boards, and its inverse is their
-covariance.
+Each board's six unknowns are eliminated from the normal equations (Schur complement; Triggs et al.,
+Bundle Adjustment, 2000, section 6.1). What is left has the size of the cameras' unknowns, and its
+inverse is their covariance.
 """
 
 from __future__ import annotations
@@ -33,11 +32,9 @@ class BundleCamera:
 
     lens: Lens
     camera_from_world: RigidTransform
-    boards: IntArray
-    """(F,) numbers of the boards seen; `pixels` (F, n, 2) holds their corners, NaN where unseen."""
+    boards: IntArray  # (F,); numbers of the boards seen, with `pixels` (F, n, 2), NaN where unseen
     pixels: FloatArray
-    lens_free: BoolArray
-    """Lens values that are estimated."""
+    lens_free: BoolArray  # lens values that are estimated
     pose_free: bool
 
     @property
@@ -52,8 +49,7 @@ class Bundle:
 
     cameras: tuple[BundleCamera, ...]
     boards: tuple[RigidTransform, ...]  # world_from_board
-    errors: tuple[FloatArray, ...]
-    """(F, n, 2) pixels of each camera, picture minus projection; NaN where a corner is unseen."""
+    errors: tuple[FloatArray, ...]  # (F, n, 2) pixels, picture minus projection; NaN if unseen
     covariance: FloatArray
     """(m, m) of the estimated values, camera by camera: the lens's free ones, then rotation vector
     (radians) and translation (metres) in the camera's frame. Infinite where they are not
@@ -87,10 +83,10 @@ def adjusted(
     rounds: int = _ROUNDS,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Bundle:
-    """Cameras and boards with the least sum of squared errors, from places to begin with.
+    """Cameras and boards (world_from_board) with the least sum of squared errors.
 
-    `boards` are world_from_board, `corners` (n, 3) in their frame in metres. `loss_scale` are the
-    pixels from which an error counts linearly (Huber's loss); None for plain least squares.
+    `corners` (n, 3) are in the boards' frames; from `loss_scale` pixels errors count linearly
+    (Huber).
     """
     state = _State(tuple(cameras), np.array([b.rotation for b in boards]).reshape(-1, 3, 3),
                    np.array([b.translation for b in boards]).reshape(-1, 3))  # fmt: skip

@@ -1,7 +1,5 @@
 """First places of cameras and boards: who saw the board together, and what most frames agree on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -17,28 +15,20 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.transform import RigidTransform
 
 _SAME_TURN = np.radians(5.0)
-_SAME_SHARE, _SAME_M = 0.1, 0.03
-"""Two frames agree on a camera's place up to this share of its distance, or these metres."""
-
+_SAME_SHARE, _SAME_M = 0.1, 0.03  # share of the distance, or metres, to which places agree
 _MOST_CANDIDATES = 400
 
 _NEARLY = 0.7
 """Share of the most votes from which a place is compared by the pictures, too: with few frames, of
 which each allows several places, votes alone say little."""
 
-_COMPARED, _FRAMES_COMPARED = 12, 12
-"""Places, and frames in which they are compared."""
-
-_FAR_PX = 50.0
-"""Median error of a picture that says no more than that the place does not fit it."""
+_COMPARED, _FRAMES_COMPARED = 12, 12  # places, and frames in which they are compared
+_FAR_PX = 50.0  # median error of a picture that says no more than that the place does not fit it
 
 
 @dataclass(frozen=True, eq=False)
 class Connected:
-    """Cameras (camera_from_first) and boards (first_from_board by frame), and the sightings.
-
-    `shared` (C, C) counts the frames in which two cameras saw the board together.
-    """
+    """Cameras (camera_from_first), boards (first_from_board), common frames (C, C), sightings."""
 
     cameras: tuple[RigidTransform, ...]
     boards: dict[int, RigidTransform]
@@ -47,12 +37,9 @@ class Connected:
 
 
 def connected(sightings: Sequence[Sightings], lenses: Sequence[Lens], board: Board) -> Connected:
-    """Place all cameras relative to the first one, over others where they saw no board together.
+    """Place all cameras relative to the first one, perhaps over others. Raises InputError.
 
-    Corners of a board that looks the same after half a turn are renumbered so that all cameras
-    agree.
-
-    Raises InputError, which names the groups, where cameras are not connected.
+    Corners of a board that looks the same after half a turn are renumbered so that all agree.
     """
     seen = [_Seen(one, lens, board) for one, lens in zip(sightings, lenses, strict=True)]
     count = len(sightings)
@@ -67,12 +54,14 @@ def connected(sightings: Sequence[Sightings], lenses: Sequence[Lens], board: Boa
             agreeing[a, b] = agreeing[b, a] = votes
     cameras = _spanned(agreeing, relative, [one.camera for one in sightings])
     boards = _boards(seen, cameras)
-    placed = [_placed(one, boards) for one in sightings]
-    numbered = tuple(
-        _renumbered(one, lens, pose, boards, board) if board.ambiguous else one
-        for one, lens, pose in zip(placed, lenses, cameras, strict=True)
-    )
-    return Connected(tuple(cameras), boards, numbered, shared)
+    numbered = []
+    for own, lens, pose in zip(sightings, lenses, cameras, strict=True):
+        rows = [i for i, frame in enumerate(own.frames.tolist()) if frame not in boards]
+        placed = own.without(rows, ["the board cannot be placed"] * len(rows))
+        if board.ambiguous:
+            placed = _renumbered(placed, lens, pose, boards, board)
+        numbered.append(placed)
+    return Connected(tuple(cameras), boards, tuple(numbered), shared)
 
 
 class _Seen:
@@ -81,42 +70,28 @@ class _Seen:
     def __init__(self, sightings: Sightings, lens: Lens, board: Board) -> None:
         self._lens, self._board = lens, board
         self._pixels = dict(zip(sightings.frames.tolist(), sightings.pixels, strict=True))
-        self.poses: dict[int, list[RigidTransform]] = {}
-        """Possible poses camera_from_board by frame."""
+        self.poses: dict[int, list[RigidTransform]] = {}  # camera_from_board that may be, by frame
         for frame, pixels in self._pixels.items():
             own = board_poses(lens, board.corners, pixels)
-            if board.ambiguous:
-                own += [pose @ _half_turn(board) for pose in own]
+            if board.ambiguous:  # the same after half a turn about its middle
+                middle = board.corners.mean(axis=0)
+                half_turn = RigidTransform(np.diag([-1.0, -1.0, 1.0]), 2 * middle)
+                own += [pose @ half_turn for pose in own]
             if own:
                 self.poses[frame] = own
 
     def off(self, camera_from_board: RigidTransform, frame: int) -> float:
         """Median error of the frame's corners in pixels, for a pose of the board."""
         pixels = self._pixels[frame]
-        return float(
-            np.nanmedian(corner_errors(self._lens, camera_from_board, pixels, self._board))
-        )
+        errors = corner_errors(self._lens, camera_from_board, pixels, self._board)
+        return float(np.nanmedian(errors))
 
     def __contains__(self, frame: int) -> bool:
         return frame in self._pixels
 
 
-def _placed(sightings: Sightings, boards: dict[int, RigidTransform]) -> Sightings:
-    rows = [i for i, frame in enumerate(sightings.frames.tolist()) if frame not in boards]
-    return sightings.without(rows, ["the board cannot be placed"] * len(rows))
-
-
-def _half_turn(board: Board) -> RigidTransform:
-    """The board's frame turned by 180 degrees about its middle."""
-    middle = board.corners.mean(axis=0)
-    return RigidTransform(np.diag([-1.0, -1.0, 1.0]), 2 * middle)
-
-
 def _most_agreed(a: _Seen, b: _Seen, common: list[int]) -> tuple[RigidTransform, int]:
-    """The pose a_from_b that most common frames agree on, and how many these are.
-
-    Of poses that nearly as many agree on, the one that fits the pictures best.
-    """
+    """The pose a_from_b that most common frames agree on and fits best, and their number."""
     step = max(1, 4 * len(common) // _MOST_CANDIDATES)
     candidates, owner = [], []
     for frame in common[::step]:
@@ -202,10 +177,7 @@ def _boards(seen: Sequence[_Seen], cameras: Sequence[RigidTransform]) -> dict[in
 def corner_errors(
     lens: Lens, camera_from_board: RigidTransform, pixels: FloatArray, board: Board
 ) -> FloatArray:
-    """Distances (n,) in pixels of corners from where they should be; NaN where unseen.
-
-    For a board that looks the same after half a turn those of the numbering that fits better.
-    """
+    """Distances (n,) in pixels of corners from their places, better numbered; NaN if unseen."""
     points = camera_from_board.apply(board.corners)
     ahead = points[:, 2] > 1e-3
     if not ahead.all():

@@ -1,10 +1,4 @@
-"""Corners of a board in a picture, whether it is the board that was named, and where it may be.
-
-Boards are found to fractions of a pixel. Those that people name wrongly are transposed, miscounted,
-old or mirrored.
-"""
-
-from __future__ import annotations
+"""Corners of a board in a picture, whether it is the board that was named, and where it may be."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -33,9 +27,8 @@ _CRITERIA = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 60, 1e-3)
 def find_board(image: ImageArray, board: Board) -> FloatArray | None:
     """Raw pixels (n, 2) of all corners in a grey picture, NaN where unseen; None without a board.
 
-    A chessboard has to be seen whole, of a ChArUco board some corners are enough. The corners of a
-    chessboard begin where the first inner square is light, so that all cameras number them alike;
-    a board that looks the same after half a turn has no such corner.
+    A chessboard has to be seen whole. Its corners begin where the first inner square is light,
+    unless it looks the same after half a turn.
     """
     found = _charuco(image, board) if board.dictionary else _chessboard(image, board)
     return found if found is not None and _is_plausible(found, board) else None
@@ -47,21 +40,15 @@ def _chessboard(image: ImageArray, board: Board) -> FloatArray | None:
     if not seen:
         return None
     pixels = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
-    if not board.ambiguous and not _begins_light(image, pixels, board.columns):
-        pixels = pixels[::-1].copy()
+    if not board.ambiguous:  # begin where the square between four corners is the lighter one
+        grid = pixels.reshape(-1, board.columns, 2)
+        middles = 0.25 * (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:])
+        at = np.clip(np.rint(middles).astype(int), 0, np.array(image.shape[1::-1]) - 1)
+        value = image[at[..., 1], at[..., 0]].astype(np.float64)
+        odd = np.indices(value.shape).sum(axis=0) % 2
+        if not value[odd == 0].mean() > value[odd == 1].mean():
+            pixels = pixels[::-1].copy()
     return _refined(image, pixels, board)
-
-
-def _begins_light(image: ImageArray, pixels: FloatArray, columns: int) -> bool:
-    """Whether the square between the first four corners is lighter than its neighbour."""
-    grid = pixels.reshape(-1, columns, 2)
-    middles = 0.25 * (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:])
-    column, row = np.rint(middles).astype(int).reshape(-1, 2).T
-    value = image[
-        np.clip(row, 0, image.shape[0] - 1), np.clip(column, 0, image.shape[1] - 1)
-    ].astype(np.float64)
-    odd = np.indices(middles.shape[:2]).sum(axis=0).ravel() % 2
-    return bool(value[odd == 0].mean() > value[odd == 1].mean())
 
 
 def _charuco(image: ImageArray, board: Board) -> FloatArray | None:
@@ -81,11 +68,7 @@ def _charuco_detector(board: Board) -> cv2.aruco.CharucoDetector:
 
 
 def _refined(image: ImageArray, pixels: FloatArray, board: Board) -> FloatArray:
-    """Corners moved to the saddle of the grey values within a part of the squares around them.
-
-    The window may not reach the neighbouring corners or markers, so that it follows the squares'
-    local size.
-    """
+    """Corners moved to the saddle of the grey values, without reaching other corners or markers."""
     heights = _heights(pixels.reshape(board.rows, board.columns, 2)).ravel()
     usual = np.nanmedian(heights) if np.isfinite(heights).any() else np.nan
     heights = np.where(np.isfinite(heights), heights, usual)
@@ -128,26 +111,13 @@ def _is_plausible(pixels: FloatArray, board: Board) -> bool:
     return bool(spread[1] > 0.02 * spread[0])
 
 
-def mirrored_picture(image: ImageArray) -> ImageArray:
-    """The picture with left and right exchanged."""
-    return np.ascontiguousarray(image[:, ::-1])
-
-
-def mirrored_pixels(pixels: FloatArray, width: int) -> FloatArray:
-    """Where pixels (..., 2) of a mirrored picture are in the picture itself."""
-    return np.stack([width - 1 - pixels[..., 0], pixels[..., 1]], axis=-1)
-
-
 _LEAST_SHARE = 0.25  # of the corners of all pictures, from which a board is taken as it was named
 _SAMPLE = 3  # pictures in which larger boards are looked for
 
 
 @dataclass(frozen=True)
 class Recognition:
-    """The board as it is seen in the pictures, and what differs from what was named.
-
-    `mirrored`: the pictures show it with left and right exchanged. `differences` are clauses.
-    """
+    """The board, perhaps mirrored, and clauses on what differs from what was named."""
 
     board: Board
     mirrored: bool = False
@@ -157,43 +127,36 @@ class Recognition:
         """Corners (n, 2) in a grey picture, in its own pixels; see :func:`find_board`."""
         if not self.mirrored:
             return find_board(image, self.board)
-        pixels = find_board(mirrored_picture(image), self.board)
-        return None if pixels is None else mirrored_pixels(pixels, image.shape[1])
+        pixels = find_board(np.ascontiguousarray(image[:, ::-1]), self.board)
+        if pixels is not None:
+            pixels[:, 0] = image.shape[1] - 1 - pixels[:, 0]
+        return pixels
 
 
 def recognised(
     images: Sequence[ImageArray], named: Board, cancelled: Callable[[], bool] = lambda: False
 ) -> Recognition:
-    """The board of some pictures that shows most corners in them, the named one before others.
+    """The board that shows most corners in some pictures, the named one before others.
 
-    Chessboards are tried with squares counted instead of inner corners and one row or column more
-    or less; ChArUco boards transposed, of the pattern before OpenCV 4.6, and mirrored. A mirrored
-    chessboard looks like another chessboard and is not noticed.
+    Chessboards are tried with other counts; ChArUco boards transposed, of the pattern before OpenCV
+    4.6, and mirrored.
     """
     first = Recognition(named)
     most = _count(images, first, cancelled)
     enough = _LEAST_SHARE * len(images) * len(named.corners)
     if not named.dictionary:
-        if most >= enough:
-            return _larger_chessboard(images, first, cancelled)
-        tried = [first, *_chessboards(named)]
-        return max(tried, key=lambda one: _count(images, one, cancelled))
+        tried = list(_chessboards(named))
+        if most >= enough:  # it may be only a part of a larger board
+            images = [image for image in images if first.find(image) is not None][:_SAMPLE]
+            size = len(named.corners)
+            tried = [one for one in tried if len(one.board.corners) > size]
+        return max([first, *tried], key=lambda one: _count(images, one, cancelled))
     best, others = first, _charuco_variants(named)
     while most < enough and (other := next(others, None)) is not None:
         count = _count(images, other, cancelled)
         if count > most:
             best, most = other, count
     return best
-
-
-def _larger_chessboard(
-    images: Sequence[ImageArray], named: Recognition, cancelled: Callable[[], bool]
-) -> Recognition:
-    """The board as it was named, or the larger one that it is only a part of."""
-    found = [image for image in images if named.find(image) is not None][:_SAMPLE]
-    size = len(named.board.corners)
-    larger = [one for one in _chessboards(named.board) if len(one.board.corners) > size]
-    return max([named, *larger], key=lambda one: _count(found, one, cancelled))
 
 
 def _count(
@@ -226,30 +189,25 @@ def _chessboards(named: Board) -> Iterator[Recognition]:
 def _charuco_variants(named: Board) -> Iterator[Recognition]:
     sizes = dict.fromkeys([(named.columns, named.rows), (named.rows, named.columns)])
     for mirrored, (columns, rows), legacy in product((False, True), sizes, (False, True)):
+        found = []
+        if (columns, rows) != (named.columns, named.rows):
+            found.append(f"the board has {columns + 1}x{rows + 1} squares, not the reverse")
+        if legacy != named.legacy:
+            found.append("it is a legacy pattern, from before OpenCV 4.6")
+        if mirrored:
+            found.append("the pictures are mirrored")
         board = replace(named, columns=columns, rows=rows, legacy=legacy)
-        yield Recognition(board, mirrored, _differences(board, named, mirrored))
-
-
-def _differences(board: Board, named: Board, mirrored: bool) -> tuple[str, ...]:
-    found = []
-    if (board.columns, board.rows) != (named.columns, named.rows):
-        found.append(f"the board has {board.columns + 1}x{board.rows + 1} squares, not the reverse")
-    if board.legacy != named.legacy:
-        found.append("it is a legacy pattern, from before OpenCV 4.6")
-    if mirrored:
-        found.append("the pictures are mirrored")
-    return tuple(found)
+        yield Recognition(board, mirrored, tuple(found))
 
 
 _LEAST_CORNERS = 4
 
 
 def board_poses(lens: Lens, corners: FloatArray, pixels: FloatArray) -> list[RigidTransform]:
-    """Poses camera_from_board of one picture, the likelier one first; empty where there is none.
+    """Poses camera_from_board of corners (n, 3) at raw pixels (n, 2), the likelier one first.
 
-    `corners` (n, 3) are in metres in the board's frame, raw `pixels` (n, 2) NaN where unseen. A
-    flat board far away looks nearly the same tilted either way, so that there are two (Collins and
-    Bartoli, Infinitesimal plane-based pose estimation, 2014).
+    A flat board far away looks nearly the same tilted either way (Collins and Bartoli,
+    Infinitesimal plane-based pose estimation, 2014).
     """
     seen = np.isfinite(pixels[:, 0])
     if seen.sum() < _LEAST_CORNERS:
@@ -287,6 +245,8 @@ def likeliest_poses(
 def tilts(poses: Sequence[RigidTransform]) -> FloatArray:
     """Angles (F,) in radians between the boards' normals and their mean direction."""
     normals = np.array([pose.rotation[:, 2] for pose in poses]).reshape(-1, 3)
+    # A board is seen from its front, but corners in the other order turn its normal round.
+    normals *= np.where(normals[:, 2:] > 0.0, -1.0, 1.0)
     mean = normals.mean(axis=0)
     length = np.linalg.norm(mean)
     return np.asarray(np.arccos(np.clip(normals @ mean / max(length, 1e-12), -1.0, 1.0)))

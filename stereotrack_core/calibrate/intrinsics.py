@@ -1,13 +1,11 @@
 """One camera's lens from its pictures: which pictures, which model, and how well it is known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import likeliest_poses, tilts
 from stereotrack_core.calibrate.lens import BROWN, BROWN5, LENS_MODELS, RADIAL, Lens, LensModel
@@ -34,25 +32,17 @@ _SMALL, _LARGE = 0.2, 0.4  # share of the image that a board should fill at leas
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """Cells (6, 8) of the image that hold corners; tilt and distances of the boards.
-
-    `tilt_deg` is the largest angle between a board's normal and their mean; distances in metres.
-    """
+    """Cells (6, 8) of the image that hold corners; tilt (degrees) and distances of the boards."""
 
     cells: BoolArray
     tilt_deg: float
     nearest_m: float
     farthest_m: float
-    fills: float = float("nan")
-    """Share of the image's width or height, the larger one, that the board fills in the median."""
+    fills: float = float("nan")  # share of the image's width or height that the board fills, median
 
     @property
     def advice(self) -> str:
-        """Advice on filming if the lens is not known well enough.
-
-        The focal length shows by how the sides of a tilted board differ, in proportion to the
-        square of the board's size in the image.
-        """
+        """Advice on filming: tilted boards show the focal length, large ones better."""
         turned = (
             "tilt the board by 30 to 45 degrees to all sides, and bring it into every corner of "
             "the image."
@@ -106,9 +96,7 @@ def coverage_of(sightings: Sightings, poses: Sequence[RigidTransform]) -> Covera
 _LEAST_VIEWS, _FEW_VIEWS, _MOST_VIEWS = 4, 12, 60
 _ROUNDS = 3  # in which outlying pictures are looked for
 _PENALTY = 4.0
-_WORTH = 0.01
-"""Share by which a model's held-out error may be above the least one."""
-
+_WORTH = 0.01  # share by which a model's held-out error may be above the least one
 _NOISE_PX = 0.1  # error per axis that corners have at least, whatever the fit says
 _UNKNOWN_FOCAL, _VAGUE_FOCAL = 0.02, 0.003  # shares of the focal length
 _LEAST_TILT_DEG = 12.0
@@ -129,10 +117,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Intrinsics:
-    """A calibrated lens and what is known about it.
-
-    `camera` stands at the origin; `sightings` are the pictures that were used.
-    """
+    """A calibrated lens of a `camera` at the origin, by the `sightings` that were used."""
 
     camera: Camera
     lens: Lens
@@ -141,8 +126,7 @@ class Intrinsics:
     errors: FloatArray  # (F, n, 2) pixels
     rms_px: float
     held_out_px: float
-    sigma: FloatArray
-    """(4,) standard deviations of f_x, f_y, c_x, c_y in pixels."""
+    sigma: FloatArray  # (4,) standard deviations of f_x, f_y, c_x, c_y in pixels
     candidates: tuple[Candidate, ...]
     coverage: Coverage
     findings: tuple[Finding, ...]
@@ -156,15 +140,11 @@ def calibrate_intrinsics(
     alone: bool = True,
     stop: Stop = lambda: False,
 ) -> Intrinsics:
-    """The lens of one camera.
+    """The lens of one camera, if not `alone` to be adjusted with others. Raises InputError.
 
-    Outlying pictures are removed, at most a third of them. Of the models whose held-out error is
-    within one percent of the least, the one with the least information criterion is taken, but no
-    fisheye lens where a plain one does; `model` names one instead. A lens that is adjusted together
-    with other cameras later is not `alone` and may be badly known at first.
-
-    Raises InputError for too few pictures, boards that do not determine the lens, or an unknown
-    model.
+    Outlying pictures are removed, at most a third. Of the models whose held-out error is within one
+    percent of the least, the one with the least information criterion is taken, no fisheye lens
+    where a plain one does; or `model`.
     """
     check_model(model)
     check_count(sightings)
@@ -215,21 +195,14 @@ def _spread_views(sightings: Sightings) -> Sightings:
     low, high = np.nanmin(scaled, axis=1), np.nanmax(scaled, axis=1)
     slant = np.nanstd(scaled[..., 0] * scaled[..., 1], axis=1)
     features = np.column_stack([0.5 * (low + high), high - low, slant])
-    rows = _farthest_rows(features, _MOST_VIEWS)
-    others = np.setdiff1d(np.arange(len(sightings)), rows)
-    return sightings.without(
-        others.tolist(), ["much like another picture, not needed"] * len(others)
-    )
-
-
-def _farthest_rows(features: FloatArray, count: int) -> IntArray:
     chosen = [int(np.argmin(np.linalg.norm(features - features.mean(axis=0), axis=1)))]
     distance = np.full(len(features), np.inf)
-    while len(chosen) < count:
+    while len(chosen) < _MOST_VIEWS:
         to_last = np.linalg.norm(features - features[chosen[-1]], axis=1)
         distance = np.minimum(distance, to_last)
         chosen.append(int(np.argmax(distance)))
-    return np.array(sorted(chosen), dtype=np.int64)
+    others = [i for i in range(len(sightings)) if i not in chosen]
+    return sightings.without(others, ["much like another picture, not needed"] * len(others))
 
 
 def _without_outliers(
@@ -242,7 +215,10 @@ def _without_outliers(
     start = {kind: lens for kind, lens in begun.items() if lens is not None}
     if not start:
         raise _undetermined(sightings, "no focal length explains the pictures")
-    sightings = _placeable(sightings, list(start.values()), board)
+    poses = [likeliest_poses(one, board.corners, sightings.pixels) for one in start.values()]
+    rows = [i for i, own in enumerate(zip(*poses, strict=True)) if not any(own)]
+    sightings = sightings.without(rows, ["the board cannot be placed"] * len(rows))
+    check_count(sightings)
     most = len(sightings) // 3
     for _ in range(_ROUNDS):
         fits = _fits(start, sightings, board, model, stop)
@@ -255,15 +231,6 @@ def _without_outliers(
         sightings = sightings.without(rows, reasons)
         check_count(sightings)
     return sightings, start
-
-
-def _placeable(sightings: Sightings, lenses: Sequence[Lens], board: Board) -> Sightings:
-    """Those in which one of the first lenses can place the board."""
-    poses = [likeliest_poses(one, board.corners, sightings.pixels) for one in lenses]
-    rows = [i for i, own in enumerate(zip(*poses, strict=True)) if not any(own)]
-    kept = sightings.without(rows, ["the board cannot be placed"] * len(rows))
-    check_count(kept)
-    return kept
 
 
 def _models(name: str) -> list[LensModel]:
@@ -294,11 +261,10 @@ def _chosen(
 ) -> tuple[str, tuple[Candidate, ...], float]:
     """Name of the model taken, all that were tried, and its held-out error in pixels."""
     seen = BoardPictures(sightings.pixels, board.corners, stop)
-    squares = {name: held_out_errors(fit, seen) for name, fit in fits.items()}
-    roots = {
-        name: float("nan") if own is None else float(np.sqrt(own.mean()))
-        for name, own in squares.items()
-    }
+    roots = {}
+    for name, fit in fits.items():
+        squares = held_out_errors(fit, seen)
+        roots[name] = float("nan") if squares is None else float(np.sqrt(squares.mean()))
     least = np.nanmin(list(roots.values()), initial=np.inf)
     within = [name for name, error in roots.items() if not error > (1.0 + _WORTH) * least]
     if any(fits[name].lens.model in (RADIAL, BROWN, BROWN5) for name in within):
@@ -313,9 +279,8 @@ def _chosen(
 def _criterion(fit: LensFit) -> float:
     """Information criterion N log(mean squared error) + 4 k of N coordinates, k coefficients.
 
-    Two coefficients have to be significant at 2 %. Akaike's penalty of 2 k lets in coefficients of
-    no use; that of Bayes, k log N, leaves out the tangential distortion of ordinary lenses, and the
-    principal point takes its place: the camera then seems turned by a tenth of a degree.
+    Akaike's 2 k lets in coefficients of no use; Bayes' k log N leaves out the tangential distortion
+    of ordinary lenses, and the camera then seems turned by a tenth of a degree.
     """
     count = float(np.isfinite(fit.errors).sum())
     error = max(float(np.nanmean(np.square(fit.errors))), 1e-12)
@@ -330,23 +295,18 @@ def check_known(
     share = _focal_uncertainty(rms, sigma, lens)
     if share < _UNKNOWN_FOCAL:
         return
+    remedy = coverage.advice
+    what = f"the focal length is only known to {100 * min(share, 1.0):.0f} %"
     if coverage.tilt_deg < _LEAST_TILT_DEG:
-        raise _undetermined(
-            sightings,
-            f"the boards are all nearly parallel (tilted by {coverage.tilt_deg:.0f} degrees at "
-            "most), so that the focal length is not determined",
-        )
-    raise _undetermined(
-        sightings,
-        f"the focal length is only known to {100 * min(share, 1.0):.0f} %",
-        coverage.advice,
-    )
+        tilt = f"tilted by {coverage.tilt_deg:.0f} degrees at most"
+        what = f"the boards are all nearly parallel ({tilt}): the focal length is not determined"
+        remedy = _REFILM
+    raise _undetermined(sightings, what, remedy)
 
 
 def _focal_uncertainty(rms: float, sigma: FloatArray, lens: Lens) -> float:
     """Standard deviation of the focal length as a share of it, for corners of usual noise."""
-    noise = max(rms / np.sqrt(2.0), 1e-12)
-    factor = max(1.0, _NOISE_PX / noise)
+    factor = max(1.0, _NOISE_PX / max(rms / np.sqrt(2.0), 1e-12))
     share = float(factor * np.max(sigma[:2]) / lens.focal)
     return share if np.isfinite(share) else float("inf")
 

@@ -21,8 +21,7 @@ class LensModel:
     name: str
     estimated: tuple[int, ...]
     fisheye: bool = False
-    stored: int = 4
-    """Number of coefficients that are written."""
+    stored: int = 4  # number of coefficients that are written
 
     @property
     def free(self) -> BoolArray:
@@ -95,8 +94,8 @@ def lens_of(camera: Camera) -> Lens | None:
 def projected(lens: Lens, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Raw pixels (N, 2) of points (N, 3), metres in the camera frame, in front of the camera.
 
-    OpenCV's pinhole model, rational with tangential distortion, or its fisheye model. Also the
-    derivatives by the point (N, 2, 3) and by the lens's values (N, 2, 12) or (N, 2, 8).
+    OpenCV's pinhole or fisheye model; also derivatives by the point (N, 2, 3) and the lens's
+    values.
     """
     f_x, f_y, c_x, c_y = lens.values[:4]
     inverse = 1.0 / points[:, 2]

@@ -13,13 +13,9 @@ from stereotrack_core.calibrate.detection import likeliest_poses
 from stereotrack_core.calibrate.lens import FISHEYE, RADIAL, Lens, LensModel
 from stereotrack_core.geometry.transform import RigidTransform
 
-_FOCALS = (0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2)
-"""Focal lengths that a search begins with, as shares of the image's longer side."""
-
+_FOCALS = (0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2)  # shares of the image's longer side
 _START_VIEWS, _START_ROUNDS = 12, 12
-_LOSS_PX, _FIRST_PX = 2.0, 20.0
-"""Pixels from which an error counts linearly, also from lenses to begin with."""
-
+_LOSS_PX, _FIRST_PX = 2.0, 20.0  # pixels from which errors count linearly, and from first lenses
 _FOLDS = 5
 
 Stop = Callable[[], bool]
@@ -66,10 +62,7 @@ def fitted(
     loss_scale: float | None = None,
     rounds: int = 100,
 ) -> LensFit:
-    """The lens and the boards that fit pictures.
-
-    `free` are the values that are estimated (default: those of the lens's model).
-    """
+    """The lens, with its `free` values or those of its model, and the boards that fit pictures."""
     frames, free = np.arange(len(seen.pixels)), lens.model.free if free is None else free
     camera = BundleCamera(
         lens, RigidTransform.identity(), frames, seen.pixels, free, pose_free=False
@@ -81,10 +74,7 @@ def fitted(
 
 
 def first_lens(seen: BoardPictures, size: tuple[int, int], *, fisheye: bool) -> Lens | None:
-    """A lens to begin with: the best of several focal lengths with little or no distortion.
-
-    None where the board cannot be placed with any of them.
-    """
+    """The best of several focal lengths with little or no distortion; None if none fits."""
     model = FISHEYE if fisheye else RADIAL
     some = seen.of(np.unique(np.linspace(0, len(seen.pixels) - 1, _START_VIEWS).astype(int)))
     best, cost = None, np.inf
@@ -130,11 +120,7 @@ def best_fit(model: LensModel, start: Lens, seen: BoardPictures) -> LensFit | No
 
 
 def held_out_errors(fit: LensFit, seen: BoardPictures) -> FloatArray | None:
-    """Mean squared errors (F,) of pictures that the lens was not fitted to, square pixels.
-
-    Every fifth picture is left out in turn; with the lens of the others only the board's place is
-    fitted to it. None where there are too few pictures.
-    """
+    """Mean squared errors (F,), px^2, of pictures the lens was not fitted to; None of too few."""
     count = len(seen.pixels)
     folds = min(_FOLDS, count)
     result, nothing = np.full(count, np.nan), np.zeros(fit.lens.values.size, dtype=bool)

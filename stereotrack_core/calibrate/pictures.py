@@ -1,7 +1,4 @@
-"""The pictures that are searched for the board, and what was seen of it in them.
-
-Pictures are files, videos, folders of cameras, or recordings.
-"""
+"""The pictures that are searched for the board, and what was seen of it in them."""
 
 from __future__ import annotations
 
@@ -33,17 +30,13 @@ class LeftOut:
 
     camera: str
     frame: int
-    picture: str
-    """Name of the file, or the number of the video's frame."""
+    picture: str  # name of the file, or the number of the video's frame
     reason: str
 
 
 @dataclass(frozen=True, eq=False)
 class Sightings:
-    """The board in the pictures of one camera.
-
-    `frames` (F,) ascending; `pixels` (F, n, 2) of all corners of the board, raw, NaN where unseen.
-    """
+    """The board in the pictures (F,) of a camera: raw pixels (F, n, 2), NaN where unseen."""
 
     camera: str
     size: tuple[int, int]  # width and height in pixels
@@ -51,8 +44,7 @@ class Sightings:
     pixels: FloatArray
     pictures: tuple[str, ...]
     left_out: tuple[LeftOut, ...] = ()
-    searched: int = 0
-    """Number of pictures in which the board was looked for."""
+    searched: int = 0  # number of pictures in which the board was looked for
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -84,11 +76,7 @@ _DIGITS = re.compile(r"(\d+)")
 
 @dataclass(frozen=True, eq=False)
 class Looked:
-    """A picture in which the board was looked for, as the search goes on.
-
-    `pixels` (n, 2) are its corners, NaN where unseen; None without a board. `image` (H, W) is grey;
-    None where it cannot be read.
-    """
+    """A picture (H, W) that was searched, and corners (n, 2), NaN where unseen; or None."""
 
     camera: str
     frame: int
@@ -99,11 +87,7 @@ class Looked:
 
 @dataclass(frozen=True, eq=False)
 class Pictures:
-    """Grey pictures of one camera by number; frame k of all cameras is the same instant.
-
-    A video, or a recording's numbered images, from frame `first` on; or image `files` by their
-    names.
-    """
+    """Grey pictures of one camera by number; frame k of all cameras is the same instant."""
 
     camera: str
     source: StreamPictures
@@ -129,10 +113,7 @@ class Pictures:
 
 
 def pictures_of_glob(pattern: str, camera: str, where: str) -> Pictures:
-    """The files that fit a pattern such as ``left/*.png``, a folder of them, or one video.
-
-    Raises InputError where there are none.
-    """
+    """The files of a pattern, a folder of them, or one video. Raises InputError."""
     path = Path(pattern)
     if path.is_dir():
         return _pictures_at(path, camera, where)
@@ -150,26 +131,25 @@ def pictures_of_glob(pattern: str, camera: str, where: str) -> Pictures:
 
 
 def pictures_of_folder(folder: Path, camera: str | None = None) -> list[Pictures]:
-    """One video or folder of pictures per camera, named as the camera; or those of a recording.
-
-    `camera`: the only one of a recording that is wanted. Raises InputError where there is no such
-    folder or nothing in it.
-    """
+    """One video or folder per camera, or a recording's (one `camera`). Raises InputError."""
     if not folder.is_dir():
         raise InputError(
             "there is no such folder", where=str(folder), remedy="Give the folder of the cameras."
         )
-    if (folder / "recording.toml").is_file():
-        return _pictures_of_recording(folder, camera)
-    return [_pictures_at(path, name, str(folder)) for name, path in places_in(folder).items()]
+    if not (folder / "recording.toml").is_file():
+        return [_pictures_at(path, name, str(folder)) for name, path in places_in(folder).items()]
+    found: list[Pictures] = []
+    for view in open_recording(folder).views:
+        for key, stream in view.streams().items():
+            if key not in ("depth", "mask") and camera in (None, stream.camera):
+                where = f"{folder / 'recording.toml'}, view {view.name}, {key}"
+                source = open_stream(folder, stream.frames, "grey", where)
+                found.append(Pictures(stream.camera, source, stream.first_frame))
+    return found
 
 
 def places_in(folder: Path) -> dict[str, Path]:
-    """The video, or folder of images, of each camera in a folder, by the camera's name.
-
-    Of a video that its camera split into chapters, the first one. Raises InputError where there is
-    none, or two for one camera.
-    """
+    """The video (first chapter), or folder of images, by camera. Raises InputError."""
     found: dict[str, Path] = {}
     chapters: set[Path] = set()
     for path in sorted(folder.iterdir()):
@@ -199,8 +179,7 @@ def places_in(folder: Path) -> dict[str, Path]:
 
 def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
     if path.is_dir():
-        files = _images_in(path)
-        if not files:
+        if not (files := _images_in(path)):
             raise InputError(
                 f"the folder {path.name!r} contains no images", where=where, remedy="Add them."
             )
@@ -226,25 +205,8 @@ def _of_files(camera: str, files: Sequence[Path]) -> Pictures:
     return Pictures(camera, images, files=tuple(one.name for one in ordered))
 
 
-def _pictures_of_recording(folder: Path, camera: str | None) -> list[Pictures]:
-    recording = open_recording(folder)
-    found: list[Pictures] = []
-    for view in recording.views:
-        for key, stream in view.streams().items():
-            if key in ("depth", "mask") or camera not in (None, stream.camera):
-                continue
-            where = f"{folder / 'recording.toml'}, view {view.name}, {key}"
-            source = open_stream(folder, stream.frames, "grey", where)
-            found.append(Pictures(stream.camera, source, stream.first_frame))
-    return found
-
-
 def check_same_length(sources: Sequence[Pictures]) -> int:
-    """The number of instants that all sources show.
-
-    Raises InputError where the pictures are files and their numbers differ, so that nobody knows
-    which belong together.
-    """
+    """The number of instants that all sources show. Raises InputError for files."""
     counts = {one.camera: one.count() for one in sources}
     if all(one.files for one in sources) and len(set(counts.values())) > 1:
         words = ", ".join(f"{name} {count}" for name, count in counts.items())
@@ -278,19 +240,14 @@ def find_in_pictures(
     on_picture: Callable[[Looked], None] = lambda _looked: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Sightings:
-    """The board in pictures of one camera; those without it, or damaged, are left out with reasons.
-
-    Raises InputError where no picture can be read.
-    """
+    """The board in pictures of a camera; others are left out for reasons. Raises InputError."""
     found: dict[int, FloatArray] = {}
     left_out: list[LeftOut] = []
     size: tuple[int, int] | None = None
     for k in frames:
         if cancelled():
             raise Cancelled
-        reason = "the board was not found"
-        image: ImageArray | None = None
-        pixels: FloatArray | None = None
+        image, pixels, reason = None, None, "the board was not found"
         try:
             image = pictures.read(k)
             own = image.shape[1], image.shape[0]
@@ -313,13 +270,7 @@ def find_in_pictures(
             where=f"camera {pictures.camera}",
             remedy="Check the files.",
         )
-    corners = len(recognition.board.corners)
-    return Sightings(
-        pictures.camera,
-        size,
-        np.array(list(found), dtype=np.int64),
-        np.array(list(found.values())).reshape(-1, corners, 2),
-        tuple(pictures.name(k) for k in found),
-        tuple(left_out),
-        len(frames),
-    )
+    shown = np.array(list(found), dtype=np.int64)
+    places = np.array(list(found.values())).reshape(-1, len(recognition.board.corners), 2)
+    names = tuple(pictures.name(k) for k in found)
+    return Sightings(pictures.camera, size, shown, places, names, tuple(left_out), len(frames))

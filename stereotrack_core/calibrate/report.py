@@ -1,7 +1,5 @@
 """The quality of a calibration: facts, tables, and a verdict in a sentence with its remedy."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,8 +19,7 @@ from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.tables import Table, number
 
-_LISTED = 12
-"""Pictures left out that a table lists one by one."""
+_LISTED = 12  # pictures left out that a table lists one by one
 
 
 def lens_facts(one: Intrinsics) -> dict[str, Any]:
@@ -124,15 +121,12 @@ def world_tables(world: World) -> list[Table]:
         "camera", ">pictures", ">shared", ">rms (px)", ">held out (px)", ">place (m)", ">± (mm)",
         ">± (°)",
     )  # fmt: skip
+    ratio, spread = number(100 * world.scale.ratio, 2), number(1000 * world.scale.spread_m, 2)
     whole = [
         ("rms of all corners", f"{world.rms_px:.3f} px"),
         ("held out", f"{number(world.held_out_px, 3)} px"),
         ("boards", str(len(world.boards))),
-        (
-            "squares measured / given",
-            f"{number(100 * world.scale.ratio, 2)} %, spread "
-            f"{number(1000 * world.scale.spread_m, 2)} mm",
-        ),
+        ("squares measured / given", f"{ratio} %, spread {spread} mm"),
     ]
     whole += [
         (f"from {a} to {b}", f"{1000 * length:.0f} mm")
@@ -273,17 +267,16 @@ def of_alignment(found: Alignment, cameras: Mapping[str, Camera]) -> Verdict:
     return Verdict("good", f"Good: {many}.", (_EXACT[found.source],))
 
 
-def _doubted(many: str, remarks: Sequence[str]) -> Verdict:
-    """Usable with doubts where there are remarks, else good."""
-    if remarks:
+def _doubted(many: str, remarks: Sequence[str], poor: bool = False) -> Verdict:
+    """Usable with doubts where there are remarks or it is poor, else good."""
+    if remarks or poor:
         return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
     return Verdict("good", f"Good: {many}.")
 
 
 _EXACT = {
     "person": "Up is as exact as the person is upright, and the floor's height to about 5 cm.",
-    "points": "Three points leave no check. Compare the heights of the cameras with a tape "
-    "measure.",
+    "points": "Three points leave no check. Compare the cameras' heights with a tape measure.",
 }
 """Accuracy of an alignment by its source, in words."""
 
@@ -337,12 +330,11 @@ def of_lenses(lenses: Mapping[str, Intrinsics | InputError]) -> Verdict:
 def of_world(world: World) -> Verdict:
     """Whether all cameras agree on where the boards were."""
     error = world.held_out_px if np.isfinite(world.held_out_px) else world.rms_px
+    cameras, boards = counted(len(world.cameras), "camera"), counted(len(world.boards), "board")
     many = (
-        f"{counted(len(world.cameras), 'camera')} agree on "
-        f"{counted(len(world.boards), 'board')} to {error:.2f} px"
+        f"{cameras} agree on {boards} to {error:.2f} px, and each is placed to "
+        f"{1000 * max(world.position_sigma_m):.1f} mm or better"
     )
-    places = max(world.position_sigma_m)
-    many += f", and each is placed to {1000 * places:.1f} mm or better"
     return _graded(many, error, world.findings)
 
 
@@ -354,9 +346,7 @@ def _graded(many: str, error: float, findings: Iterable[Finding]) -> Verdict:
             "untick the worst pictures.",
         )  # fmt: skip
         return Verdict("bad", f"Film again: {many}.", tuple(remarks))
-    if error > _GOOD_PX:
-        return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
-    return _doubted(many, remarks)
+    return _doubted(many, remarks, error > _GOOD_PX)
 
 
 def _sentence(finding: Finding) -> str:

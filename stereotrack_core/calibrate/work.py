@@ -1,7 +1,5 @@
 """Steps of a calibration as tasks of a process, for a window that shows how they go on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
@@ -32,11 +30,7 @@ from stereotrack_core.worker_processes import Asker
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The board as it was seen, what each camera saw of it, and what differs from what was named.
-
-    `mirrored` are the names of cameras with mirrored pictures; `apart` says why pictures are not of
-    the same instants.
-    """
+    """The board as it was seen by each camera; mirrored ones, differences, why not in step."""
 
     board: Board
     sightings: tuple[Sightings, ...]
@@ -45,10 +39,7 @@ class Search:
     apart: InputError | None = None
 
     def check_not_mirrored(self) -> None:
-        """Refuse mirrored pictures, which have no place in a world.
-
-        Raises InputError, which names the cameras.
-        """
+        """Refuse mirrored pictures, which have no place in a world. Raises InputError."""
         if self.mirrored:
             raise InputError(
                 "the pictures are mirrored, so that left and right would be exchanged in the world",
@@ -65,10 +56,7 @@ def search(
     on_picture: Callable[[Looked], None] = lambda _looked: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Search:
-    """Look for the board in some frames of every camera, as far as it has them.
-
-    Raises InputError where pictures cannot be read, or cameras show different boards.
-    """
+    """Look for the board in some frames of every camera. Raises InputError."""
     board, seen, mirrored = named, [], []
     known: Recognition | None = None
     different: tuple[str, Board, tuple[str, ...]] = ("", named, ())
@@ -96,16 +84,12 @@ def search(
     return Search(board, sightings, tuple(mirrored), (found,) if clauses else ())
 
 
-LensResult: TypeAlias = Intrinsics | InputError
-"""A lens, or why it cannot be calibrated."""
+LensResult: TypeAlias = Intrinsics | InputError  # a lens, or why it cannot be calibrated
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where the pictures of one camera are.
-
-    `place` is a folder of images, a pattern of files, a video, or the folder of a recording.
-    """
+    """Where the pictures of a camera are: folder of images, pattern, video, or recording."""
 
     camera: str
     place: str
@@ -116,10 +100,7 @@ class Source:
         return (Path(self.place) / DESCRIPTION).is_file()
 
     def open(self) -> Pictures:
-        """The pictures.
-
-        Raises InputError where there are none.
-        """
+        """The pictures. Raises InputError where there are none."""
         if not self.of_recording:
             return pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
         found = pictures_of_folder(Path(self.place), self.camera)
@@ -135,10 +116,7 @@ class Source:
 
 
 def sources_in(folder: Path) -> tuple[Source, ...]:
-    """The cameras of a recording, or of a folder with one video or folder of images for each.
-
-    Raises InputError where there is none.
-    """
+    """The cameras of a recording, or of a folder with one source each. Raises InputError."""
     if (folder / DESCRIPTION).is_file():
         opened = pictures_of_folder(folder)
         for one in opened:
@@ -155,8 +133,7 @@ class Progress:
     words: str
 
 
-Step: TypeAlias = Callable[[Asker], object]
-"""Any of the functions below with all but their last argument."""
+Step: TypeAlias = Callable[[Asker], object]  # a function below but for its last argument
 
 
 def find_board_in(sources: Sequence[Source], board: Board, every: int, asker: Asker) -> Search:

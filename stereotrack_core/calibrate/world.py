@@ -1,7 +1,5 @@
 """All cameras in one world, from boards that some of them saw together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -31,17 +29,16 @@ from stereotrack_core.geometry.transform import RigidTransform
 _LOSS_PX = 1.0
 _ROUNDS = 3  # in which outlying pictures are looked for
 _HELD_OUT = 5  # every fifth board is left out to measure what the cameras are worth
-
 LOOKING_SOUTH = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]])
 """world_from_camera of a level camera that looks south, as the view N does."""
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Calibrated cameras in one frame, and what is known about them.
+    """Calibrated cameras in one frame, and what is known about them, per camera.
 
-    `boards` are world_from_board by frame; `errors` (F, n, 2) pixels belong to `sightings`. All
-    else has one value per camera, the standard deviations relative to the first one.
+    `boards` are world_from_board by frame; `errors` (F, n, 2) pixels belong to `sightings`;
+    standard deviations are relative to the first camera.
     """
 
     board: Board
@@ -56,8 +53,7 @@ class World:
     held_out_by_camera: tuple[float, ...]
     position_sigma_m: tuple[float, ...]
     rotation_sigma_rad: tuple[float, ...]
-    shared: IntArray
-    """(C, C) frames in which two cameras saw the board together."""
+    shared: IntArray  # (C, C) frames in which two cameras saw the board together
     scale: ScaleCheck
     findings: tuple[Finding, ...]
 
@@ -70,14 +66,10 @@ def calibrate_world(
     given: Mapping[str, Camera] | None = None,
     stop: Stop = lambda: False,
 ) -> World:
-    """Calibrate cameras that saw boards, and place them in the frame of the first one.
+    """Calibrate cameras that saw boards, in the frame of the first one. Raises InputError.
 
-    Lenses are those `given` by the name of the camera, and stay as they are, or are calibrated from
-    the camera's own pictures first and then together with all places. The first camera is put at
-    the origin, level, looking south; :mod:`stereotrack_core.calibrate.align` turns the world.
-
-    Raises InputError for a lens that is not determined, and cameras that are not connected or not
-    well placed.
+    Lenses are `given` and stay, or are calibrated first and then together with all places. The
+    first camera is put at the origin, level, looking south.
     """
     if len(sightings) < 2:
         raise InputError(
@@ -226,11 +218,7 @@ def _bundle_cameras(
 def _held_out(
     bundle: Bundle, sightings: Sequence[Sightings], board: Board, stop: Stop
 ) -> list[FloatArray]:
-    """Errors (F, n, 2) by camera for boards that the cameras were not adjusted to.
-
-    Every fifth of the boards that several cameras saw is left out; then only its own place is
-    fitted. Empty where there are too few.
-    """
+    """Errors (F, n, 2) by camera for every fifth board, left out but for its place; or empty."""
     frames = _frames(sightings)
     seen = np.bincount(
         np.concatenate([camera.boards for camera in bundle.cameras]), minlength=len(frames)
@@ -258,11 +246,7 @@ def _held_out(
 
 @dataclass(frozen=True)
 class Pair:
-    """A stereo camera: base line in metres, angle between the axes in degrees, errors across rows.
-
-    `row_error_px`: root mean square difference of the rows on which both rectified images would
-    show a corner; `corners` is their number.
-    """
+    """A stereo camera: base line, angle between the axes, rms row difference of `corners`."""
 
     left: str
     right: str
@@ -273,10 +257,7 @@ class Pair:
 
 
 def pair_of(left: Camera, right: Camera, of_left: Sightings, of_right: Sightings) -> Pair:
-    """Measure a stereo camera by the corners that both of its cameras saw.
-
-    Raises InputError where left and right are exchanged.
-    """
+    """Measure a stereo camera by corners that both saw. Raises InputError if exchanged."""
     offset = right.camera_from_world.apply(left.position_world)
     baseline = float(np.linalg.norm(offset))
     if offset[0] > 0.5 * baseline:

@@ -1,7 +1,5 @@
 """Quality of a calibration of several cameras: uncertainty, scale, contradictions."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,10 +29,7 @@ _NORMAL = 1.4826  # standard deviations of a normal distribution in a median dev
 
 
 def outlying_views(errors: FloatArray, most: int) -> tuple[list[int], list[str]]:
-    """Rows of at most so many pictures far worse than the usual one, the worst first, and reasons.
-
-    `errors` (F, n, 2) are in pixels.
-    """
+    """Rows of at most so many pictures far worse than usual by errors (F, n, 2), and reasons."""
     rms = np.array([rms_of(one) for one in errors])
     if len(rms) < 3:
         return [], []
@@ -43,15 +38,13 @@ def outlying_views(errors: FloatArray, most: int) -> tuple[list[int], list[str]]
     spread = _NORMAL * float(np.nanmedian(np.abs(level - usual)))
     limit = max(np.exp(usual + max(_SPREADS * spread, np.log(_LEAST_FACTOR))), _LEAST_OFF_PX)
     rows = [int(i) for i in np.argsort(-rms) if rms[i] > limit][: max(most, 0)]
-    return rows, [_reason(errors[i], rms[i], float(np.exp(usual))) for i in rows]
-
-
-def _reason(error: FloatArray, rms: float, usual: float) -> str:
-    seen = error[np.isfinite(error[:, 0])]
-    length = np.linalg.norm(seen, axis=1)
-    few = float(np.median(length)) < 0.3 * rms
-    cause = "some corners are in wrong places" if few else "blurred, bent or wrongly detected"
-    return f"its corners lie {rms:.2f} px off, usual are {usual:.2f} px: {cause}"
+    reasons = []
+    for i in rows:
+        few = np.nanmedian(np.linalg.norm(errors[i], axis=1)) < 0.3 * rms[i]
+        cause = "some corners are in wrong places" if few else "blurred, bent or wrongly detected"
+        said = f"its corners lie {rms[i]:.2f} px off, usual are {np.exp(usual):.2f} px: {cause}"
+        reasons.append(said)
+    return rows, reasons
 
 
 def without_far_corners(sightings: Sightings, errors: FloatArray) -> Sightings:
@@ -81,10 +74,7 @@ _REFILM = (
 
 @dataclass(frozen=True)
 class ScaleCheck:
-    """Sides of squares triangulated by two cameras or more, compared with the board.
-
-    `ratio` of measured to given length; `spread_m` their standard deviation; NaN without any.
-    """
+    """Sides of squares, triangulated, over the board's; deviation in metres; NaN of none."""
 
     ratio: float
     spread_m: float
@@ -92,10 +82,7 @@ class ScaleCheck:
 
 
 def place_sigmas(bundle: Bundle) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Standard deviations of place (metres, of the worst axis) and rotation (radians).
-
-    Of every camera relative to the first, whose own are 0.
-    """
+    """Standard deviations of places (m, worst axis) and rotations (rad) against the first one."""
     sigmas = np.zeros((len(bundle.cameras), 2))
     for i, camera in enumerate(bundle.cameras):
         if not camera.pose_free:
@@ -139,9 +126,8 @@ def scale_check(
     lengths = lengths[np.isfinite(lengths)]
     if not lengths.size:
         return ScaleCheck(float("nan"), float("nan"), 0)
-    return ScaleCheck(
-        float(np.median(lengths) / board.square), float(lengths.std()), int(lengths.size)
-    )
+    ratio = float(np.median(lengths) / board.square)
+    return ScaleCheck(ratio, float(lengths.std()), int(lengths.size))
 
 
 def world_findings(
@@ -202,11 +188,17 @@ class SeenBoard:
 def seen_board(
     cameras: Mapping[str, Camera], sightings: Sequence[Sightings], board: Board
 ) -> SeenBoard:
-    """The board of the last frame that most cameras see.
-
-    Raises InputError where no camera sees it, or where they contradict each other.
-    """
-    seeing = _last_seen([one for one in sightings if one.camera in cameras and len(one)])
+    """The board of the last frame that most cameras see. Raises InputError."""
+    known = [one for one in sightings if one.camera in cameras and len(one)]
+    counts = Counter(int(frame) for one in known for frame in one.frames)
+    if not counts:
+        raise InputError(
+            "no camera of the calibration sees the board",
+            where="--board-on-floor",
+            remedy="Name the videos or folders as the cameras, and check the size of the board.",
+        )
+    frame = max(counts, key=lambda one: (counts[one], one))
+    seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in known if frame in one.frames]
     seen_by = [_bundle_camera(cameras[one.camera], one) for one in seeing]
     candidates = [
         own.camera_from_world.inverse() @ pose
@@ -232,20 +224,6 @@ def seen_board(
     return SeenBoard(found.boards[0], found.rms, scale, names)
 
 
-def _last_seen(sightings: Sequence[Sightings]) -> list[Sightings]:
-    """Those of the frame in which most cameras see the board, the last of several."""
-    counts = Counter(int(frame) for one in sightings for frame in one.frames)
-    if not counts:
-        raise InputError(
-            "no camera of the calibration sees the board",
-            where="--board-on-floor",
-            remedy="Name the videos or folders as the cameras, and check the size of the board.",
-        )
-    frame = max(counts, key=lambda one: (counts[one], one))
-    seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in sightings]
-    return [one for one in seeing if len(one)]
-
-
 def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
     lens = lens_of(camera)
     if lens is None:
@@ -254,11 +232,8 @@ def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
             where=f"camera {camera.name}",
             remedy="Leave its pictures out of the folder.",
         )
-    nothing = np.zeros(lens.values.size, dtype=bool)
-    first = np.zeros(1, dtype=np.int64)
-    return BundleCamera(
-        lens, camera.camera_from_world, first, sightings.pixels, nothing, pose_free=False
-    )
+    nothing, first = np.zeros(lens.values.size, dtype=bool), np.zeros(1, dtype=np.int64)
+    return BundleCamera(lens, camera.camera_from_world, first, sightings.pixels, nothing, False)
 
 
 def _cost(world_from_board: RigidTransform, cameras: Sequence[BundleCamera], board: Board) -> float:

@@ -1,7 +1,5 @@
 """``stereotrack calibrate align``: z up, y north and the origin on the floor."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,14 +9,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.calibrate.align import (
-    POINTS,
-    Alignment,
-    aligned,
-    from_board,
-    from_clicks,
-    from_person,
-)
+from stereotrack_core.calibrate import align
 from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
 from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.cli import options
@@ -56,8 +47,8 @@ _WRONG_SCALE = 0.02
     *BOARD,
     options.path(
         "--points CSV",
-        f"clicks point,camera,x,y of three points of the floor: {', '.join(POINTS)} (any third), "
-        "each in two cameras or more",
+        f"clicks point,camera,x,y of three points of the floor: {', '.join(align.POINTS)} (any "
+        "third), each in two cameras or more",
     ),
     options.path(
         "--person FILE",
@@ -75,11 +66,9 @@ def run(args: Namespace) -> int:
     """
     chosen = [name for name in _SOURCES if getattr(args, name) is not None]
     if len(chosen) != 1:
-        raise InputError(
-            "choose one way to align" if chosen else "nothing says where up is",
-            where="stereotrack calibrate align",
-            remedy="Use one of --floor, --board-on-floor, --points and --person.",
-        )
+        what = "choose one way to align" if chosen else "nothing says where up is"
+        remedy = "Use one of --floor, --board-on-floor, --points and --person."
+        raise InputError(what, where="stereotrack calibrate align", remedy=remedy)
     cameras = read_calibration(args.calibration)
     facts: dict[str, Any] = {}
     if chosen[0] == "floor":
@@ -92,7 +81,7 @@ def run(args: Namespace) -> int:
         found = _of_points(args.points, cameras)
     else:
         found = _of_person(args)
-    turned = aligned(cameras, found.new_from_old)
+    turned = align.aligned(cameras, found.new_from_old)
     write_calibration(args.output, turned)
     _put(args, found, facts, turned)
     return OK
@@ -100,15 +89,14 @@ def run(args: Namespace) -> int:
 
 def _camera(name: str, cameras: Mapping[str, Camera]) -> Camera:
     if name not in cameras:
-        raise InputError(
-            f"there is no camera {name!r}",
-            where="--north",
-            remedy=f"{did_you_mean(name, cameras)}The cameras are {', '.join(cameras)}.",
-        )
+        remedy = f"{did_you_mean(name, cameras)}The cameras are {', '.join(cameras)}."
+        raise InputError(f"there is no camera {name!r}", where="--north", remedy=remedy)
     return cameras[name]
 
 
-def _of_board(args: Namespace, cameras: Mapping[str, Camera]) -> tuple[Alignment, dict[str, Any]]:
+def _of_board(
+    args: Namespace, cameras: Mapping[str, Camera]
+) -> tuple[align.Alignment, dict[str, Any]]:
     board_of(args)
     sources = [one for one in pictures_of_folder(args.board_on_floor) if one.camera in cameras]
     args.every = 1
@@ -121,26 +109,23 @@ def _of_board(args: Namespace, cameras: Mapping[str, Camera]) -> tuple[Alignment
             "longer than given: its lengths or --square are wrong."
         )
     facts = {"rms_px": seen.rms_px, "scale": seen.scale, "seen_by": seen.cameras}
-    return from_board(seen.world_from_board, found.board.corners), facts
+    return align.from_board(seen.world_from_board, found.board.corners), facts
 
 
-def _of_points(path: Path, cameras: Mapping[str, Camera]) -> Alignment:
+def _of_points(path: Path, cameras: Mapping[str, Camera]) -> align.Alignment:
     clicks: dict[str, dict[str, FloatArray]] = {}
     for line, cells in read_rows(path, ("point", "camera", "x", "y")):
         where = f"{path}, line {line}"
-        for column, known in (("point", POINTS), ("camera", tuple(cameras))):
+        for column, known in (("point", align.POINTS), ("camera", tuple(cameras))):
             if cells[column] not in known:
-                raise InputError(
-                    f"unknown {column} {cells[column]!r}",
-                    where=where,
-                    remedy=f"Use one of {', '.join(known)}.",
-                )
+                what = f"unknown {column} {cells[column]!r}"
+                raise InputError(what, where=where, remedy=f"Use one of {', '.join(known)}.")
         pixel = [finite_number(cells[axis], path, line, axis) for axis in "xy"]
         clicks.setdefault(cells["point"], {})[cells["camera"]] = np.array(pixel)
-    return from_clicks(cameras, clicks)
+    return align.from_clicks(cameras, clicks)
 
 
-def _of_person(args: Namespace) -> Alignment:
+def _of_person(args: Namespace) -> align.Alignment:
     stated = stated_for(args, args.person).get(args.person, Stated())
     trajectory = read_trajectory(args.person, replace(stated, tilted=True))
     if (recording := recording_in(args.calibration.parent)) is not None:
@@ -148,11 +133,11 @@ def _of_person(args: Namespace) -> Alignment:
     say_notes(trajectory.notes)
     frames = frames_within(args.frames, int(trajectory.frame.max(initial=-1)) + 1)
     chosen = np.isin(trajectory.frame, np.arange(frames.start, frames.stop))
-    return from_person(trajectory.points[chosen])
+    return align.from_person(trajectory.points[chosen])
 
 
 def _put(
-    args: Namespace, found: Alignment, facts: dict[str, Any], cameras: Mapping[str, Camera]
+    args: Namespace, found: align.Alignment, facts: dict[str, Any], cameras: Mapping[str, Camera]
 ) -> None:
     places = {name: camera.position_world for name, camera in cameras.items()}
     rows = [

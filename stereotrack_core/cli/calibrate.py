@@ -1,31 +1,13 @@
 """``stereotrack calibrate`` with a board: one lens, a pair of cameras, all of one world."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from stereotrack_core.calibrate import pictures, report
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
 from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics, check_model
 from stereotrack_core.calibrate.lens import LENS_MODELS
-from stereotrack_core.calibrate.pictures import (
-    LeftOut,
-    Looked,
-    Pictures,
-    check_same_length,
-    pictures_of_folder,
-    pictures_of_glob,
-)
-from stereotrack_core.calibrate.report import (
-    candidate_table,
-    finding_table,
-    left_out_table,
-    lens_facts,
-    lens_table,
-    world_facts,
-    world_tables,
-)
 from stereotrack_core.calibrate.work import Search, search
 from stereotrack_core.calibrate.world import World, calibrate_world, pair_of
 from stereotrack_core.cli import options
@@ -67,23 +49,17 @@ NOTHING = "No calibration was written."
 def board_of(args: Namespace) -> Board:
     """The board that was named; InputError where none or two were, or its size is not given."""
     if args.square is None:
-        raise InputError(
-            "the side of a square is not given",
-            where="--square",
-            remedy="Give it in metres, and the board with --board or --charuco.",
-        )
+        remedy = "Give it in metres, and the board with --board or --charuco."
+        raise InputError("the side of a square is not given", where="--square", remedy=remedy)
     if (args.board is None) == (args.charuco is None):
-        raise InputError(
-            "name one board",
-            where="--board",
-            remedy="Use either --board 9x6 (inner corners) or --charuco 5x7:4X4_50:0.018.",
-        )
+        remedy = "Use either --board 9x6 (inner corners) or --charuco 5x7:4X4_50:0.018."
+        raise InputError("name one board", where="--board", remedy=remedy)
     if args.board is not None:
         return chessboard(args.board, args.square)
     return charuco(args.charuco, args.square)
 
 
-def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Search:
+def found_board(args: Namespace, sources: Sequence[pictures.Pictures], count: int) -> Search:
     """The board looked for in the first `count` pictures of all cameras, with a progress bar."""
     named = board_of(args)
     frames = range(0, count, args.every)
@@ -91,7 +67,7 @@ def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Sea
     try:
         with progress("Searching", len(frames) * len(sources)) as show, stoppable(NOTHING) as stop:
 
-            def advance(_looked: Looked) -> None:
+            def advance(_looked: pictures.Looked) -> None:
                 nonlocal done
                 done += 1
                 show(done)
@@ -105,19 +81,19 @@ def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Sea
 def put_calibration(
     facts: dict[str, Any],
     tables: Sequence[Table | None],
-    left_out: Sequence[LeftOut],
+    left_out: Sequence[pictures.LeftOut],
     findings: Sequence[Finding],
     *,
     as_json: bool,
 ) -> None:
     """Write the result of a calibration to standard output."""
-    told = (*tables, left_out_table(left_out), finding_table(findings))
+    told = (*tables, report.left_out_table(left_out), report.finding_table(findings))
     put_result({**facts, "remarks": [vars(one) for one in findings]}, *told, as_json=as_json)
 
 
 def put_world(
     args: Namespace,
-    sources: Sequence[Pictures],
+    sources: Sequence[pictures.Pictures],
     check: Callable[[Search], None] = lambda _: None,
     told: Callable[[World], tuple[dict[str, Any], list[Table]]] = lambda _: ({}, []),
 ) -> int:
@@ -126,7 +102,7 @@ def put_world(
     `check` refuses what was found, and `told` adds to the result as JSON and as tables.
     """
     given = {} if args.lenses is None else read_calibration(args.lenses)
-    found = found_board(args, sources, check_same_length(sources))
+    found = found_board(args, sources, pictures.check_same_length(sources))
     found.check_not_mirrored()
     check(found)
     with stoppable(NOTHING) as stop:
@@ -136,8 +112,8 @@ def put_world(
     facts, tables = told(world)
     write_calibration(args.output, {camera.name: camera for camera in world.cameras})
     put_calibration(
-        {"calibration": args.output, **facts, **world_facts(world)},
-        [*world_tables(world), *tables],
+        {"calibration": args.output, **facts, **report.world_facts(world)},
+        [*report.world_tables(world), *tables],
         [out for one in world.sightings for out in one.left_out],
         [*found.findings, *world.findings, _NOT_ALIGNED],
         as_json=args.json,
@@ -164,15 +140,15 @@ def calibrate_lens(args: Namespace) -> int:
     """
     check_model(args.model)
     board_of(args)
-    source = pictures_of_glob(args.images, args.camera, "--images")
+    source = pictures.pictures_of_glob(args.images, args.camera, "--images")
     found = found_board(args, [source], source.count())
     with stoppable(NOTHING) as stop:
         lens = calibrate_intrinsics(found.sightings[0], found.board, model=args.model, stop=stop)
     write_calibration(args.output, {lens.camera.name: lens.camera})
-    facts = {"calibration": args.output, "board": found.board, **lens_facts(lens)}
+    facts = {"calibration": args.output, "board": found.board, **report.lens_facts(lens)}
     put_calibration(
         facts,
-        [lens_table([lens]), candidate_table(lens)],
+        [report.lens_table([lens]), report.candidate_table(lens)],
         lens.sightings.left_out,
         [*found.findings, *lens.findings],
         as_json=args.json,
@@ -205,7 +181,7 @@ def calibrate_pair(args: Namespace) -> int:
     check_model(args.model)
     board_of(args)
     sources = [
-        pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
+        pictures.pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
         for side, pattern in (("left", args.left), ("right", args.right))
     ]
     return put_world(args, sources, _check_pairs, _pair_told)
@@ -213,12 +189,10 @@ def calibrate_pair(args: Namespace) -> int:
 
 def _check_pairs(found: Search) -> None:
     if not set(found.sightings[0].frames) & set(found.sightings[1].frames):
-        raise InputError(
-            "no pair of pictures shows the board in both images",
-            where="--left and --right",
-            remedy="Film again with the board where both cameras see it whole, and check that the "
-            "pictures of both are in the same order.",
-        )
+        what = "no pair of pictures shows the board in both images"
+        order = "check that the pictures of both are in the same order"
+        remedy = f"Film again with the board where both cameras see it whole, and {order}."
+        raise InputError(what, where="--left and --right", remedy=remedy)
 
 
 def _pair_told(world: World) -> tuple[dict[str, Any], list[Table]]:
@@ -253,4 +227,4 @@ def calibrate_rig(args: Namespace) -> int:
     """
     check_model(args.model)
     board_of(args)
-    return put_world(args, pictures_of_folder(args.folder))
+    return put_world(args, pictures.pictures_of_folder(args.folder))

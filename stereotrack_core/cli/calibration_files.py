@@ -1,7 +1,5 @@
 """``stereotrack calibrate import`` and ``export``: calibrations of other tools."""
 
-from __future__ import annotations
-
 import re
 from argparse import Namespace
 from dataclasses import replace
@@ -15,19 +13,9 @@ from stereotrack_core.cli.output import OK, put_facts, put_result, say
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.calibrations.deciding import (
-    CONVENTIONS,
-    MEANINGS,
-    Decided,
-    completed,
-    decide,
-)
+from stereotrack_core.interop.calibrations import deciding
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, ForeignCalibration
-from stereotrack_core.interop.calibrations.formats import (
-    WRITTEN,
-    read_foreign,
-    write_foreign,
-)
+from stereotrack_core.interop.calibrations.formats import WRITTEN, read_foreign, write_foreign
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import describe
@@ -52,8 +40,10 @@ from stereotrack_core.tables import Table
     options.option(
         "--convention NAME",
         "how rotation R and translation t of the file map: "
-        + "; ".join(f"{name}: {MEANINGS[name]}".replace("%", "%%") for name in CONVENTIONS),
-        choices=tuple(CONVENTIONS),
+        + "; ".join(
+            f"{name}: {deciding.MEANINGS[name]}".replace("%", "%%") for name in deciding.CONVENTIONS
+        ),
+        choices=tuple(deciding.CONVENTIONS),
     ),
     options.path("--recording DIR", "recording of these cameras: their names and image sizes"),
     options.option("--names A,B", "camera names, in the order of the file"),
@@ -69,9 +59,9 @@ def read(args: Namespace) -> int:
     # a calibration that a recording lacks may be put there; what it has is never replaced
     options.check_output(args.output, args.recording if args.output.exists() else None)
     names = [] if args.names is None else [name.strip() for name in args.names.split(",")]
-    foreign = completed(read_foreign(args.files), recording, names=names, size=size)
+    foreign = deciding.completed(read_foreign(args.files), recording, names=names, size=size)
     pairs = () if recording is None else _pairs(recording, foreign)
-    decided = decide(foreign, pairs, convention=args.convention, unit=args.units)
+    decided = deciding.decide(foreign, pairs, convention=args.convention, unit=args.units)
     write_calibration(args.output, decided.cameras)
     for note in decided.notes:
         say(f"Note: {note}.")
@@ -91,11 +81,7 @@ def _size(given: str | None) -> tuple[int, int] | None:
 
 
 def _recording_without_calibration(folder: Path) -> Recording:
-    """A recording whose calibration is not there yet, or is wrong.
-
-    Its cameras have the names and image sizes of the streams and nothing else. Raises InputError
-    where it has no views, or their images cannot be found.
-    """
+    """A recording without a valid calibration: cameras have names and sizes; else InputError."""
     complaints: list[InputError] = []
     recording = describe(folder, complaints)
     if recording is None or not recording.views:
@@ -119,7 +105,7 @@ def _pairs(recording: Recording, foreign: ForeignCalibration) -> tuple[tuple[str
     return tuple(pair for pair in pairs if names.issuperset(pair))
 
 
-def _facts(foreign: ForeignCalibration, decided: Decided, output: Path) -> dict[str, Any]:
+def _facts(foreign: ForeignCalibration, decided: deciding.Decided, output: Path) -> dict[str, Any]:
     return {
         "file": output,
         "format": foreign.format,
@@ -140,7 +126,7 @@ def _facts(foreign: ForeignCalibration, decided: Decided, output: Path) -> dict[
     }
 
 
-def _tables(foreign: ForeignCalibration, decided: Decided) -> tuple[Table, ...]:
+def _tables(foreign: ForeignCalibration, decided: deciding.Decided) -> tuple[Table, ...]:
     chosen = Table(
         f"Calibration of {foreign.format}", ("how it was read",), [(r,) for r in decided.reasons]
     )
@@ -185,11 +171,8 @@ def write(args: Namespace) -> int:
     form = args.format or ("opencv" if opencv else "aniposelib")
     options.check_suffix(args.output, *(_OPENCV if form == "opencv" else (".toml",)))
     if args.output.resolve() == args.calibration.resolve():
-        raise InputError(
-            "this is the calibration that is read",
-            where=str(args.output),
-            remedy="Choose another name.",
-        )
+        what = "this is the calibration that is read"
+        raise InputError(what, where=str(args.output), remedy="Choose another name.")
     cameras = read_calibration(args.calibration)
     write_foreign(args.output, list(cameras.values()), form, args.units)
     facts = {"format": form, "units": args.units, "cameras": list(cameras)}

@@ -1,7 +1,5 @@
 """``stereotrack cloud``: the fused point cloud of one frame as a file."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 
 import numpy as np

@@ -46,8 +46,7 @@ class Command:
 
     name: str
     summary: str
-    place: str = ""
-    """``module.name`` of its :class:`CommandLine`, if that is not ``run`` of its own module."""
+    place: str = ""  # `module.name` of its `CommandLine`, if that is not `run` of its own module
     subcommands: tuple[Command, ...] = ()
 
     def load(self) -> CommandLine:
@@ -120,16 +119,8 @@ COMMANDS: tuple[Command, ...] = (
             Command("stereo", "a pair of cameras side by side", "calibrate.calibrate_pair"),
             Command("world", "all cameras in one world", "calibrate.calibrate_rig"),
             Command("align", "z up, y north and the origin on the floor"),
-            Command(
-                "import",
-                "read a calibration of another tool",
-                "calibration_files.read",
-            ),
-            Command(
-                "export",
-                "write a calibration for another tool",
-                "calibration_files.write",
-            ),
+            Command("import", "read a calibration of another tool", "calibration_files.read"),
+            Command("export", "write a calibration for another tool", "calibration_files.write"),
         ),
     ),
     Command(

@@ -1,7 +1,5 @@
 """``stereotrack demo``: copy the demo recording, track it, print its errors."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -25,8 +23,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.window import DemoTracking, Opening
 
-_SHOWN_FRAME = 60
-"""Frame shown after the demo has been tracked."""
+_SHOWN_FRAME = 60  # frame shown after the demo has been tracked
 
 
 @options.command(

@@ -1,7 +1,5 @@
 """``stereotrack evaluate`` and ``compare``: errors of a run, its angles, failures, other runs."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,24 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli import options
-from stereotrack_core.cli.evaluations import (
-    Measured,
-    Told,
-    against_told,
-    angles_told,
-    failures_told,
-)
+from stereotrack_core.cli import evaluations, options, sources
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.sources import (
-    Truth,
-    read_measured,
-    recording_in,
-    some_segments,
-    stated_for,
-    truth_of,
-    warn_about_size,
-)
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.accuracy import (
     accuracy_facts,
@@ -72,15 +54,15 @@ def run(args: Namespace) -> int:
             "it changes how failures are detected", where="--set", remedy="Add --failures."
         )
     measured = measured_of(args, needs_truth=not wanted)
-    told: dict[str, Told] = {}
+    told: dict[str, evaluations.Told] = {}
     if not wanted and measured.truth is not None:
         told[""] = _errors_told(args, measured, measured.truth)
     if args.angles:
-        told["angles"] = angles_told(args, measured)
+        told["angles"] = evaluations.angles_told(args, measured)
     if args.failures:
-        told["failures"] = failures_told(args, measured)
+        told["failures"] = evaluations.failures_told(args, measured)
     if args.against is not None:
-        told["against"] = against_told(args, measured)
+        told["against"] = evaluations.against_told(args, measured)
     source = None if measured.truth is None else measured.truth.source
     facts: dict[str, Any] = {"run": args.run_file, "reference": source}
     for name, (one, _) in told.items():
@@ -96,16 +78,16 @@ def _words(source: Path | None) -> str:
     return "No reference." if source is None else f"Reference: {source}"
 
 
-def measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
+def measured_of(args: Namespace, *, needs_truth: bool) -> evaluations.Measured:
     """Read what is asked for; without truth where there is none and it is not needed."""
     path = args.run_file
-    stated = stated_for(args, path, args.against, args.reference)
-    trajectory, stored = read_measured(path, stated.get(path), args.recording)
+    stated = sources.stated_for(args, path, args.against, args.reference)
+    trajectory, stored = sources.read_measured(path, stated.get(path), args.recording)
     meta = {} if stored is None else dict(stored.meta)
     truth = None
     try:
-        truth = truth_of(args.reference, meta, trajectory, stated.get(args.reference))
-        warn_about_size(truth)
+        truth = sources.truth_of(args.reference, meta, trajectory, stated.get(args.reference))
+        sources.warn_about_size(truth)
     except InputError as error:
         if needs_truth or args.reference is not None:
             raise
@@ -113,13 +95,17 @@ def measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
     segments: Sequence[Segment] = ()
     if args.segments:
         folder = Path(str(meta.get("recording_folder") or path.parent))
-        recording = recording_in(folder) if truth is None else None
+        recording = sources.recording_in(folder) if truth is None else None
         known = recording.segments if recording is not None else ()
-        segments = some_segments(known if truth is None else truth.segments, folder)
-    return Measured(path, trajectory, stored, truth, asked_frames(args.frames), segments, stated)
+        segments = sources.some_segments(known if truth is None else truth.segments, folder)
+    return evaluations.Measured(
+        path, trajectory, stored, truth, asked_frames(args.frames), segments, stated
+    )
 
 
-def _errors_told(args: Namespace, measured: Measured, truth: Truth) -> Told:
+def _errors_told(
+    args: Namespace, measured: evaluations.Measured, truth: sources.Truth
+) -> evaluations.Told:
     """The errors against the reference."""
     trajectory = measured.trajectory
     found = measured.run or trajectory
@@ -182,7 +168,7 @@ def compare(args: Namespace) -> int:
         asked = Namespace(**vars(args), run_file=other, against=first, recording=None)
         measured = measured_of(asked, needs_truth=False)
         source = None if measured.truth is None else measured.truth.source
-        found.append((other, against_told(asked, measured)))
+        found.append((other, evaluations.against_told(asked, measured)))
     facts: dict[str, Any] = {"run": first, "reference": source}
     facts["pairs"] = [{**one, "run": other} for other, (one, _) in found]
     tables = (table for _, (_, own) in found for table in own)

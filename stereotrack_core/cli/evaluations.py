@@ -1,7 +1,5 @@
 """Results of ``stereotrack evaluate`` besides the errors: angles, failures, another run."""
 
-from __future__ import annotations
-
 import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
@@ -11,16 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from stereotrack_core.cli import sources
 from stereotrack_core.cli.output import say, watched
-from stereotrack_core.cli.sources import (
-    Truth,
-    angles_in,
-    read_measured,
-    recording_of_run,
-    say_notes,
-)
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation import joint_angles
 from stereotrack_core.evaluation.accuracy import error_facts
 from stereotrack_core.evaluation.compare import (
     Candidate,
@@ -32,19 +25,8 @@ from stereotrack_core.evaluation.compare import (
     verdict,
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import (
-    FailureSegment,
-    limbs_words,
-)
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
-from stereotrack_core.evaluation.joint_angles import (
-    ERRORS,
-    StretchRanges,
-    angle_errors,
-    angle_ranges,
-    angles_of_reference,
-    angles_of_trajectory,
-)
 from stereotrack_core.evaluation.summary import none_of_the_frames
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.parameters import parsed_settings
@@ -63,26 +45,19 @@ class Measured:
 
     path: Path
     trajectory: LandmarkTrajectory
-    run: Run | None
-    """Where the file holds a complete one."""
-    truth: Truth | None
+    run: Run | None  # where the file holds a complete one
+    truth: sources.Truth | None
     frames: range
-    segments: Sequence[Segment]
-    """Those that results are asked for."""
-    stated: Mapping[Path, Stated]
-    """Names and axes of the files."""
+    segments: Sequence[Segment]  # those that results are asked for
+    stated: Mapping[Path, Stated]  # names and axes of the files
 
 
-Told = tuple[dict[str, Any], list[Table | str]]
-"""A result as JSON, and as tables and sentences."""
+Told = tuple[dict[str, Any], list[Table | str]]  # a result as JSON, and as tables and sentences
 
 
 def angles_told(args: Namespace, measured: Measured) -> Told:
-    """Ranges and, where there is truth, errors of joint angles.
-
-    Raises InputError where the frame rate is not known, or there are no frames.
-    """
-    angles, fps = angles_in(measured.path, measured.trajectory, measured.run, args.fps)
+    """Ranges and perhaps errors of joint angles; InputError without frames or frame rate."""
+    angles, fps = sources.angles_in(measured.path, measured.trajectory, measured.run, args.fps)
     angles = angles.between(measured.frames.start, measured.frames.stop)
     if not len(angles.frame):
         raise InputError(
@@ -90,7 +65,7 @@ def angles_told(args: Namespace, measured: Measured) -> Told:
             where="--frames" if args.frames is not None else str(measured.path),
             remedy="Give a file with frames, or another frame range.",
         )
-    stretches = angle_ranges(angles, measured.segments)
+    stretches = joint_angles.angle_ranges(angles, measured.segments)
     facts: dict[str, Any] = {
         "frames_per_second": fps,
         "stretches": [_range_facts(stretch) for stretch in stretches],
@@ -98,17 +73,25 @@ def angles_told(args: Namespace, measured: Measured) -> Told:
     tables: list[Table | str] = [*map(range_table, stretches)]
     if measured.truth is not None:
         states, reference = measured.truth.states, measured.truth.reference
-        known = angles_of_trajectory(reference) if states is None else angles_of_reference(states)
+        known = (
+            joint_angles.angles_of_trajectory(reference)
+            if states is None
+            else joint_angles.angles_of_reference(states)
+        )
         if not np.isin(angles.frame, known.frame).any():
             raise none_of_the_frames(str(measured.truth.source))
-        facts["errors"] = angle_errors(angles, known)
+        facts["errors"] = joint_angles.angle_errors(angles, known)
         tables.append(_angle_error_table(facts["errors"]))
     return facts, tables
 
 
 def _angle_error_table(errors: Mapping[str, Mapping[str, float]]) -> Table:
     rows = [
-        (name.replace("_", " "), str(one["frames"]), *(number(one[key]) for key in ERRORS))
+        (
+            name.replace("_", " "),
+            str(one["frames"]),
+            *(number(one[key]) for key in joint_angles.ERRORS),
+        )
         for name, one in errors.items()
         if one["frames"]
     ]
@@ -116,7 +99,7 @@ def _angle_error_table(errors: Mapping[str, Mapping[str, float]]) -> Table:
     return Table("Errors of the joint angles, degrees", headings, rows)
 
 
-def _range_facts(stretch: StretchRanges) -> dict[str, Any]:
+def _range_facts(stretch: joint_angles.StretchRanges) -> dict[str, Any]:
     """Ranges for JSON, degrees."""
     return {
         "name": stretch.name,
@@ -130,19 +113,16 @@ def _range_facts(stretch: StretchRanges) -> dict[str, Any]:
 
 
 def failures_told(args: Namespace, measured: Measured) -> Told:
-    """The stretches in which limbs fail, with their probable causes.
-
-    Raises InputError for a file that is not a complete run.
-    """
+    """Stretches in which limbs fail, with probable causes; InputError if no complete run."""
     rules = FailureRules().replaced(**parsed_settings(args.changes))
     run = measured.run
     if run is None:
-        raise InputError(
-            "failures are found in complete runs only",
-            where=str(measured.path),
-            remedy="Give a run that was written as .npz.",
-        )
-    recording = recording_of_run(args.recording, run, "causes are classified from the run alone")
+        what = "failures are found in complete runs only"
+        remedy = "Give a run that was written as .npz."
+        raise InputError(what, where=str(measured.path), remedy=remedy)
+    recording = sources.recording_of_run(
+        args.recording, run, "causes are classified from the run alone"
+    )
     reference = None if measured.truth is None else measured.truth.reference
     fps = recording.fps if recording is not None else fps_of_run(run)
     search = FailureSearch(run, fps, reference, recording, rules)
@@ -187,12 +167,12 @@ def _failure_table(heading: str, listed: Sequence[FailureSegment], fps: float) -
 def against_told(args: Namespace, measured: Measured) -> Told:
     """The run, B, compared with another one, A, over the frames that both have."""
     path = args.against
-    other, run = read_measured(path, measured.stated.get(path))
+    other, run = sources.read_measured(path, measured.stated.get(path))
     unexplained = None if run is None else run.unexplained_fraction
     fps, own = measured.trajectory.fps, other
     if fps is not None:
         other = own.at_rate(fps, str(path))
-        say_notes(other.notes[len(own.notes) :])
+        sources.say_notes(other.notes[len(own.notes) :])
         if unexplained is not None and own.fps and other is not own:
             values = unexplained[:, None, None]
             unexplained = values_at(own.frame, values, own.fps, fps, other.frame)[:, 0, 0]

@@ -1,42 +1,15 @@
 """``stereotrack export``: a run or a project in the format of another tool."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.cli import options
+from stereotrack_core.cli import options, sources
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.sources import (
-    angles_in,
-    open_project,
-    read_measured,
-    recording_of,
-    say_if_unfinished,
-    say_notes,
-    stated_in,
-)
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.reference_npz import is_reference, read_reference
 from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
+from stereotrack_core.project import exporting
 from stereotrack_core.project.entries import load_reference
-from stereotrack_core.project.exporting.formats import (
-    FORMATS,
-    ExportFormat,
-    check_kind,
-    format_named,
-    format_of_file,
-)
-from stereotrack_core.project.exporting.runs import (
-    ANGLES,
-    Exported,
-    export_angles,
-    export_clicks,
-    export_keypoints,
-    export_reference,
-    export_run,
-    export_trajectory,
-)
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.tables import Table
@@ -52,7 +25,7 @@ from stereotrack_core.tables import Table
         "trajectories: csv, trc, c3d, bvh, angles (joint angles of every frame, .csv), and "
         "npz, which keeps the uncertainty of a project's reference. Without this option the "
         "file's name decides, and .csv is csv",
-        choices=tuple(one.name for one in FORMATS),
+        choices=tuple(one.name for one in exporting.FORMATS),
     ),
     options.output("FILE", "file to write"),
     options.option(
@@ -81,7 +54,8 @@ def run(args: Namespace) -> int:
     x west, y up, z north; angles degrees; clicks are pixels of the raw image, the centre of
     the first one (0, 0). Frames count from 0.
     """
-    form = format_named(args.format) if args.format else format_of_file(args.output)
+    named = exporting.format_named(args.format) if args.format else None
+    form = named or exporting.format_of_file(args.output)
     options.check_suffix(args.output, *form.suffixes)
     written = (_project if args.source.suffix.lower() == SUFFIX else _trajectory)(args, form)
     for note in written.notes:
@@ -92,21 +66,24 @@ def run(args: Namespace) -> int:
     return OK
 
 
-def _project(args: Namespace, form: ExportFormat) -> Exported:
-    with open_project(args.source) as project:
+def _project(args: Namespace, form: exporting.ExportFormat) -> exporting.Exported:
+    with sources.open_project(args.source) as project:
         if args.predictions is not None:
             return _project_keypoints(args, project, form)
         if args.reference is not None or "clicks" not in form.kinds:
             return _project_reference(args, project, form)
-        recording = recording_of(project)
+        recording = sources.recording_of(project)
         options.check_output(args.output, recording.folder)
         landmarks = project.landmark_set()
-        return export_clicks(args.output, project.clicks.all(), recording, landmarks, form)
+        clicked = exporting.ClickedRecording(project.clicks.all(), recording, landmarks)
+        return exporting.export_clicks(args.output, clicked, form)
 
 
-def _project_keypoints(args: Namespace, project: Project, form: ExportFormat) -> Exported:
-    check_kind(form, "keypoints")
-    recording = recording_of(project)
+def _project_keypoints(
+    args: Namespace, project: Project, form: exporting.ExportFormat
+) -> exporting.Exported:
+    exporting.writer(form, "keypoints")
+    recording = sources.recording_of(project)
     options.check_output(args.output, recording.folder)
     known = project.keypoints.sources()
     if not known or (args.predictions and args.predictions not in known):
@@ -117,65 +94,59 @@ def _project_keypoints(args: Namespace, project: Project, form: ExportFormat) ->
             "`stereotrack import predictions`.",
         )
     keypoints = project.keypoints.all(args.predictions or None)
-    return export_keypoints(args.output, keypoints, recording, form)
+    return exporting.export_keypoints(args.output, keypoints, recording, form)
 
 
-def _project_reference(args: Namespace, project: Project, form: ExportFormat) -> Exported:
-    check_kind(form, "reference")
+def _project_reference(
+    args: Namespace, project: Project, form: exporting.ExportFormat
+) -> exporting.Exported:
+    exporting.writer(form, "reference")
     reference = _reference(project, args.reference or None)
     fps = None
     if form.name != "npz":
-        fps = recording_of(project).fps if args.fps is None else args.fps
-    return export_reference(args.output, reference, form, fps)
+        fps = sources.recording_of(project).fps if args.fps is None else args.fps
+    return exporting.export_reference(args.output, reference, form, fps)
 
 
 def _reference(project: Project, name: str | None) -> Reference:
     """The reference of that name, or the chosen or only one."""
     names = project.references.names()
     if not names:
-        raise InputError(
-            "the project has no reference",
-            where=str(project.path),
-            remedy="Fit the clicks first, in the workbench or with `stereotrack fit`.",
-        )
+        remedy = "Fit the clicks first, in the workbench or with `stereotrack fit`."
+        raise InputError("the project has no reference", where=str(project.path), remedy=remedy)
     chosen = name or project.chosen(project.references) or (names[0] if len(names) == 1 else None)
     if chosen is None:
-        raise InputError(
-            "the project has several references and none is active",
-            where=str(project.path),
-            remedy=f"Choose one with --reference: {', '.join(names)}.",
-        )
+        what = "the project has several references and none is active"
+        remedy = f"Choose one with --reference: {', '.join(names)}."
+        raise InputError(what, where=str(project.path), remedy=remedy)
     return load_reference(project.references, chosen)
 
 
-def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
+def _trajectory(args: Namespace, form: exporting.ExportFormat) -> exporting.Exported:
     """Export a run, a reference or landmarks."""
     for option_name, given, what in (
         ("--reference", args.reference, "references"),
         ("--predictions", args.predictions, "predictions"),
     ):
         if given is not None:
-            raise InputError(
-                f"only projects contain {what}",
-                where=option_name,
-                remedy="Omit this option.",
-            )
+            remedy = "Omit this option."
+            raise InputError(f"only projects contain {what}", where=option_name, remedy=remedy)
     if is_reference(args.source):
-        check_kind(form, "reference")
+        exporting.writer(form, "reference")
         reference = read_reference(args.source)
         rate = reference.fps if args.fps is None else args.fps
-        return export_reference(args.output, reference, form, rate)
-    if form.name == ANGLES:
-        found = read_measured(args.source, stated_in(args))
-        angles, fps = angles_in(args.source, *found, args.fps)
-        return export_angles(args.output, angles, fps)
-    check_kind(form, "run")
+        return exporting.export_reference(args.output, reference, form, rate)
+    if form.name == "angles":
+        found = sources.read_measured(args.source, sources.stated_in(args))
+        angles, fps = sources.angles_in(args.source, *found, args.fps)
+        return exporting.export_angles(args.output, angles, fps)
+    exporting.writer(form, "run")
     if holds_run(args.source):
         run = read_run(args.source)
-        say_if_unfinished(args.source, run)
-        return export_run(args.output, run, form, args.fps)
-    check_kind(form, "trajectory")
-    trajectory = read_trajectory(args.source, stated_in(args))
-    say_notes(trajectory.notes)
+        sources.say_if_unfinished(args.source, run)
+        return exporting.export_run(args.output, run, form, args.fps)
+    exporting.writer(form, "trajectory")
+    trajectory = read_trajectory(args.source, sources.stated_in(args))
+    sources.say_notes(trajectory.notes)
     rate = trajectory.fps if args.fps is None else args.fps
-    return export_trajectory(args.output, trajectory, form, rate)
+    return exporting.export_trajectory(args.output, trajectory, form, rate)

@@ -1,7 +1,5 @@
 """``stereotrack fit``: the body fitted to clicks; a subject file from a few clicked frames."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -10,14 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from stereotrack_core.annotation import doubts
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.annotation.doubts import (
-    doubtful_camera,
-    own_outliers,
-    residuals_by_camera,
-    what_disagrees,
-    what_to_do,
-)
 from stereotrack_core.annotation.fit.fit import FitRequest, clicks_in, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -43,17 +35,12 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.parameters import parsed_settings
-from stereotrack_core.project.exporting.formats import format_of_file
-from stereotrack_core.project.exporting.runs import export_reference
+from stereotrack_core.project.exporting import export_reference, format_of_file
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import frame_count
-from stereotrack_core.recording.selection import (
-    check_calibrated,
-    frames_within,
-    views_of,
-)
+from stereotrack_core.recording.selection import check_calibrated, frames_within, views_of
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.repeating import other_files
@@ -114,8 +101,7 @@ def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
     say(f"Written to {args.output}. Name it as subject in recording.toml to use it.")
 
 
-_LISTED = 20
-"""Probable outliers that are listed one by one."""
+_LISTED = 20  # probable outliers that are listed one by one
 
 
 @options.command(
@@ -193,9 +179,9 @@ def run(args: Namespace) -> int:
 def _tell(
     args: Namespace, fit: TrajectoryFit, recording: Recording, clicks: Sequence[Click]
 ) -> None:
-    doubtful = doubtful_camera(clicks, recording.cameras, NINE)
-    outliers = own_outliers(fit.flagged(), doubtful, clicks, recording.cameras)
-    residuals = residuals_by_camera(clicks, recording.cameras, NINE, doubtful)
+    doubtful = doubts.doubtful_camera(clicks, recording.cameras, NINE)
+    outliers = doubts.own_outliers(fit.flagged(), doubtful, clicks, recording.cameras)
+    residuals = doubts.residuals_by_camera(clicks, recording.cameras, NINE, doubtful)
     facts = _facts(fit, outliers, doubtful)
     facts["cameras"] = {
         one.camera: {"clicks": one.count, "residual_px": one.median_px} for one in residuals
@@ -261,7 +247,7 @@ def _say_outliers(
 ) -> None:
     if doubtful is not None:
         count = counted(len(fit.flagged()) - len(outliers), "click")
-        say(f"{what_disagrees(doubtful)}. {what_to_do(doubtful)}")
+        say(f"{doubts.what_disagrees(doubtful)}. {doubts.what_to_do(doubtful)}")
         say(f"{count} outliers may be due to that. Use --views to leave the view out.")
     for key in outliers[:_LISTED]:
         off = float(np.linalg.norm(fit.residual_px[key]))

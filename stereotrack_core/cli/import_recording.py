@@ -1,7 +1,5 @@
 """``stereotrack import recording``: a recording folder from videos and images."""
 
-from __future__ import annotations
-
 import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
@@ -15,6 +13,7 @@ from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.interop.calibrations.deciding import CONVENTIONS
 from stereotrack_core.interop.calibrations.for_recording import with_calibration
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
+from stereotrack_core.recording.importing import making, synchronise
 from stereotrack_core.recording.importing.choices import (
     ROLES,
     Choices,
@@ -22,21 +21,9 @@ from stereotrack_core.recording.importing.choices import (
     doubts_about,
     problems_of,
 )
-from stereotrack_core.recording.importing.making import (
-    calibration_notes,
-    cameras_for,
-    check_place,
-    make_recording,
-)
 from stereotrack_core.recording.importing.proposing import Views, possible_units, propose, viewed
 from stereotrack_core.recording.importing.readers import with_one_white
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.importing.synchronise import (
-    METHODS,
-    Lead,
-    at_one_rate,
-    synchronised,
-)
 from stereotrack_core.tables import Table
 
 
@@ -101,7 +88,7 @@ from stereotrack_core.tables import Table
         "--synchronise METHOD",
         "find the frames of the same instant: start (times stated by the files or a "
         "timestamps.csv), flash, clap, or motion (default: frame 0 of all)",
-        choices=tuple(METHODS),
+        choices=tuple(synchronise.METHODS),
         dest="method",
     ),
     options.several(
@@ -126,25 +113,23 @@ def run(args: Namespace) -> int:
     folder = args.output or found.folder
     if folder is None:
         bag = any(source.topic for source in found.sources)
-        raise InputError(
-            "a bag has no place for a recording" if bag else "the sources lie in several folders",
-            remedy="Say where the recording is to be made, with -o DIR.",
-        )
+        what = "a bag has no place for a recording" if bag else "the sources lie in several folders"
+        raise InputError(what, remedy="Say where the recording is to be made, with -o DIR.")
     choices = replace(propose(found), name=args.title or folder.resolve().name)
-    choices = at_one_rate(_decided(choices, args))
+    choices = synchronise.at_one_rate(_decided(choices, args))
     for problem in problems_of(choices):
         raise problem
     choices, leads = _in_time(choices, args)
     choices = with_one_white(choices)
     for doubt in doubts_about(choices):
         say(f"note: {doubt}")
-    cameras_for(choices)
-    for note in calibration_notes(choices):
+    making.cameras_for(choices)
+    for note in making.calibration_notes(choices):
         say(f"note: {note}.")
-    check_place(choices, folder)
+    making.check_place(choices, folder)
     if not args.dry_run:
         with watched("Making the recording", "No recording was created.") as (show, stopped):
-            make_recording(choices, folder, on_progress=show, cancelled=stopped)
+            making.make_recording(choices, folder, on_progress=show, cancelled=stopped)
     what = "Would be made" if args.dry_run else "Recording written to"
     facts = {**_facts(choices, folder), "synchronised": [asdict(lead) for lead in leads]}
     put_result(facts, _table(choices, f"{what} {folder}"), as_json=args.json)
@@ -198,11 +183,8 @@ def _views(texts: Sequence[str], named: Mapping[str, str], known: Sequence[str])
         views[name] = tuple(named.get(one, one) for one in sources)
         _check_known(views[name], known, "--view")
         if len(views[name]) > 2:
-            raise InputError(
-                f"the view {name} has {len(views[name])} sources",
-                where="--view",
-                remedy="Give one, left,right, or image,depth.",
-            )
+            what = f"the view {name} has {len(views[name])} sources"
+            raise InputError(what, where="--view", remedy="Give one, left,right, or image,depth.")
     return views
 
 
@@ -221,12 +203,14 @@ def _calibrated(choices: Choices, args: Namespace) -> Choices:
     return choices
 
 
-def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[Lead, ...]]:
+def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[synchronise.Lead, ...]]:
     """The choices with the frames of the same instant, and how these were found."""
-    leads: tuple[Lead, ...] = ()
+    leads: tuple[synchronise.Lead, ...] = ()
     if args.method is not None:
         with watched("Synchronising", "No recording was created.") as (show, stopped):
-            choices, leads = synchronised(choices, args.method, on_progress=show, cancelled=stopped)
+            choices, leads = synchronise.synchronised(
+                choices, args.method, on_progress=show, cancelled=stopped
+            )
         for lead in leads:
             say(f"synchronised by {args.method}: {lead.says(choices.fps or 1.0)}")
     firsts = dict(_pair(text, "--first") for text in args.firsts)
@@ -272,11 +256,8 @@ def _pair(text: str, where: str) -> tuple[str, str]:
 def _check_known(asked: Any, known: Sequence[str], where: str) -> None:
     for name in asked:
         if name not in known:
-            raise InputError(
-                f"there is no {name!r}",
-                where=where,
-                remedy=f"{did_you_mean(name, known)}There are: {', '.join(known)}.",
-            )
+            remedy = f"{did_you_mean(name, known)}There are: {', '.join(known)}."
+            raise InputError(f"there is no {name!r}", where=where, remedy=remedy)
 
 
 def _facts(choices: Choices, folder: Path) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """``stereotrack info``: what a recording holds, and what looks wrong about it."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections import Counter
 from pathlib import Path
@@ -11,8 +9,7 @@ from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, WRONG_INPUT, put, put_json, put_table, say
 from stereotrack_core.counting import counted
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.reach import check_reach
-from stereotrack_core.depth.volume import WorkingSpace, working_space
+from stereotrack_core.depth.volume import WorkingSpace, check_reach, working_space
 from stereotrack_core.doctor.correcting import correct_all, words_of
 from stereotrack_core.doctor.diagnose import diagnose
 from stereotrack_core.errors import InputError
@@ -42,11 +39,9 @@ def run(args: Namespace) -> int:
     """
     folder: Path = args.recording
     if not folder.is_dir():
-        raise InputError(
-            "this is a file" if folder.is_file() else "there is no such folder",
-            where=str(folder),
-            remedy="Give the folder that contains recording.toml.",
-        )
+        what = "this is a file" if folder.is_file() else "there is no such folder"
+        remedy = "Give the folder that contains recording.toml."
+        raise InputError(what, where=str(folder), remedy=remedy)
     if args.correct and not args.deep:
         raise InputError(
             "corrections need what is measured", where="--correct", remedy="Add --deep."
@@ -147,11 +142,14 @@ def _print(content: dict[str, Any] | None, findings: tuple[Finding, ...]) -> Non
         put_table(Table(content["name"], ("what", "value"), _facts(content)))
         headings = ("view", "kind", ">size", ">focal", ">base line", ">place (m)", ">frames", "has")
         put_table(Table("Views", headings, [_view_row(view) for view in content["views"]]))
-        if content["working_space"] is not None:
-            put_table(_space_table(content["working_space"]))
+        space: WorkingSpace | None = content["working_space"]
+        if space is not None:
+            rows = [("up", f"{space.up_axis} of the world"), ("working volume", space.volume)]
+            rows += [(f"disparities of {one}", space.searched(one)) for one in space.disparities_px]
+            put_table(Table("Where the person is looked for", ("what", "value"), rows))
     if findings:
-        rows = [(f.severity, f.where, f.what, _remedy(f)) for f in findings]
-        put_table(Table("Recording checks", ("severity", "where", "what", "remedy"), rows))
+        listed = [(f.severity, f.where, f.what, _remedy(f)) for f in findings]
+        put_table(Table("Recording checks", ("severity", "where", "what", "remedy"), listed))
     else:
         put("No problems found.")
 
@@ -175,13 +173,6 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     if content["detections"] is not None:
         rows.append(("detections", str(content["detections"])))
     return rows
-
-
-def _space_table(space: WorkingSpace) -> Table:
-    """Where the person is looked for, with the settings given."""
-    rows = [("up", f"{space.up_axis} of the world"), ("working volume", space.volume)]
-    rows += [(f"disparities of {view}", space.searched(view)) for view in space.disparities_px]
-    return Table("Where the person is looked for", ("what", "value"), rows)
 
 
 def _subject(subject: Any) -> str:

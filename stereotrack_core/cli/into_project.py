@@ -1,23 +1,13 @@
 """Commands that write projects: ``project create``, ``import labels``, ``import predictions``."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from stereotrack_core.annotation.landmark_set import read_landmark_set
-from stereotrack_core.cli import options
+from stereotrack_core.cli import options, sources
 from stereotrack_core.cli.output import OK, put_facts, say
-from stereotrack_core.cli.sources import (
-    named_reference,
-    open_project,
-    recording_of,
-    say_notes,
-    stated_in,
-    up_of_recording,
-)
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import Labels, LabelSource, stated_names
@@ -55,11 +45,8 @@ def create(args: Namespace) -> int:
     options.check_suffix(path, SUFFIX)
     options.check_output(path, recording.folder)
     if path.exists():
-        raise InputError(
-            "there is such a file already",
-            where=str(path),
-            remedy="Open it with `stereotrack open`, or choose another name with -o.",
-        )
+        remedy = "Open it with `stereotrack open`, or choose another name with -o."
+        raise InputError("there is such a file already", where=str(path), remedy=remedy)
     landmarks = None if args.landmarks is None else read_landmark_set(args.landmarks)
     with Project.create(path, recording.folder, who=args.annotator or "") as project:
         if landmarks is not None:
@@ -98,11 +85,11 @@ def import_labels(args: Namespace) -> int:
     match are reported and skipped. Conflicts with the project, including clicks deleted
     there, are never resolved without a decision. One undo reverts the whole import.
     """
-    stated = stated_in(args)
+    stated = sources.stated_in(args)
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
     trajectory = is_trajectory(args.file)
-    with open_project(args.into, read_only=False) as project:
+    with sources.open_project(args.into, read_only=False) as project:
         facts = (_reference if trajectory else _clicks)(args, project, stated)
     put_facts(facts, f"{args.file} into {args.into}", as_json=args.json)
     return OK
@@ -116,7 +103,7 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
     if args.file.suffix.lower() == SUFFIX:
         _refuse(args, "a project states cameras and landmarks itself", "camera", "names")
         theirs, notes = clicks_of_project(args.file, project)
-        say_notes(notes)
+        sources.say_notes(notes)
         found = incoming(mine, theirs, args.file.name)
     else:
         labels = _labels(args, project, stated.names)
@@ -125,13 +112,11 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
     decided: Decision | None = args.conflicts
     if found.conflicts and decided is None:
         count = len(found.conflicts)
-        raise InputError(
-            f"{count} of its clicks contradict{'s' if count == 1 else ''} the project; nothing "
-            "was imported",
-            where=str(args.file),
-            remedy="Choose which to keep with --conflicts mine or --conflicts theirs, or use "
-            "their means in the workbench.",
-        )
+        contradict = f"{count} of its clicks contradict{'s' if count == 1 else ''} the project"
+        what = f"{contradict}; nothing was imported"
+        choose = "Choose which to keep with --conflicts mine or --conflicts theirs"
+        remedy = f"{choose}, or use their means in the workbench."
+        raise InputError(what, where=str(args.file), remedy=remedy)
     edit = found.edit(decided)
     if edit.clicks:
         project.apply(edit)
@@ -147,7 +132,7 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
 
 def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labels:
     """What a file of another tool holds; InputError where it has problems that are not allowed."""
-    recording = recording_of(project)
+    recording = sources.recording_of(project)
     landmarks = project.landmark_set().names
     source = LabelSource(args.file, recording, landmarks, args.camera, names)
     labels = read_labels(source, frame_count(recording))
@@ -158,19 +143,17 @@ def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labe
 def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
     _refuse(args, "a trajectory belongs to no camera", "camera")
-    recording = recording_of(project)
-    stated = replace(stated, up=up_of_recording(recording))
-    reference = named_reference(args.file, recording, stated=stated)
+    recording = sources.recording_of(project)
+    stated = replace(stated, up=sources.up_of_recording(recording))
+    reference = sources.named_reference(args.file, recording, stated=stated)
     if args.file.suffix.lower() in (".csv", ".npz") and stated.world_from_file is None:
         say(f"note: {args.file}: axes of the recording's world.")
     name = args.file.stem
     replacing = args.conflicts == "theirs"
     if name in project.references.names() and not replacing:
-        raise InputError(
-            f"the project already has a reference {name!r}",
-            where=str(args.file),
-            remedy="Rename the file, or replace the reference with --conflicts theirs.",
-        )
+        what = f"the project already has a reference {name!r}"
+        remedy = "Rename the file, or replace the reference with --conflicts theirs."
+        raise InputError(what, where=str(args.file), remedy=remedy)
     project.apply(save_reference(name, reference, replacing=replacing))
     return {"reference": name, "frames": len(reference.frame)}
 
@@ -192,11 +175,9 @@ def _say_problems(labels: Labels, *, skip: bool) -> None:
         say(f"and {more} more")
     if labels.problems and not skip:
         first = labels.problems[0]
-        raise InputError(
-            f"{len(labels.problems)} of its lines cannot be read; nothing was imported",
-            where=first.where,
-            remedy="Correct them, or import the rest with --skip-problems.",
-        )
+        what = f"{len(labels.problems)} of its lines cannot be read; nothing was imported"
+        remedy = "Correct them, or import the rest with --skip-problems."
+        raise InputError(what, where=first.where, remedy=remedy)
 
 
 @options.command(
@@ -240,10 +221,16 @@ def import_predictions(args: Namespace) -> int:
         raise InputError(
             "all people are kept, or one", where="--person", remedy="Omit it or --all-people."
         )
-    with open_project(args.into, read_only=False) as project:
-        recording = recording_of(project)
+    with sources.open_project(args.into, read_only=False) as project:
+        recording = sources.recording_of(project)
         source = KeypointSource(
-            args.file, recording, args.camera, layout, names, args.detector or ""
+            args.file,
+            recording,
+            (),
+            args.camera,
+            names,
+            layout=layout,
+            detector=args.detector or "",
         )
         found = plan_import(
             project, (source,), frame_count(recording),

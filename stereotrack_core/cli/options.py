@@ -1,7 +1,5 @@
 """Options of the commands, those that several share, and checks of what they were given."""
 
-from __future__ import annotations
-
 import math
 import os
 import tempfile
@@ -165,42 +163,29 @@ OF_RUN = path("--recording DIR", "the run's recording; by default the one named 
 def check_suffix(path: Path, *suffixes: str) -> None:
     """Raise InputError for a file's name that ends in none of these, with one that would do."""
     if suffixes and path.suffix.lower() not in suffixes:
-        raise InputError(
-            f"the name must end in {' or '.join(suffixes)}",
-            where=str(path),
-            remedy=f"Use the name {path.with_suffix(suffixes[0]).name}.",
-        )
+        what = f"the name must end in {' or '.join(suffixes)}"
+        remedy = f"Use the name {path.with_suffix(suffixes[0]).name}."
+        raise InputError(what, where=str(path), remedy=remedy)
 
 
 def check_output(path: Path, recording: Path | None = None) -> Path:
-    """Refuse at once what could not be written after long work.
-
-    Raises InputError where its folder does not exist, or is that of the recording, which is never
-    written to.
-    """
+    """Refuse what could not be written after long work: no folder, or one of the recording."""
     if not path.parent.is_dir():
-        raise InputError(
-            "there is no such folder",
-            where=str(path.parent),
-            remedy="Create it, or choose another folder.",
-        )
+        remedy = "Create it, or choose another folder."
+        raise InputError("there is no such folder", where=str(path.parent), remedy=remedy)
     if path.is_dir():
         raise InputError(
             "this is a folder", where=str(path), remedy="Give the name of a file in it."
         )
     place = Path(os.path.realpath(path))  # which knows links that lead in a circle
     if recording is not None and place.is_relative_to(os.path.realpath(recording)):
-        raise InputError(
-            "this is inside the recording folder, which is never written to",
-            where=str(path),
-            remedy="Choose a place outside the recording folder.",
-        )
+        what = "this is inside the recording folder, which is never written to"
+        remedy = "Choose a place outside the recording folder."
+        raise InputError(what, where=str(path), remedy=remedy)
     try:
         tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
-        raise InputError(
-            f"cannot write to this folder ({error.strerror})",
-            where=str(path.parent),
-            remedy="Choose a folder that you may write to.",
-        ) from None
+        what = f"cannot write to this folder ({error.strerror})"
+        remedy = "Choose a folder that you may write to."
+        raise InputError(what, where=str(path.parent), remedy=remedy) from None
     return path

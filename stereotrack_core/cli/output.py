@@ -1,7 +1,5 @@
 """What the commands write: results to standard output, everything else to standard error."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import logging
@@ -26,11 +24,7 @@ _WIDTH_WITHOUT_TERMINAL = 160
 
 
 def put(text: str) -> None:
-    """Write a result to standard output.
-
-    Raises OSError where it goes to a file on a drive that is full, or to a terminal that has been
-    closed.
-    """
+    """Write a result to standard output; OSError where a drive is full or a terminal closed."""
     try:
         _write(sys.stdout, text)
     except OSError as error:
@@ -62,11 +56,6 @@ def say(text: str) -> None:
 def complain(text: str) -> None:
     """Write to standard error why a command ends without its result."""
     _MESSAGES.error("%s", text)
-
-
-def is_quiet() -> bool:
-    """Whether messages and progress are not wanted."""
-    return not _MESSAGES.isEnabledFor(logging.INFO)
 
 
 @contextmanager
@@ -122,10 +111,7 @@ def put_table(table: Table) -> None:
 
 
 def put_facts(facts: Mapping[str, Any], title: str, *, as_json: bool, **more: Any) -> None:
-    """Write a result to standard output, as JSON or as a table of two columns.
-
-    `more` is written as JSON only.
-    """
+    """Write a result as JSON, with `more`, or as a table of two columns."""
     rows = [
         (name.replace("_", " "), ", ".join(value) if isinstance(value, list) else str(value))
         for name, value in facts.items()
@@ -176,7 +162,7 @@ class Show(Protocol):
 @contextmanager
 def progress(what: str, total: int | None) -> Iterator[Show]:
     """Give a function that is told how many steps are done; draws only on a terminal."""
-    if is_quiet() or not sys.stderr.isatty():
+    if not (_MESSAGES.isEnabledFor(logging.INFO) and sys.stderr.isatty()):
         yield lambda *_: None
         return
     from rich.console import Console

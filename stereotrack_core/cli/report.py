@@ -1,19 +1,10 @@
 """``stereotrack report``: a run as one page that stands alone."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from dataclasses import replace
 
-from stereotrack_core.cli import options
+from stereotrack_core.cli import options, sources
 from stereotrack_core.cli.output import OK, put_facts, watched
-from stereotrack_core.cli.sources import (
-    open_project,
-    recording_of,
-    recording_of_run,
-    reference_of_run,
-    say_if_unfinished,
-)
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.entries import load_reference
@@ -64,13 +55,13 @@ def _source(args: Namespace) -> Source:
             "only projects contain several runs", where="--run", remedy="Omit this name."
         )
     stored = read_run(args.source)
-    say_if_unfinished(args.source, stored)
-    recording = recording_of_run(args.recording, stored, "images are left out")
+    sources.say_if_unfinished(args.source, stored)
+    recording = sources.recording_of_run(args.recording, stored, "images are left out")
     return _with_truth(args, stored, args.source.name, recording, str(args.source))
 
 
 def _of_project(args: Namespace) -> Source:
-    with open_project(args.source) as project:
+    with sources.open_project(args.source) as project:
         kept = {one.name: one for one in kept_runs(project.runs)}
         name = (
             args.run_name
@@ -78,18 +69,16 @@ def _of_project(args: Namespace) -> Source:
             or (next(iter(kept)) if len(kept) == 1 else "")
         )
         if name not in kept:
-            raise InputError(
-                f"the project has no run {name!r}" if name else "the project has several runs"
-                if kept else "the project contains no run",
-                where=str(args.source),
-                remedy=f"Choose one with --run: {', '.join(kept)}." if kept else
-                "Track and store one in the workbench, or give a run file.",
-            )  # fmt: skip
+            what = "the project has several runs" if kept else "the project contains no run"
+            what = f"the project has no run {name!r}" if name else what
+            remedy = "Track and store one in the workbench, or give a run file."
+            remedy = f"Choose one with --run: {', '.join(kept)}." if kept else remedy
+            raise InputError(what, where=str(args.source), remedy=remedy)
         stored = load_run(project.runs, name)
         recording = (
-            recording_of_run(args.recording, stored, "")
+            sources.recording_of_run(args.recording, stored, "")
             if args.recording
-            else recording_of(project)
+            else sources.recording_of(project)
         )
         source = _with_truth(args, stored, name, recording, name)
         chosen = project.chosen(project.references)
@@ -110,7 +99,7 @@ def _with_truth(
     """What is reported, with the reference that was named or the recording's own."""
     reference, states, said = None, None, ""
     if args.reference is not None:
-        states = reference_of_run(args, stored, recording)
+        states = sources.reference_of_run(args, stored, recording)
         reference = states.trajectory()
         said = f"the reference {args.reference.name}"
     elif recording is not None and recording.reference is not None:

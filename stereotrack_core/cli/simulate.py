@@ -1,7 +1,5 @@
 """``stereotrack simulate``: a rendered recording with truth."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 
 from stereotrack_core.cli import options

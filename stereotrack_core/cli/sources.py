@@ -1,7 +1,5 @@
 """What commands are given: runs and projects, with what belongs to them and must be told."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,27 +14,14 @@ from stereotrack_core.arrays import IntArray
 from stereotrack_core.cli.output import say
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.evaluation.joint_angles import (
-    JointAngles,
-    angles_of_reference,
-    angles_of_run,
-    angles_of_trajectory,
-)
+from stereotrack_core.evaluation import joint_angles
 from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.interop import run_file
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.interop.run_file import (
-    at_recording,
-    has_own_axes,
-    holds_run,
-    read_run,
-    read_trajectory,
-    reference_in,
-    unstatable,
-)
 from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import SUFFIX
@@ -62,20 +47,15 @@ class Truth:
     reference: LandmarkTrajectory
     source: Path
     segments: Sequence[Segment]
-    states: Reference | None = None
-    """The reference with its uncertainty, where it states one."""
+    states: Reference | None = None  # the reference with its uncertainty, where it states one
 
 
 def read_measured(
     path: Path, stated: Stated | None = None, folder: Path | None = None
 ) -> tuple[LandmarkTrajectory, Run | None]:
-    """Landmarks of a file, and the run where it holds a complete one.
-
-    Their rate is that of their recording where that is found: a stated one may be corrected later.
-    `folder`: where the run's recording is now.
-    """
-    if holds_run(path):
-        stored = read_run(path)
+    """Landmarks of a file, at its recording's rate where that is found, and the run if complete."""
+    if run_file.holds_run(path):
+        stored = run_file.read_run(path)
         say_if_unfinished(path, stored)
         if folder is not None:
             open_recording(folder)
@@ -84,7 +64,7 @@ def read_measured(
     if path.suffix.lower() == ".npz":
         found = read_reference(path).trajectory(np.inf)
     else:
-        found = read_trajectory(path, stated)
+        found = run_file.read_trajectory(path, stated)
         say_notes(found.notes)
     return found if found.fps else _at_its_rate(found, recording_in(path.parent)), None
 
@@ -121,22 +101,15 @@ def truth_of(
         _say_left_out(given, states)
         return Truth(states.trajectory(), given, beside, states)
     if not folder:
-        raise InputError(
-            "the file does not state its recording",
-            remedy="Give the reference with --reference.",
-        )
+        what = "the file does not state its recording"
+        raise InputError(what, remedy="Give the reference with --reference.")
     if recording is None:
-        raise InputError(
-            "the run's recording was not found",
-            where=str(folder),
-            remedy="Move it back beside the run, or give the reference with --reference.",
-        )
+        remedy = "Move it back beside the run, or give the reference with --reference."
+        raise InputError("the run's recording was not found", where=str(folder), remedy=remedy)
     if recording.reference is None:
-        raise InputError(
-            "the recording has no readable reference",
-            where=str(folder),
-            remedy="See `stereotrack info`, or give the reference with --reference.",
-        )
+        what = "the recording has no readable reference"
+        remedy = "See `stereotrack info`, or give the reference with --reference."
+        raise InputError(what, where=str(folder), remedy=remedy)
     say_notes(recording.reference.notes)
     return Truth(recording.reference, Path(folder), segments)
 
@@ -153,7 +126,7 @@ def named_reference(
     Says what was done to it. A file that states no rate has that of the recording it lies beside.
     Frames after the last one of the recording and of what is `measured` (F,) are left out.
     """
-    reference = reference_in(path, stated)
+    reference = run_file.reference_in(path, stated)
     rate = fps if recording is None else recording.fps
     if rate is None:
         if reference.fps is not None:
@@ -170,7 +143,7 @@ def named_reference(
         if reference.frame.max(initial=0) >= count:
             count = max(count, _frames_of(recording))
         if count:
-            reference = at_recording(reference, recording.fps, count, str(path))
+            reference = run_file.at_recording(reference, recording.fps, count, str(path))
     say_notes(reference.notes)
     return reference
 
@@ -219,11 +192,8 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
 def some_segments(segments: Sequence[Segment], where: Path) -> Sequence[Segment]:
     """The named stretches of a recording. Raises InputError where there are none."""
     if not segments:
-        raise InputError(
-            "the recording has no segments",
-            where=str(where),
-            remedy="Put a segments.csv beside the recording or the reference, or omit --segments.",
-        )
+        remedy = "Put a segments.csv beside the recording or the reference, or omit --segments."
+        raise InputError("the recording has no segments", where=str(where), remedy=remedy)
     return segments
 
 
@@ -266,11 +236,9 @@ def clicks_for_tracking(path: Path, recording: Recording, frames: int) -> Detect
     clicks, sigma = clicks_in_file(path, recording, frames)
     found = click_detections(clicks, recording.cameras, sigma, str(path.resolve()))
     if not len(found):
-        raise InputError(
-            "there is no click on any of the nine landmarks",
-            where=str(path),
-            remedy="Click landmarks in frames in which the tracker is wrong.",
-        )
+        what = "there is no click on any of the nine landmarks"
+        remedy = "Click landmarks in frames in which the tracker is wrong."
+        raise InputError(what, where=str(path), remedy=remedy)
     return found
 
 
@@ -308,31 +276,26 @@ def recording_of(project: Project) -> Recording:
     if place.finding is not None and place.folder is not None:
         say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
     if place.folder is None:
-        raise InputError(
-            "the project's recording was not found",
-            where=project.recording_place().absolute,
-            remedy="Move it back beside the project, or choose its folder in the workbench.",
-        )
+        what = "the project's recording was not found"
+        remedy = "Move it back beside the project, or choose its folder in the workbench."
+        raise InputError(what, where=project.recording_place().absolute, remedy=remedy)
     return open_recording(place.folder)
 
 
 def angles_in(
     path: Path, trajectory: LandmarkTrajectory, run: Run | None, fps: float | None
-) -> tuple[JointAngles, float]:
-    """Joint angles of a file that has been read, and the given frames per second, or its own.
-
-    Raises InputError where nothing states the frame rate.
-    """
+) -> tuple[joint_angles.JointAngles, float]:
+    """Joint angles of a file, and the given or its own rate; InputError where there is none."""
     rate = fps if fps is not None else trajectory.fps
     if rate is None:
         raise InputError(
             "the file does not state its frame rate", where=str(path), remedy="Give --fps N."
         )
     if run is not None:
-        return angles_of_run(run), rate
+        return joint_angles.angles_of_run(run), rate
     if path.suffix.lower() == ".npz":
-        return angles_of_reference(read_reference(path)), rate
-    return angles_of_trajectory(trajectory), rate
+        return joint_angles.angles_of_reference(read_reference(path)), rate
+    return joint_angles.angles_of_trajectory(trajectory), rate
 
 
 def stated_for(args: Namespace, *paths: Path | None) -> dict[Path, Stated]:
@@ -343,17 +306,12 @@ def stated_for(args: Namespace, *paths: Path | None) -> dict[Path, Stated]:
     stated, given = stated_in(args), [path for path in paths if path is not None]
     if not stated.about_file:
         return {}
-    able = [path for path in given if has_own_axes(path)]
+    able = [path for path in given if run_file.has_own_axes(path)]
     if not able:
-        raise (
-            unstatable(given[0])
-            if given
-            else InputError(
-                "no file is given that they could be of",
-                where="--name, --axes",
-                remedy="Omit them.",
-            )
-        )
+        if given:
+            raise run_file.unstatable(given[0])
+        what = "no file is given that they could be of"
+        raise InputError(what, where="--name, --axes", remedy="Omit them.")
     return dict.fromkeys([p for p in able if p.suffix.lower() != ".csv"] or able, stated)
 
 
@@ -364,10 +322,7 @@ def stated_in(args: Namespace) -> Stated:
 
 
 def initial_pose(args: Namespace, first: int, recording: Recording) -> FirstPose:
-    """Where --init says that tracking begins at a frame, automatically by default.
-
-    Raises InputError for a file that does not know the frame.
-    """
+    """Where --init says that tracking begins; InputError for a file without the frame."""
     stated = replace(stated_in(args), up=up_of_recording(recording))
     notes: list[Finding] = []
     pose = first_pose(args.init or AUTO, first, recording, stated=stated, notes=notes)

@@ -1,7 +1,5 @@
 """``stereotrack study``: recordings in a study: list them, track them, export results."""
 
-from __future__ import annotations
-
 import dataclasses
 from argparse import Namespace
 from pathlib import Path
@@ -13,15 +11,7 @@ from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.locks import refuse_second
-from stereotrack_core.study.description import (
-    Study,
-    StudySettings,
-    check_name,
-    read_study,
-    selected,
-    with_recordings,
-    write_study,
-)
+from stereotrack_core.study import description
 from stereotrack_core.study.job import Job, JobResult, named
 from stereotrack_core.study.run import plan_study, run_study
 from stereotrack_core.study.status import COLUMNS, row_facts, study_status
@@ -63,14 +53,13 @@ RUNNING = (
 )
 
 
-def settings_of(args: Namespace, base: StudySettings | None = None) -> StudySettings:
-    """The settings that options ask for, those of `base` for options that are not given.
-
-    Raises InputError if they make no sense.
-    """
-    base = base or StudySettings()
+def settings_of(
+    args: Namespace, base: description.StudySettings | None = None
+) -> description.StudySettings:
+    """The settings that options ask for, else those of `base`; InputError if they make no sense."""
+    base = base or description.StudySettings()
     given: dict[str, Any] = {}
-    for field in dataclasses.fields(StudySettings):
+    for field in dataclasses.fields(description.StudySettings):
         value = getattr(args, field.name, None)
         if value:
             given[field.name] = tuple(value) if isinstance(value, list) else value
@@ -82,11 +71,8 @@ def settings_of(args: Namespace, base: StudySettings | None = None) -> StudySett
 def workers_of(args: Namespace) -> ClusterWorkers | LocalWorkers:
     """A cluster, or processes of this machine. Raises InputError for both at once."""
     if args.scheduler and args.workers is not None:
-        raise InputError(
-            "runs are computed on this machine or on a cluster",
-            where="--workers, --scheduler",
-            remedy="Use only one of them.",
-        )
+        what = "runs are computed on this machine or on a cluster"
+        raise InputError(what, where="--workers, --scheduler", remedy="Use only one of them.")
     return ClusterWorkers(args.scheduler) if args.scheduler else LocalWorkers(args.workers)
 
 
@@ -102,13 +88,13 @@ def create(args: Namespace) -> int:
     changes settings; everything else stays.
     """
     path: Path = args.output
-    check_name(path)
-    before = read_study(path) if path.exists() else Study(path)
+    description.check_name(path)
+    before = description.read_study(path) if path.exists() else description.Study(path)
     before = dataclasses.replace(before, settings=settings_of(args, before.settings))
     with stoppable("Nothing was written.") as stopped:
-        listed = with_recordings(before, args.folders, cancelled=stopped)
+        listed = description.with_recordings(before, args.folders, cancelled=stopped)
     study = listed.study
-    write_study(study)
+    description.write_study(study)
     facts = {
         "recordings": len(study.rows),
         "projects": sum(bool(row.project) for row in study.rows),
@@ -119,16 +105,13 @@ def create(args: Namespace) -> int:
     return OK
 
 
-@options.command(
-    STUDY,
-    SELECT,
-)
+@options.command(STUDY, SELECT)
 def status(args: Namespace) -> int:
     """Print a table of all recordings of a study: frames and views, problems, progress of
     the annotation, and runs with their errors and failures.
     """
-    study = read_study(args.study)
-    rows, results = selected(study, args.select), stored_results(study.table)
+    study = description.read_study(args.study)
+    rows, results = description.selected(study, args.select), stored_results(study.table)
     with watched("Reading", "Nothing was printed.") as (report, stopped):
         status = study_status(study, rows, results, on_progress=report, cancelled=stopped)
     shown = [one for one in COLUMNS if any(one.value(row) is not None for row in status)]
@@ -149,11 +132,7 @@ def status(args: Namespace) -> int:
     return OK
 
 
-@options.command(
-    STUDY,
-    SELECT,
-    *RUNNING,
-)
+@options.command(STUDY, SELECT, *RUNNING)
 def run(args: Namespace) -> int:
     """Track the recordings of a study with all its settings and seeds, keep the runs beside
     the study file, and print their errors. Runs that are there are not computed again, so
@@ -161,8 +140,8 @@ def run(args: Namespace) -> int:
     again. A recording that cannot be tracked does not stop the others. References are only
     used to measure errors, never by the tracker.
     """
-    study = read_study(args.study)
-    rows = selected(study, args.select)
+    study = description.read_study(args.study)
+    rows = description.selected(study, args.select)
     workers = workers_of(args)
     refuse_second(study.table)
     with watched("Planning", "Nothing was tracked.") as (report, stopped):
@@ -235,18 +214,14 @@ def _table(title: str, runs: list[dict[str, Any]]) -> Table:
     return Table(title, ("recording", "run", ">frames", ">tracked", *headings), cells)
 
 
-@options.command(
-    STUDY,
-    options.output("TABLE.csv", "table to write", ".csv"),
-    SELECT,
-)
+@options.command(STUDY, options.output("TABLE.csv", "table to write", ".csv"), SELECT)
 def export(args: Namespace) -> int:
     """Write the results of all runs of a study as one table with a value per row: factors,
     recording, run, measure, statistic, unit, value. It has errors, the tracker's own signs,
     the number of failures, and the range of every joint angle.
     """
-    study = read_study(args.study)
-    rows = selected(study, args.select)
+    study = description.read_study(args.study)
+    rows = description.selected(study, args.select)
     with watched("Reading", "Nothing was written.") as (report, stopped):
         plan = plan_study(study, rows, on_progress=report, cancelled=stopped)
     say_notes(plan.left_out)

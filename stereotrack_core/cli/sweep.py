@@ -1,7 +1,5 @@
 """``stereotrack sweep``: a study that the command describes and whose runs are not kept."""
 
-from __future__ import annotations
-
 import math
 from argparse import Namespace
 from collections.abc import Sequence
@@ -90,11 +88,8 @@ def _study_of(args: Namespace) -> Study:
     options.check_suffix(args.table, ".csv")
     settings = settings_of(args)
     if args.search and settings.grid:
-        raise InputError(
-            "a sweep uses a grid or a search",
-            where="--grid, --search",
-            remedy="Use only one of them.",
-        )
+        what = "a sweep uses a grid or a search"
+        raise InputError(what, where="--grid, --search", remedy="Use only one of them.")
     rows = tuple(StudyRecording(str(folder.absolute())) for folder in args.recordings)
     study = Study(args.table, rows, settings)
     check_rows(study)
@@ -102,10 +97,7 @@ def _study_of(args: Namespace) -> Study:
 
 
 def _judged_by(asked: str | None, sources: Sequence[Source]) -> str:
-    """Measure that says which point is best.
-
-    Raises InputError for an unknown one, or one that needs what is not there.
-    """
+    """Measure that says which point is best; InputError for an unknown or impossible one."""
     without = [one.recording for one in sources if one.recording.reference is None]
     if asked is None:
         clouds = all(gives_depth(one.recording) for one in sources)
@@ -114,17 +106,12 @@ def _judged_by(asked: str | None, sources: Sequence[Source]) -> str:
     measure = measure_named(asked)
     if measure is None:
         names = [one.name for one in MEASURES]
-        raise InputError(
-            f"unknown measure {asked!r}",
-            where="--minimise",
-            remedy=f"{did_you_mean(asked, names)}Available: {', '.join(names)}.",
-        )
+        remedy = f"{did_you_mean(asked, names)}Available: {', '.join(names)}."
+        raise InputError(f"unknown measure {asked!r}", where="--minimise", remedy=remedy)
     if measure.from_reference and without:
-        raise InputError(
-            f"{asked} needs a reference, which {without[0].name} does not have",
-            where="--minimise",
-            remedy="Choose unexplained_fraction, or recordings with a reference.csv.",
-        )
+        what = f"{asked} needs a reference, which {without[0].name} does not have"
+        remedy = "Choose unexplained_fraction, or recordings with a reference.csv."
+        raise InputError(what, where="--minimise", remedy=remedy)
     return asked
 
 

@@ -1,7 +1,5 @@
 """``stereotrack track``: follow the person through a recording; keep the run beside its output."""
 
-from __future__ import annotations
-
 import math
 from argparse import Namespace
 from pathlib import Path
@@ -11,11 +9,7 @@ from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.cli.track_plan import USUAL_PRESET, TrackPlan, UnfinishedOutput, plan_of
 from stereotrack_core.counting import counted
-from stereotrack_core.doctor.diagnose import (
-    checks_before_tracking,
-    hindrances,
-    refuse_plainly_wrong,
-)
+from stereotrack_core.doctor import diagnose
 from stereotrack_core.experiments.tracked_run import TrackedRun
 from stereotrack_core.interop.run_file import run_suffix
 from stereotrack_core.recording.findings import examine
@@ -153,20 +147,17 @@ def run(args: Namespace) -> int:
 
 
 def _check(args: Namespace, plan: TrackPlan) -> None:
-    """Tell before long work what looks wrong; refuse what is plainly wrong unless told not to.
-
-    A run that is resumed has been checked when it began.
-    """
+    """Tell what looks wrong, and refuse what is plainly wrong unless told not to or resumed."""
     views = plan.spec.views
     found = (
         examine(args.recording)
         if args.resume
-        else checks_before_tracking(plan.recording, views, plan.spec.settings.depth)
+        else diagnose.checks_before_tracking(plan.recording, views, plan.spec.settings.depth)
     )
     say_notes(finding for finding in found if finding.severity != "note")
     if not (args.resume or args.despite_errors):
-        refuse_plainly_wrong(
-            hindrances(found, plan.recording, views),
+        diagnose.refuse_plainly_wrong(
+            diagnose.hindrances(found, plan.recording, views),
             str(args.recording),
             "Correct it (stereotrack info --deep says more), leave the view out with --views, or "
             "track nevertheless with --despite-errors.",

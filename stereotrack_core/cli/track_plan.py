@@ -1,7 +1,5 @@
 """What ``stereotrack track`` shall do, from the command line or a run, and where its frames go."""
 
-from __future__ import annotations
-
 import dataclasses
 import shlex
 from argparse import Namespace
@@ -26,33 +24,21 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import frame_count
-from stereotrack_core.recording.selection import (
-    frames_within,
-    tracked_views,
-    views_of,
-)
+from stereotrack_core.recording.selection import frames_within, tracked_views, views_of
+from stereotrack_core.tracking import repeating
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.repeating import (
-    StoredSpec,
-    missing_detector,
-    other_files,
-    other_versions,
-    stored_spec,
-    what_differs,
-)
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose, RunSpec, is_found
 from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 USUAL_PRESET = "accurate"
+_SETTLED = ("preset", "changes", "frames", "views", "seed", "init", "heading", "like", "clicks")
+"""Options that could ask for something else than an unfinished run was begun with."""
 
 
 class UnfinishedOutput:
-    """The file ``RUN.part`` that the frames of a run go to at once.
-
-    What stands at the output before is not touched until the new run is complete.
-    """
+    """The file ``RUN.part`` that frames go to; the output itself waits for the complete run."""
 
     def __init__(self, recording: Path, output: Path) -> None:
         self.output, self.part = output, part_of(output)
@@ -62,25 +48,9 @@ class UnfinishedOutput:
     def begun(self) -> tuple[UnfinishedRun, Wish]:
         """The run to go on with. Raises InputError where there is none, or it cannot be read."""
         if not has_frames(self.part):  # or was killed before its first frame
-            raise InputError(
-                "there is no unfinished run to resume",
-                where=str(self.part),
-                remedy="Omit --resume to start a run.",
-            )
+            what = "there is no unfinished run to resume"
+            raise InputError(what, where=str(self.part), remedy="Omit --resume to start a run.")
         return read_unfinished(self.part)
-
-    def refuse_to_lose(self) -> None:
-        """Refuse to begin where an earlier run waits to be gone on with.
-
-        Raises InputError where there is one.
-        """
-        if has_frames(self.part):
-            raise InputError(
-                "there is an unfinished run here",
-                where=str(self.part),
-                remedy="Resume it with --resume. To start again, delete it or choose another "
-                "output.",
-            )
 
     def track(
         self,
@@ -89,10 +59,7 @@ class UnfinishedOutput:
         count: int | None = None,
         begun: UnfinishedRun | None = None,
     ) -> TrackedRun:
-        """Track, with progress, until it is done or stopped with Ctrl-C.
-
-        Raises Cancelled where it is stopped before the first frame.
-        """
+        """Track, with progress; Cancelled where Ctrl-C stops it before the first frame."""
         total = steps(spec, count or len(spec.frames_of(0)), begun)
         with progress("Tracking", total) as show, stoppable() as stopped:
             return track_recording(
@@ -138,13 +105,11 @@ class UnfinishedOutput:
 class TrackPlan:
     """Everything that ``track`` shall do."""
 
-    recording: Recording
-    """With the subject that is tracked."""
+    recording: Recording  # with the subject that is tracked
     spec: RunSpec
     count: int
     """Frames to track out of those of the spec; fewer where a run that was stopped is repeated."""
-    begun: UnfinishedRun | None = None
-    """The run that is gone on with."""
+    begun: UnfinishedRun | None = None  # the run that is gone on with
 
 
 def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
@@ -154,7 +119,9 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
     """
     if args.resume:
         return _plan_resumed(args, recording, output)
-    output.refuse_to_lose()
+    if has_frames(output.part):
+        remedy = "Resume it with --resume. To start again, delete it or choose another output."
+        raise InputError("there is an unfinished run here", where=str(output.part), remedy=remedy)
     return _plan(args, recording) if args.like is None else _plan_like(args, recording)
 
 
@@ -181,8 +148,8 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
 def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     """As the run says, with whatever the command line says otherwise."""
     run = read_run(args.like)
-    stored = stored_spec(run)
-    for sentence in what_differs(run, recording):
+    stored = repeating.stored_spec(run)
+    for sentence in repeating.what_differs(run, recording):
         say(f"{args.like}: {sentence}")
     preset_name, settings = _settings(args, stored)
     asked = views_of(recording, args.views) or stored.spec.views
@@ -201,11 +168,8 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         say(f"Keypoints of the pose detector are taken from {args.like}; nothing is detected.")
     views = tracked_views(recording, asked, keypoints)
     if args.init is None and not stored.states_first_pose:
-        raise InputError(
-            "the run does not state its initial pose",
-            where=str(args.like),
-            remedy="Set the initial pose with --init.",
-        )
+        what = "the run does not state its initial pose"
+        raise InputError(what, where=str(args.like), remedy="Set the initial pose with --init.")
     spec = dataclasses.replace(
         stored.spec,
         settings=settings,
@@ -225,17 +189,22 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
 
 def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """As the unfinished run was begun; nothing may be otherwise."""
-    _refuse_otherwise(args)
+    for name in _SETTLED:
+        if getattr(args, name) not in (None, []):
+            what = "an unfinished run is resumed with the settings that it was started with"
+            remedy = "Omit this option, or choose another output to start again."
+            where = "--set" if name == "changes" else f"--{name}"
+            raise InputError(what, where=where, remedy=remedy)
     begun, wish = output.begun()
     run = begun.run()
     check_run(output.part, run)
-    stored = stored_spec(run)
+    stored = repeating.stored_spec(run)
     keypoints, seen_else = stored.keypoints_or_stored(
         _keypoints(args, recording, stored.spec.settings, stored.spec.keypoints)
     )
     views = tracked_views(recording, stored.spec.views, keypoints)
-    foreign = list(filter(None, (*other_files(run, recording), seen_else)))
-    foreign += missing_detector(run.meta)  # the frames that are left have to be looked at
+    foreign = list(filter(None, (*repeating.other_files(run, recording), seen_else)))
+    foreign += repeating.missing_detector(run.meta)  # the frames that are left have to be looked at
     if foreign or not stored.states_first_pose:
         raise InputError(
             "the unfinished run cannot be resumed here" + (f": {foreign[0]}" if foreign else ""),
@@ -243,7 +212,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
             remedy="Restore the conditions it was started with, or track to another output. Its "
             "frames can still be evaluated and exported.",
         )
-    for sentence in other_versions(run.meta):
+    for sentence in repeating.other_versions(run.meta):
         say(f"{output.part}: {sentence}")
     say(f"Resuming after {len(begun.frames)} of {len(begun.asked)} frames.")
     spec = dataclasses.replace(
@@ -258,7 +227,9 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     return TrackPlan(tracked, spec, wish.count or len(begun.asked), begun=begun)
 
 
-def _init_like(args: Namespace, stored: StoredSpec, first: int, recording: Recording) -> FirstPose:
+def _init_like(
+    args: Namespace, stored: repeating.StoredSpec, first: int, recording: Recording
+) -> FirstPose:
     """The run's first pose, or what the command line says instead."""
     if args.init is not None:
         return with_heading(initial_pose(args, first, recording), args.heading)
@@ -268,31 +239,17 @@ def _init_like(args: Namespace, stored: StoredSpec, first: int, recording: Recor
     return with_heading(init, args.heading)
 
 
-def _refuse_otherwise(args: Namespace) -> None:
-    """Refuse options that could ask for something else than the unfinished run was begun with."""
-    options = "preset", "changes", "frames", "views", "seed", "init", "heading", "like", "clicks"
-    for name in options:
-        if getattr(args, name) not in (None, []):
-            raise InputError(
-                "an unfinished run is resumed with the settings that it was started with",
-                where="--set" if name == "changes" else f"--{name}",
-                remedy="Omit this option, or choose another output to start again.",
-            )
-
-
-def _frames_like(args: Namespace, stored: StoredSpec, count: int) -> range:
+def _frames_like(args: Namespace, stored: repeating.StoredSpec, count: int) -> range:
     asked = args.frames
     frames = stored.spec.frames_of(count) if asked is None else frames_within(asked, count)
     if frames.stop > count:
-        raise InputError(
-            f"the run has the frames {frames.start}:{frames.stop}, the recording only 0:{count}",
-            where=str(args.like),
-            remedy="Use the run's own recording, or restrict the range with --frames A:B.",
-        )
+        what = f"the run has the frames {frames.start}:{frames.stop}, the recording only 0:{count}"
+        remedy = "Use the run's own recording, or restrict the range with --frames A:B."
+        raise InputError(what, where=str(args.like), remedy=remedy)
     return frames
 
 
-def _settings(args: Namespace, stored: StoredSpec) -> tuple[str, Settings]:
+def _settings(args: Namespace, stored: repeating.StoredSpec) -> tuple[str, Settings]:
     """A preset replaces all of the run's parameters, ``--set`` single ones."""
     if args.preset is not None:
         return args.preset, preset(args.preset, args.changes)
@@ -312,11 +269,9 @@ def _clicks(
     _check_used("clicks", settings)
     found = clicks_for_tracking(place, recording, frame_count(recording))
     if path is None and used and found.fingerprint() != used.get("fingerprint"):
-        raise InputError(
-            "these are not the clicks that the run used",
-            where=str(place),
-            remedy="Name the clicks to use with --clicks, and track to another output.",
-        )
+        what = "these are not the clicks that the run used"
+        remedy = "Name the clicks to use with --clicks, and track to another output."
+        raise InputError(what, where=str(place), remedy=remedy)
     return found
 
 
@@ -330,11 +285,9 @@ def _keypoints(
     """
     for option in ("layout", "person"):
         if args.keypoints is None and getattr(args, option) is not None:
-            raise InputError(
-                "there are no keypoints that it could say anything about",
-                where=f"--{option}",
-                remedy="Give the keypoints with --keypoints, or omit it.",
-            )
+            what = "there are no keypoints that it could say anything about"
+            remedy = "Give the keypoints with --keypoints, or omit it."
+            raise InputError(what, where=f"--{option}", remedy=remedy)
     if args.keypoints is None:
         if stored is not None or not detects_first(recording, settings):
             return stored
@@ -346,8 +299,5 @@ def _keypoints(
 def _check_used(what: str, settings: Settings) -> None:
     """Refuse clicks or keypoints where the settings' tracker does not use them."""
     if not settings.follows_data:
-        raise InputError(
-            f"this preset does not use {what}",
-            where=f"--{what}",
-            remedy=f"Choose --preset accurate or fast, or omit --{what}.",
-        )
+        remedy = f"Choose --preset accurate or fast, or omit --{what}."
+        raise InputError(f"this preset does not use {what}", where=f"--{what}", remedy=remedy)

@@ -1,7 +1,5 @@
 """``stereotrack open``: the window on a recording folder or a project file."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 
 from stereotrack_core.cli import options
@@ -38,13 +36,8 @@ def run(args: Namespace) -> int:
 
 
 def show_window(window: ShowWindow | None, opening: Opening) -> int:
-    """Show the window; return the exit status.
-
-    Raises InputError where the program was started without one.
-    """
+    """Show the window; return the exit status. InputError where there is none to show."""
     if window is None:
-        raise InputError(
-            "the workbench cannot be started here",
-            remedy="Start it with the program `stereotrack`.",
-        )
+        what = "the workbench cannot be started here"
+        raise InputError(what, remedy="Start it with the program `stereotrack`.")
     return OK if window(opening, say) else FAILED

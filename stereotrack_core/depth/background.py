@@ -35,25 +35,18 @@ from stereotrack_core.depth.sources import (
 )
 from stereotrack_core.depth.standing import moves, standing_person, still_person
 
-_VALID_ABOVE = 0.5
-"""How often a pixel's disparity must have been valid for its background to be known."""
+_VALID_ABOVE = 0.5  # how often a disparity must be valid for a known background
 
 
 @dataclass(frozen=True, eq=False)
 class BackgroundModel:
     """What a pixel shows when nobody is there."""
 
-    disparity: Float32Array
-    """(H, W), pixels. d_M; finite everywhere, without meaning where `frequency` is low."""
-    frequency: Float32Array
-    """(H, W). g_M: how often the disparity was valid, 0 to 1."""
+    disparity: Float32Array  # (H, W), pixels. d_M; meaningless where `frequency` is low
+    frequency: Float32Array  # (H, W). g_M: how often the disparity was valid, 0 to 1
 
     def limit(self, threshold: float) -> Float32Array:
-        """Disparity (H, W) above which a pixel is foreground.
-
-        Equation (3.3): a valid d is foreground where the model is invalid (limit -inf) or
-        where d > d_M + s.
-        """
+        """Disparity (H, W) above which d is foreground: d_M + s, -inf where unknown (3.3)."""
         known = self.frequency > _VALID_ABOVE
         limit: Float32Array = np.where(known, self.disparity + np.float32(threshold), -np.inf)
         return limit.astype(np.float32, copy=False)
@@ -70,9 +63,9 @@ def averaged(
 ) -> BackgroundModel:
     """One step of the exponential averages of 3.1.1; `model` is None before the first image.
 
-    d_M = (1 - alpha_d) d_M + alpha_d d where d (H, W), in pixels, is valid (not NaN), unchanged
-    elsewhere; g_M = (1 - alpha_g) g_M + alpha_g g with g = 1 where d is valid, else 0. The first
-    disparity that a pixel shows is taken as it is. The rates are alpha_d and alpha_g.
+    d_M = (1 - alpha_d) d_M + alpha_d d where d (H, W), pixels, is valid; g_M = (1 - alpha_g) g_M +
+    alpha_g g with g = 1 where d is valid, else 0. A pixel's first disparity is taken as it is. The
+    rates are alpha_d and alpha_g.
     """
     if model is None:
         return empty_scene_model(disparity)
@@ -85,11 +78,7 @@ def averaged(
 
 
 def percentile_model(disparities: Sequence[Float32Array], percentile: float) -> BackgroundModel:
-    """A low percentile of each pixel's disparities: the background is behind whoever passes.
-
-    Disparities (H, W) are in pixels, NaN where invalid; the percentile, 0 to 100, is taken among
-    the valid ones of a pixel, as the nearest rank below.
-    """
+    """Nearest rank below a percentile, 0 to 100, of each pixel's valid disparities (H, W)."""
     model = np.zeros(disparities[0].shape, np.float32), np.empty(disparities[0].shape, np.float32)
     for rows, stack in _sorted_rows(disparities):  # NaN comes last
         count = np.isfinite(stack).sum(axis=-1)
@@ -100,39 +89,27 @@ def percentile_model(disparities: Sequence[Float32Array], percentile: float) -> 
     return BackgroundModel(*model)
 
 
-_ROWS = 32
-"""Rows of an image that are sorted at once: a whole stack of large images takes gigabytes."""
+_ROWS = 32  # of an image, sorted at once: a stack of large images takes gigabytes
 
 
 def _sorted_rows(images: Sequence[NDArray[Any]]) -> Iterator[tuple[slice, NDArray[Any]]]:
-    """Values of each pixel in all images (H, W), sorted: rows after rows (h, W, N)."""
+    """Values of each pixel in all images (H, W), sorted, row block by row block (h, W, N)."""
     for first in range(0, len(images[0]), _ROWS):
         rows = slice(first, first + _ROWS)
         # Sorting is much quicker along the last axis.
         yield rows, np.sort(np.stack([image[rows] for image in images], axis=-1), axis=-1)
 
 
+# Share of the image from which changed pixels at the empty scene's disparity may be a shadow; fewer
+# are feet on the floor or a limb that the matcher missed.
 _SHADOW = 0.002
-"""Share of the image from which changed pixels at the empty scene's disparity may be a shadow;
-fewer are feet on the floor, or a limb that the matcher has missed."""
-
-_EDGES = np.ones((7, 7), np.uint8)
-"""Edges of shadows that are filled."""
-
-_BEHIND = 0.5
-"""Metres behind somebody who stood still from which the scene begins."""
-
+_EDGES = np.ones((7, 7), np.uint8)  # edges of shadows that are filled
+_BEHIND = 0.5  # metres behind somebody who stood still from which the scene begins
 _REGION_MARGIN = 16  # px beyond the matcher's window
 
 
 class ViewBackground:
-    """Background model of one view, and the empty scene's picture where there is one.
-
-    Attributes
-    ----------
-    motionless : bool
-        Whether it was learned from frames in which nothing moves.
-    """
+    """Background of one view; `motionless`: nothing moved in the frames that it is learned from."""
 
     def __init__(self, source: StereoSource | DepthSource, parameters: DepthParameters) -> None:
         self.model: BackgroundModel | None = None
@@ -237,10 +214,7 @@ class ViewBackground:
         return disparity > self._limit[region.slices]
 
     def outside(self) -> tuple[Float32Array, Float32Array]:
-        """Copies of disparity and range (H, W) to fill in where nothing was measured.
-
-        What looks as it does in the empty scene is the empty scene.
-        """
+        """Copies of the empty scene's disparity and range (H, W), where nothing differs."""
         disparity, ranges = self._outside
         return disparity.copy(), ranges.copy()
 
@@ -288,10 +262,7 @@ class ViewBackground:
     def _shadow(
         self, frame: StereoFrame, part: BoolArray, new: BoolArray, region: Region
     ) -> BoolArray:
-        """Part (h, w) of a region where both pictures show the empty scene's surface.
-
-        With the edges of a shadow, which have no structure of one side.
-        """
+        """Part (h, w) where both pictures show the empty scene's surface, edges filled."""
         assert self.model is not None  # noqa: S101 - something was measured behind
         seen = part & seen_at(frame, self.model.disparity[region.slices], region)
         if not self._is_large(new & seen):

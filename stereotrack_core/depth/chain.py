@@ -13,8 +13,7 @@ import numpy as np
 
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.depth.background import BackgroundModel
-from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
-from stereotrack_core.depth.colours import colours_of
+from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth, colours_of
 from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
@@ -25,34 +24,23 @@ from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
 
+# Where a view's disparities come from; see :func:`source_of`.
 SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSource | DepthSource]
-"""Where a view's disparities come from; see :func:`source_of`."""
+OnPart: TypeAlias = Callable[[int, int], None]  # told how many parts of how many are done
 
-OnPart: TypeAlias = Callable[[int, int], None]
-"""Is told how many parts of how many are done."""
-
-
-_ROW_FRAMES = 2
-"""Frames, spread over the recording, on which the rows of pairs are compared."""
-
-_BACKGROUND_FRAMES = 40
-"""Frames, spread over the recording, from which the background is learned in advance."""
+_ROW_FRAMES = 2  # frames, spread over the recording, on which the rows of pairs are compared
+_BACKGROUND_FRAMES = 40  # spread over the recording, to learn the background from
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredViews:
-    """What all views have measured at one instant, before it is fused.
-
-    Views without images are absent from `results`; `problems` and `seconds` are those of the
-    :class:`Cloud`.
-    """
+    """What all views measured at one instant, before fusion; views without images are absent."""
 
     frame: int
     results: Mapping[str, ViewResult]
     problems: Mapping[str, str]
     seconds: Mapping[str, float]
-    outlines: Mapping[str, ViewDepth] = field(default_factory=dict)
-    """Of mono views, which measure no points."""
+    outlines: Mapping[str, ViewDepth] = field(default_factory=dict)  # of mono views
 
 
 class DepthChain:
@@ -133,10 +121,8 @@ class DepthChain:
     ) -> None:
         """Learn what every view shows when nobody is there.
 
-        Images of the empty scene give it at once; else it comes from frames spread evenly
-        over `frames`, as the parameters say. Depth views with a mask of the person need none.
-        `on_image` is told in several threads how many images of how many are done, and may raise
-        :class:`Cancelled`.
+        From images of the empty scene, else from frames spread evenly over `frames`; masked depth
+        views need none. `on_image` is called in several threads and may raise :class:`Cancelled`.
         """
         self.silhouettes.learn(reader, frames)
         waiting = []
@@ -156,11 +142,7 @@ class DepthChain:
             self._learn_from_frames(waiting, reader, frames, on_image)
 
     def take_background(self, other: DepthChain, reader: Pictures, frames: range) -> None:
-        """Know the empty scene as another chain of the same views has learned it.
-
-        `other` has the same parameters of matching and of learning the background, and has learned
-        from these frames.
-        """
+        """Take over the background of a chain of the same views, parameters and frames."""
         if self.silhouettes and other.silhouettes:
             self.silhouettes = other.silhouettes
         else:

@@ -4,10 +4,7 @@ Images of half or a quarter of the size tell for each tile of the image which di
 and these alone are searched in full, as in hierarchical stereo since L. H. Quam (1984).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 
 import cv2
@@ -17,26 +14,13 @@ from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.match import STEPS, DisparityArray, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 
-WIDE = 192
-"""Disparities from which it pays; fewer are searched at once."""
-
-_VERY_WIDE = 256
-"""Disparities from which images of a quarter of the size are used, and not of half."""
-
-_TILE = 128, 96
-"""Columns and rows."""
-
-_AROUND = 12
-"""Pixels around a tile whose disparities are searched in it as well."""
-
-_MARGIN = 3
-"""Disparities searched beyond those that were found."""
-
-_WINDOW, _UNIQUENESS = 7, 5
-"""Window and uniqueness for the reduced images."""
-
-_SPECKLES, _ALIKE = 20, STEPS
-"""Pixels of a patch that is no surface, and steps by which neighbours of one differ at most."""
+WIDE = 192  # disparities from which it pays; fewer are searched at once
+_VERY_WIDE = 256  # disparities from which images of a quarter of the size are used, and not of half
+_TILE = 128, 96  # columns and rows
+_AROUND = 12  # pixels around a tile whose disparities are searched in it as well
+_MARGIN = 3  # disparities searched beyond those that were found
+_WINDOW, _UNIQUENESS = 7, 5  # window and uniqueness for the reduced images
+_SPECKLES, _ALIKE = 20, STEPS  # pixels of a patch that is no surface, and its largest step
 
 
 class CoarseToFine:
@@ -57,17 +41,23 @@ class CoarseToFine:
         """Disparities of a region; see :meth:`Matcher.__call__`."""
         height, width = right.shape
         region = region or Region.whole(width, height)
-        known = self._coarsely(left, right, region)
+        known, part = self._coarsely(left, right, region)
         result = np.empty((region.bottom - region.top, region.right - region.left), dtype=np.int16)
         for tile in _tiles(region):
-            searched = known.range_in(tile, self.disparities)
+            near = _reduced(tile.grown(_AROUND), self._shrink) & part
+            rows = slice(near.top - part.top, near.bottom - part.top)
+            columns = slice(near.left - part.left, near.right - part.left)
+            searched = self._range_of(known[rows, columns])
             found = Matcher(self._p, searched)(left, right, tile)
             found[found <= searched.invalid] = self.disparities.invalid
             top, at = tile.top - region.top, tile.left - region.left
             result[top : top + found.shape[0], at : at + found.shape[1]] = found
         return result
 
-    def _coarsely(self, left: ImageArray, right: ImageArray, region: Region) -> _Coarse:
+    def _coarsely(
+        self, left: ImageArray, right: ImageArray, region: Region
+    ) -> tuple[DisparityArray, Region]:
+        """Disparities around a region in the reduced images, and where in these."""
         s = self._shrink
         width, height = right.shape[1] // s, right.shape[0] // s
         size, cut = (width, height), np.s_[: s * height, : s * width]
@@ -77,30 +67,15 @@ class CoarseToFine:
         )
         part = _reduced(region.grown(2 * _AROUND), s) & Region.whole(width, height)
         found = self._coarse(left, right, part)
-        invalid = self._coarse.disparities.invalid
-        cv2.filterSpeckles(found, invalid, _SPECKLES, _ALIKE)
-        return _Coarse(found, invalid, part, s)
+        cv2.filterSpeckles(found, self._coarse.disparities.invalid, _SPECKLES, _ALIKE)
+        return found, part
 
-
-@dataclass(frozen=True, eq=False)
-class _Coarse:
-    """Disparities of a part of the reduced images, in steps of their own pixels."""
-
-    steps: DisparityArray
-    invalid: int
-    part: Region
-    shrink: int
-
-    def range_in(self, tile: Region, widest: DisparityRange) -> DisparityRange:
-        """What is to be searched in a tile: everything where nothing is known."""
-        near = _reduced(tile.grown(_AROUND), self.shrink) & self.part
-        rows = slice(near.top - self.part.top, near.bottom - self.part.top)
-        columns = slice(near.left - self.part.left, near.right - self.part.left)
-        here = self.steps[rows, columns]
-        here = here[here > self.invalid]
+    def _range_of(self, coarse: DisparityArray) -> DisparityRange:
+        """What is to be searched where reduced images show this; everything if nothing is known."""
+        here, widest = coarse[coarse > self._coarse.disparities.invalid], self.disparities
         if not here.size:
             return widest
-        scale = self.shrink / STEPS
+        scale = self._shrink / STEPS
         lowest = max(int(np.floor(here.min() * scale)) - _MARGIN, widest.minimum)
         count = _in_sixteens(int(np.ceil(here.max() * scale)) + _MARGIN + 1 - lowest)
         if lowest + count > widest.minimum + widest.count:

@@ -1,18 +1,22 @@
 """The floor that stereo or depth views of a recording see turns a calibration."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.align import Alignment, from_floor
+from stereotrack_core.depth.chain import source_of
+from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.scene import scene_points
+from stereotrack_core.depth.sources import NoDepth
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, FrameSet
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.worker_processes import Asker
 
@@ -25,25 +29,13 @@ def alignment_to_floor(
     north: str = "",
     where: str = "calibration",
 ) -> Alignment:
-    """The largest plane below the cameras in the depth of one frame of a recording.
+    """Alignment by the largest plane below the cameras in the depth of one frame of a recording.
 
-    Parameters
-    ----------
-    folder
-        Of the recording, whose own calibration is not used.
-    cameras
-        The calibration that is turned; it contains all cameras of the recording's views.
-    parameters
-        How depth is computed.
-    north
-        Camera that stands in the north; empty for that of the first view.
-    where
-        What lacks a camera, in the sentence that says so.
+    `cameras` is the calibration that is turned; the recording's own is not used. `north` names the
+    camera that stands in the north, by default that of the first view; `where` what lacks a camera,
+    for the message.
 
-    Raises
-    ------
-    InputError
-        A camera is missing, no view has depth, or no floor is seen.
+    Raises InputError if a camera is missing, no view has depth, or no floor is seen.
     """
     recording = open_recording(folder)
     used = {s.camera for view in recording.views for s in view.streams().values() if s.camera}
@@ -64,7 +56,7 @@ def alignment_to_floor(
 
 @dataclass(frozen=True, eq=False)
 class FindFloor:
-    """The same as a task of a process, for a window."""
+    """:func:`alignment_to_floor` as a task of a process, for a window."""
 
     folder: Path
     cameras: Mapping[str, Camera]
@@ -77,3 +69,27 @@ class FindFloor:
         return alignment_to_floor(
             self.folder, self.cameras, self.parameters, self.frame, self.north
         )
+
+
+_STEP = 3  # pixels between points
+_FARTHEST_M = 8.0
+
+
+def scene_points(
+    recording: Recording, frame_set: FrameSet, parameters: DepthParameters, views: Sequence[str]
+) -> FloatArray:
+    """Points (N, 3), world, metres, of a frame with its background; raises InputError."""
+    everywhere = parameters.replaced(disparity_from_volume=False)
+    parts = [np.zeros((0, 3))]
+    for name in views:
+        source = source_of(recording, recording.view(name), everywhere)
+        geometry = source.geometry
+        try:
+            opened = source.open(frame_set.views[name])
+            disparity = opened.disparity(Region.whole(geometry.width, geometry.height))
+        except (NoDepth, KeyError):
+            continue
+        ranges = source.ranges(disparity).astype(np.float64)[::_STEP, ::_STEP]
+        v, u = np.nonzero(np.isfinite(ranges) & (ranges > 0) & (ranges < _FARTHEST_M))
+        parts.append(geometry.points(_STEP * u, _STEP * v, ranges[v, u]))
+    return np.concatenate(parts)

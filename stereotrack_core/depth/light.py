@@ -7,8 +7,6 @@ shadows), a shift (a camera that was touched) and a blur (focus, compression). A
 robust means over many pixels, so that a person who covers a fifth of the image changes none.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -18,63 +16,26 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 
-SHRINK = 4
-"""Pixels of the image, each way, to one of the shrunken picture in which light is estimated."""
-
-_BINS = 12
-"""Points of the tone curve; each is the median of as many pixels."""
-
-_POWERS = (0.4, 2.5)
-"""Least and largest gamma that a tone curve is continued with."""
-
-_HELD = 0.05
-"""Weight of a gamma of 1, against the variance of the medians' logarithms."""
-
-_GAIN_SCALE = 0.15
-"""Deviation of a logarithmic gain from the plane through all that has a quarter of the weight."""
-
-_NEIGHBOURHOODS = (25, 13, 9)
-"""Sides, shrunken pixels, of the surroundings whose gain is taken for a pixel's."""
-
-_FEW = np.float32(0.02)
-"""Share of the surroundings below which the plane's gain is taken instead."""
-
+SHRINK = 4  # pixels of the image, each way, to one of the picture in which light is estimated
+_BINS = 12  # points of the tone curve; each is the median of as many pixels
+_POWERS = (0.4, 2.5)  # least and largest gamma that a tone curve is continued with
+_HELD = 0.05  # weight of a gamma of 1, against the variance of the medians' logarithms
+_GAIN_SCALE = 0.15  # deviation of a log gain from the plane that weighs a quarter
+_NEIGHBOURHOODS = (25, 13, 9)  # shrunken pixels around one whose gain is taken for its own
+_FEW = np.float32(0.02)  # share of the surroundings below which the plane's gain is taken instead
 _WINDOW = (5, 5)
-_LEAST_CORRELATION = 0.6
-"""Correlation of picture and empty scene, in a window of shrunken pixels, that show the same."""
-
-_SHADE, _SHADED = 4.0, 0.02
-"""Grey levels of shade, and share of the background from which the gain is estimated locally."""
-
-_FLAT = 0.1
-"""Largest deviation of a logarithmic gain where there is no structure to tell light from things."""
-
-_QUIET = 2.0
-"""Grey levels of noise up to which picture and empty scene agree as they are."""
-
-_LARGEST_SHIFT = 3.0
-"""Pixels; a camera that has moved farther needs a new calibration."""
-
-_LEAST_SHIFT = 0.15
-"""Pixels that are not worth a resampling."""
-
-_BLURS = (0.6, 0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
-"""Standard deviations, pixels, of blurs that are tried on the empty scene."""
-
-_SHARP = 0.9
-"""Share of the empty scene's slopes from which a picture is as sharp."""
-
-_GREY = 20.0
-"""Grey levels of a difference that loses half of its weight when a shift is estimated."""
-
-_RUN = 32
-"""Pixels of a row over which noise is averaged."""
-
-_QUIETEST = 0.1
-"""Quantile of these averages that has no texture to speak of."""
-
-_LEAST_NOISE = 0.5
-"""Grey levels of rounding that remain without any noise."""
+_LEAST_CORRELATION = 0.6  # of picture and empty scene, in a window that shows the same
+_SHADE, _SHADED = 4.0, 0.02  # grey levels, and share of the background, for a local gain
+_FLAT = 0.1  # largest deviation of a log gain where no structure tells light from things
+_QUIET = 2.0  # grey levels of noise up to which picture and empty scene agree as they are
+_LARGEST_SHIFT = 3.0  # pixels; a camera that has moved farther needs a new calibration
+_LEAST_SHIFT = 0.15  # pixels that are not worth a resampling
+_BLURS = (0.6, 0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)  # pixels, tried on the empty scene
+_SHARP = 0.9  # share of the empty scene's slopes from which a picture is as sharp
+_GREY = 20.0  # grey levels of a difference that loses half of its weight when a shift is estimated
+_RUN = 32  # pixels of a row over which noise is averaged
+_QUIETEST = 0.1  # quantile of these averages that has no texture to speak of
+_LEAST_NOISE = 0.5  # grey levels of rounding that remain without any noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +43,9 @@ class EmptyScene:
     """Picture (H, W) of the empty scene, with what its comparison needs of it each time."""
 
     picture: ImageArray
-    small: ImageArray
-    """(h, w). Shrunken picture."""
-    order: IntArray
-    """(n,). Every second pixel of every second row of it, from dark to light."""
-    levels: FloatArray
-    """(bins,). Median grey level of each bin of them."""
+    small: ImageArray  # (h, w). Shrunken picture.
+    order: IntArray  # (n,). Every second pixel of every second row of it, from dark to light.
+    levels: FloatArray  # (bins,). Median grey level of each bin of them.
 
 
 def empty_scene(picture: ImageArray) -> EmptyScene:
@@ -107,8 +65,8 @@ def shrunken(picture: ImageArray) -> ImageArray:
 def sensor_noise(picture: ImageArray) -> float:
     """Standard deviation of a picture's (H, W) noise in grey levels, where it is quietest.
 
-    Noise is everywhere and texture is not, so second differences along short stretches of rows
-    are at least those of the noise. Clipped stretches are left out.
+    Noise is everywhere and texture is not: second differences along short stretches of rows are at
+    least those of the noise. Clipped stretches are left out.
     """
     runs = picture[4::12, : picture.shape[1] // _RUN * _RUN].reshape(-1, _RUN).T.astype(np.int16)
     runs = runs[:, (runs.min(axis=0) > 0) & (runs.max(axis=0) < 255)]
@@ -124,16 +82,11 @@ def sensor_noise(picture: ImageArray) -> float:
 class Light:
     """Light of one picture against that of the empty scene."""
 
-    curve: Float32Array
-    """(256,). Grey level now of each grey level of the empty scene, at gain 1."""
-    log_gain: Float32Array
-    """(h, w). Logarithm of the gain that comes to it, on the shrunken image."""
-    small: Float32Array
-    """(h, w). Shrunken picture."""
-    empty_small: Float32Array
-    """(h, w). Shrunken empty scene in this light."""
-    noise: float
-    """Grey levels. Standard deviation of the difference of the shrunken pictures."""
+    curve: Float32Array  # (256,). Grey level now of each grey level of the empty scene, at gain 1.
+    log_gain: Float32Array  # (h, w). Logarithm of the gain that comes to it, on the shrunken image.
+    small: Float32Array  # (h, w). Shrunken picture.
+    empty_small: Float32Array  # (h, w). Shrunken empty scene in this light.
+    noise: float  # Grey levels. Standard deviation of the difference of the shrunken pictures.
 
 
 def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
@@ -151,19 +104,15 @@ def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
 class Relit:
     """The empty scene in the light of a picture."""
 
-    picture: ImageArray
-    """(H, W)."""
-    noise: float
-    """Grey levels. Standard deviation of the difference of a pixel, after a blur of 3 x 3."""
-    blur: float
-    """Pixels. Standard deviation of the blur that the picture has more than the empty scene."""
+    picture: ImageArray  # (H, W)
+    noise: float  # grey levels, of the difference of a pixel after a 3 x 3 blur
+    blur: float  # pixels of blur that the picture has more than the empty scene
 
 
 def evened(light: Light) -> Float32Array:
     """The shrunken empty scene (h, w) in the light that is measured around each pixel."""
     everywhere = np.ones(light.small.shape, dtype=bool)
-    result: Float32Array = light.empty_small * np.exp(_local_gain(light, everywhere))
-    return result
+    return light.empty_small * np.exp(_local_gain(light, everywhere))
 
 
 def shaded(light: Light) -> BoolArray:
@@ -174,21 +123,17 @@ def shaded(light: Light) -> BoolArray:
 
 
 def relit(picture: ImageArray, scene: EmptyScene, light: Light, background: BoolArray) -> Relit:
-    """The empty scene as it would look in the picture.
+    """The empty scene as it would look in the picture (H, W).
 
-    Parameters
-    ----------
-    picture : (H, W) uint8
-    background : (H, W) bool
-        Pixels that surely show the empty scene, in whatever light: their gain is taken as it is,
-        so that soft shadows and wandering shade are no difference.
-
+    Pixels of `background` (H, W) surely show it: their gain is taken as it is, so that soft shadows
+    are no difference.
     """
     height, width = picture.shape
     small = light.small.shape[1], light.small.shape[0]
     known = cv2.resize(background.view(np.uint8) * 255, small, interpolation=cv2.INTER_AREA) > 250
     log_gain = light.log_gain
-    if not _is_even(light, known):
+    apart = np.abs(light.small - light.empty_small)[known]
+    if np.count_nonzero(apart > _SHADE) > _SHADED * apart.size:
         log_gain = log_gain + _local_gain(light, known)
     gain = cv2.resize(np.exp(log_gain), (width, height), interpolation=cv2.INTER_LINEAR)
     lit = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
@@ -200,12 +145,6 @@ def relit(picture: ImageArray, scene: EmptyScene, light: Light, background: Bool
     return Relit(empty, noise, blur)
 
 
-def _is_even(light: Light, background: BoolArray) -> bool:
-    """Whether the plane of gain leaves no shade to speak of on the background (h, w)."""
-    apart = np.abs(light.small - light.empty_small)[background]
-    return bool(np.count_nonzero(apart > _SHADE) <= _SHADED * apart.size)
-
-
 def _noise(picture: ImageArray, empty: ImageArray, background: BoolArray) -> float:
     """Spread of the background's difference after a blur of 3 x 3 pixels."""
     a, b = (cv2.blur(one, (3, 3))[::4, ::4].astype(np.float32) for one in (picture, empty))
@@ -215,8 +154,8 @@ def _noise(picture: ImageArray, empty: ImageArray, background: BoolArray) -> flo
 def _local_gain(light: Light, background: BoolArray) -> Float32Array:
     """Logarithmic gain (h, w) beyond the plane's, smoothed over what shows the empty scene.
 
-    That is where the structure of both pictures correlates in a small window, whatever the light.
-    Where the empty scene has no structure, the gain must agree with that of the surroundings.
+    That is where both pictures' structure correlates in a small window; where the empty scene has
+    none, the gain must agree with that of the surroundings.
     """
     alike, flat = _alike(light)
     ratio = np.clip(_log_ratio(light.small, light.empty_small), -1, 1)
@@ -264,20 +203,15 @@ def _tone_curve(before: FloatArray, now: FloatArray) -> Float32Array:
     low, high = np.linspace(1, x[0], 8), np.linspace(x[-1], 255, 8)
     xs = np.r_[0.0, low[:-1], x, high[1:]]
     ys = np.r_[0.0, y[0] * (low[:-1] / x[0]) ** power, y, y[-1] * (high[1:] / x[-1]) ** power]
-    curve: Float32Array = np.interp(np.arange(256), xs, ys).astype(np.float32)
-    return curve
+    return np.interp(np.arange(256), xs, ys).astype(np.float32)
 
 
 def _log_ratio(now: Float32Array, before: Float32Array) -> Float32Array:
-    ratio: Float32Array = np.log((now + 1) / (before + 1))
-    return ratio
+    return np.asarray(np.log((now + 1) / (before + 1)))
 
 
 def _robust_plane(log_gain: Float32Array, shape: tuple[int, ...]) -> Float32Array:
-    """Plane (h, w) through the logarithmic gains of every sixth row and column.
-
-    By iteratively reweighted least squares.
-    """
+    """Plane (h, w) through the log gains of every sixth pixel, by reweighted least squares."""
     rows, columns, a, products = _plane_basis(*shape)
     z = log_gain.astype(np.float64).ravel()
     x = np.array([np.median(z), 0.0, 0.0])
@@ -311,10 +245,7 @@ def _spread(difference: Float32Array) -> float:
 def _aligned(
     picture: ImageArray, empty: ImageArray, background: BoolArray
 ) -> tuple[ImageArray, float]:
-    """The empty scene with the shift and the blur of the picture, and the blur, pixels.
-
-    Both are estimated on the background.
-    """
+    """The empty scene with the picture's shift and blur, by the background; the blur, pixels."""
     dx, dy = shift_of(picture, empty, background)
     if _LEAST_SHIFT < np.hypot(dx, dy) < _LARGEST_SHIFT:
         moved = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
@@ -336,7 +267,7 @@ def _aligned(
 
 
 def _slopes(image: ImageArray, background: BoolArray) -> Float32Array:
-    """Horizontal slopes (n,) of the background's pixels in every third row, grey levels.
+    """Horizontal slopes (n,) of the background in every third row, grey levels.
 
     Their correlation with the empty scene's own tells the blur: noise does not change it.
     """

@@ -1,9 +1,4 @@
-"""Which step took a cloud's points on the way from the images, and what to do about it.
-
-The counts are those of the depth chain; nothing is measured again.
-"""
-
-from __future__ import annotations
+"""Which step took a cloud's points on the way from the images, by the depth chain's counts."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -19,17 +14,10 @@ from stereotrack_core.depth.volume import settled
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 
-LEAST_POINTS = 150
-"""Points of a cloud without which no pose can be told."""
-
-_FAR, _NEAR = 25.0, 0.2
-"""Metres from the camera beyond which points are nobody's, but millimetres or another unit."""
-
-_Seen: TypeAlias = Sequence[tuple[View, PointCounts]]
-"""Views, and what was left of their measurements after each step."""
-
+LEAST_POINTS = 150  # points of a cloud without which no pose can be told
+_FAR, _NEAR = 25.0, 0.2  # metres from the camera beyond which the unit is wrong
+_Seen: TypeAlias = Sequence[tuple[View, PointCounts]]  # views, and their counts after each step
 _STEPS = ("measured", "person", "taken", "inside", "kept")
-
 _LOOK = "Inspect a cloud with `stereotrack cloud`."
 
 
@@ -38,8 +26,7 @@ class Cause:
     """Why views gave too few points, or what they gave was not tracked."""
 
     views: tuple[str, ...]
-    what: str
-    """A clause."""
+    what: str  # a clause
     remedy: str
 
     def sentence(self) -> str:
@@ -73,16 +60,17 @@ class LostPoints:
         return {view: _median(told) for view, told in self._counts.items()}
 
     def causes(self, untracked_because: str) -> tuple[Cause, ...]:
-        """What took the points, the views with the same cause together.
-
-        `untracked_because` is the reason, a clause, where none were taken.
-        """
+        """What took the points; `untracked_because`, a clause, if nothing did."""
         self._reason = untracked_because
         found: dict[str, list[tuple[View, PointCounts]]] = {}
         for view, counts in self.counts.items():
             step = self._step_that_took(counts, len(self._counts))
             found.setdefault(step, []).append((self.recording.view(view), counts))
-        absent = [self._absent(view) for view in self._problems if view not in self._counts]
+        absent = [
+            Cause((view,), told.most_common(1)[0][0].rstrip("."), "See `stereotrack info --deep`.")
+            for view, told in self._problems.items()
+            if view not in self._counts
+        ]
         return (*(self._cause(step, seen) for step, seen in found.items()), *absent)
 
     def _step_that_took(self, counts: PointCounts, views: int) -> str:
@@ -93,10 +81,6 @@ class LostPoints:
             if getattr(counts, step) < (pixels if step in ("measured", "person") else least):
                 return step
         return ""
-
-    def _absent(self, view: str) -> Cause:
-        problem, _ = self._problems[view].most_common(1)[0]
-        return Cause((view,), problem.rstrip("."), "See `stereotrack info --deep`.")
 
     def _cause(self, step: str, seen: _Seen) -> Cause:
         total = {name: sum(getattr(counts, name) for _, counts in seen) for name in _STEPS}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
@@ -84,11 +84,11 @@ def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Regi
 
 
 def changed_bands(light: Light, whole: Region, margin: int) -> tuple[Region, ...]:
-    """Cover all that differs from the empty scene with bands of rows, `margin` pixels wider.
+    """Bands of rows, `margin` pixels wider, around all that differs from the empty scene.
 
-    Patches of change that are farther than two margins apart have bands of their own, which may
-    overlap. Bands are narrower than the box around a patch. There is none if nothing differs; the
-    whole image if nearly everything does: then the comparison proves nothing.
+    Patches farther than two margins apart have bands of their own, which may overlap and are
+    narrower than the box around a patch. The whole image if nearly everything differs, which proves
+    nothing.
     """
     changed = np.abs(light.small - light.empty_small) > max(_CHANGE, _NOISES * light.noise)
     if changed.mean() > _LARGEST_SHARE:
@@ -101,8 +101,13 @@ def changed_bands(light: Light, whole: Region, margin: int) -> tuple[Region, ...
         patch = changed & (patches == number)
         if np.count_nonzero(patch) > _SPECK:
             bands += _bands_of(patch, margin)
-    inside = (band & whole for band in bands)
-    return tuple(band for band in inside if not band.is_empty)
+    return within(bands, whole)
+
+
+def within(regions: Iterable[Region], whole: Region) -> tuple[Region, ...]:
+    """The parts of regions in another, without empty ones."""
+    inside = (region & whole for region in regions)
+    return tuple(region for region in inside if not region.is_empty)
 
 
 def _bands_of(patch: BoolArray, margin: int) -> Iterator[Region]:
@@ -120,13 +125,9 @@ def _bands_of(patch: BoolArray, margin: int) -> Iterator[Region]:
 
 DisparityArray: TypeAlias = NDArray[np.int16]
 
-STEPS = 16
-"""Disparities are whole numbers of sixteenths of a pixel until they become points."""
-
+STEPS = 16  # disparities are whole numbers of sixteenths of a pixel until they become points
 _PREFILTER_CAP = 31
-
-_TEXTURE = 10
-"""Least sum over the prefiltered pixels of a window; less is noise."""
+_TEXTURE = 10  # least sum over the prefiltered pixels of a window; less is noise
 
 # StereoBM takes its parabola's vertex in 1/256 px and adds 15 before it drops the last four
 # bits: it rounds up. 7.5/256 px is what that adds on average, 8 mm at 3.6 m.
@@ -147,15 +148,12 @@ class DisparityRange:
 
 
 class Matcher:
-    """StereoBM or StereoSGBM for one view; not to be used by two threads at once.
-
-    Its disparities are by `bias` pixels too large on average.
-    """
+    """StereoBM or StereoSGBM, for one thread; disparities are `bias` pixels too large."""
 
     def __init__(self, parameters: DepthParameters, disparities: DisparityRange) -> None:
         self.disparities = disparities
         self.bias = _BLOCK_MATCHER_ROUNDS_UP if parameters.matcher == "bm" else 0.0
-        self._half_window = _odd(parameters.match_window) // 2
+        self._half_window = parameters.match_window // 2
         self._edges_first = parameters.edge_images and parameters.matcher == "sgbm"
         make = _block_matcher if parameters.matcher == "bm" else _semi_global_matcher
         self._matcher = make(parameters, disparities)
@@ -163,11 +161,11 @@ class Matcher:
     def __call__(
         self, left: ImageArray, right: ImageArray, region: Region | None = None
     ) -> DisparityArray:
-        """Disparities (h, w), sixteenths of a pixel, of a region of the right image or all of it.
+        """Disparities (h, w), sixteenths of a pixel, of a region of the right image (H, W) or all
+        of it.
 
-        The rectified left image (H, W) shows at column u + d what the right one shows at u. OpenCV
-        refers to the left image; seen in a mirror, the right image is a left one.
-        ``disparities.invalid`` where there is none.
+        Left shows at column u + d what right shows at u. OpenCV refers to the left image: seen in a
+        mirror, the right image is a left one. ``disparities.invalid`` where there is none.
         """
         height, width = right.shape
         region = region or Region.whole(width, height)
@@ -187,8 +185,8 @@ class Matcher:
     def _needed(self, region: Region, width: int, height: int) -> Region:
         """What the matcher has to see of both images; beyond the right border if need be.
 
-        OpenCV leaves out the pixels from which the largest disparity would lead out of the
-        image, so that these columns have to be there even where they show nothing.
+        OpenCV leaves out pixels from which the largest disparity would lead out of the image, so
+        that these columns have to be there even where they show nothing.
         """
         reach = self.disparities.minimum + self.disparities.count
         grown = region.grown(self._half_window + 1)
@@ -228,12 +226,8 @@ def edge_image(image: ImageArray) -> ImageArray:
     )
 
 
-def _odd(window: int) -> int:
-    return window | 1
-
-
 def _block_matcher(p: DepthParameters, disparities: DisparityRange) -> cv2.StereoBM:
-    matcher = cv2.StereoBM.create(disparities.count, _odd(p.match_window))
+    matcher = cv2.StereoBM.create(disparities.count, p.match_window | 1)
     matcher.setMinDisparity(disparities.minimum)
     # XSOBEL is 1, NORMALIZED_RESPONSE 0; their names differ between versions of OpenCV.
     matcher.setPreFilterType(1 if p.edge_images else 0)
@@ -246,7 +240,7 @@ def _block_matcher(p: DepthParameters, disparities: DisparityRange) -> cv2.Stere
 
 def _semi_global_matcher(p: DepthParameters, disparities: DisparityRange) -> cv2.StereoSGBM:
     # Large windows blur what the smoothness term keeps sharp: half of the block matcher's.
-    window = _odd(p.match_window // 2)
+    window = p.match_window // 2 | 1
     return cv2.StereoSGBM.create(
         minDisparity=disparities.minimum,
         numDisparities=disparities.count,

@@ -1,7 +1,5 @@
 """The person's outline: where a picture differs from the empty scene in the same light."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2
@@ -12,36 +10,18 @@ from stereotrack_core.depth.light import EmptyScene, Relit, light_of, relit
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.sources import StereoFrame
 
-_HALO_CONTRAST = 6
-"""Grey levels by which a pixel that shows the person differs from the background image: above the
-noise of both."""
+_HALO_CONTRAST = 6  # grey levels by which a person differs from the background image
 
-
-_NEAR = 7
-"""Neighbourhood whose strongest difference says what half of a difference is."""
-
-_SHARE, _LEAST = 0.4, 10.0
-"""Share of the strongest difference nearby, and least grey levels, of a pixel that is new."""
-
-_AROUND = (31, 31)
-"""Neighbourhood, pixels, over which the pictures of a pair are brought to one brightness."""
-
-_WINDOW = (5, 5)
-"""Neighbourhood, pixels, in which structure is compared."""
-
-_SAME = 4.0
-"""Grey levels by which both pictures of a pair may show the same place differently."""
-
-_NOISES = 4.0
-"""Standard deviations of the measured noise that a pixel must differ by, at least."""
-
-_INSIDE = 9
-"""Side, pixels, of the neighbourhood that is surely inside, or surely beside the person."""
-
+_NEAR = 7  # neighbourhood whose strongest difference says what half of a difference is
+_SHARE, _LEAST = 0.4, 10.0  # share of the strongest difference nearby, and grey levels, if new
+_AROUND = (31, 31)  # pixels over which the pictures of a pair are brought to one brightness
+_WINDOW = (5, 5)  # neighbourhood, pixels, in which structure is compared
+_SAME = 4.0  # grey levels by which both pictures of a pair may show the same place differently
+_NOISES = 4.0  # standard deviations of the measured noise that a pixel must differ by, at least
+_INSIDE = 9  # side, pixels, of the neighbourhood that is surely inside, or surely beside the person
 _CLOSED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 _OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
-_SMALL_HOLE = 60
-"""Pixels of a hole that is taken for a place where the person looks like the wall."""
+_SMALL_HOLE = 60  # pixels of a hole that is taken for a place where the person looks like the wall
 
 
 def difference_of(picture: ImageArray, empty: ImageArray) -> ImageArray:
@@ -58,12 +38,12 @@ def sharp_outline(
 ) -> BoolArray:
     """Where a picture is not the empty scene's (H, W), with edges at half their height.
 
-    `difference` is :func:`difference_of` both. A fixed threshold would put the edge of a strong
-    one a pixel or two too far outside, because lenses blur. Where stereo sees something well
-    inside its own edge, that counts too: `foreground` is what the disparities say; block matching
-    widens it by up to half its window.
-    Looking farther for the strongest difference in blurred pictures was tried: arms join with what
-    is beside them, and 24 % of them were lost instead of 1 % (mesh-P4, `fast`, blur of 2 px).
+    `difference` is :func:`difference_of` both. Lenses blur: with a fixed threshold strong edges
+    would lie a pixel or two too far outside. `foreground`, by disparities, counts well inside its
+    edge, as block matching widens it by up to half its window.
+
+    A strongest difference looked for farther away in blurred pictures was tried: arms join with
+    what is beside them, and 24 % of them were lost instead of 1 % (mesh-P4, `fast`, blur of 2 px).
     """
     least = max(_LEAST, _NOISES * noise)
     near, inside = (np.ones((side, side), np.uint8) for side in (_NEAR, _INSIDE))
@@ -79,17 +59,13 @@ def sharp_outline(
     return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
 
 
+# Grey levels of noise in the difference to the empty scene from which most of a picture has
+# changed: a dark room has 4 after the blur.
 _UNLIKE = 8.0
-"""Grey levels of noise, measured in the difference to the empty scene, from which most of a picture
-has changed: that of a dark room is 4 after the blur."""
 
 
 def outline_without_depth(picture: ImageArray, scene: EmptyScene) -> BoolArray | None:
-    """Where a picture (H, W) is not the empty scene's, in whatever light.
-
-    None where most of it has changed. Disparities do not say here what surely shows the empty
-    scene. So a first outline is taken out before a shift and a blur are estimated.
-    """
+    """Where a picture (H, W) is not the empty scene's, in any light; None if most has changed."""
     light, nothing = light_of(picture, scene), np.zeros(picture.shape, dtype=bool)
     empty = relit(picture, scene, light, ~nothing)
     first = sharp_outline(difference_of(picture, empty.picture), nothing, empty.noise)
@@ -104,21 +80,10 @@ def seen_at(frame: StereoFrame, disparity: Float32Array, region: Region) -> Bool
 
     A shadow, a reflection or a lamp changes grey values, and not where a surface is. The matcher
     alone does not tell: its window gives a thin limb the disparity of the pattern beside it. After
-    Ivanov, Bobick and Liu (doi:10.1023/A:1008107805263), who warp one picture into the other by
-    the disparities of the empty scene.
+    Ivanov, Bobick and Liu (doi:10.1023/A:1008107805263), who warp one picture into the other.
     """
-    columns, rows = (
-        g.astype(np.float32)
-        for g in np.meshgrid(
-            np.arange(region.left, region.right), np.arange(region.top, region.bottom)
-        )
-    )
-    border = cv2.BORDER_REPLICATE
-    there = cv2.remap(
-        frame.left, columns + disparity, rows, cv2.INTER_LINEAR, borderMode=border
-    ).astype(np.uint8, copy=False)
-    # the cameras of a pair, and their lenses, differ in brightness
-    apart = _apart_but_for_gain(frame.picture[region.slices], there, _AROUND)
+    there, here = frame.left_at(disparity, region), frame.picture[region.slices]
+    apart = _apart_but_for_gain(here, there, _AROUND)  # cameras and lenses differ in brightness
     noise = 1.4826 * float(np.median(apart[::3, ::3]))
     return np.asarray(apart < max(_SAME, _NOISES * noise))
 
@@ -145,8 +110,7 @@ def _apart_but_for_gain(
     """Mean difference (h, w) around each pixel after the gain between two neighbourhoods."""
     a, b = (cv2.blur(image, (3, 3)).astype(np.float32) for image in (one, other))
     gain = (cv2.blur(a, neighbourhood) + 1) / (cv2.blur(b, neighbourhood) + 1)
-    apart: Float32Array = cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False)
-    return apart
+    return np.asarray(cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,20 +119,13 @@ class Compared:
 
     picture: ImageArray
     before: ImageArray
-    difference: ImageArray
-    """:func:`difference_of` both."""
+    difference: ImageArray  # :func:`difference_of` both
     empty: Relit
-    window: int
-    """Pixels. Side of the matcher's window."""
-    behind: BoolArray
-    """(h, w). Pixels whose disparities say that they show the empty scene, in whatever light."""
+    window: int  # Pixels. Side of the matcher's window.
+    behind: BoolArray  # (h, w). At the empty scene's disparity, in whatever light
 
     def changed(self) -> BoolArray:
-        """Where the picture differs from the empty scene.
-
-        Gaps inside, where the person happens to look like the wall, are closed over the
-        width of the matcher's window.
-        """
+        """Where the picture differs, with gaps closed over the matcher's window."""
         difference = cv2.absdiff(
             cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.before, (5, 5), 0)
         )

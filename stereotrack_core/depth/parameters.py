@@ -1,7 +1,5 @@
 """What can be tuned on the way from images to the cloud."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stereotrack_core.geometry.upright import UP_AXES, Upright
@@ -107,10 +105,7 @@ class DepthParameters(ParameterGroup):
         "image or a mask."
     )
     halo_trim: str = parameter(
-        "silhouette",
-        _BACKGROUND,
-        choices=("none", "picture", "silhouette"),
-        thesis="none",
+        "silhouette", _BACKGROUND, choices=("none", "picture", "silhouette"), thesis="none"
     )(
         "Remove the border that block matching adds around the person: never; where the image "
         "looks like the background image; or outside the sharp silhouette. Points there remain "

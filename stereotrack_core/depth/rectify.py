@@ -1,7 +1,5 @@
 """Rectification: a raw stereo pair becomes one with parallel axes and common rows (2.1.3)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2
@@ -24,9 +22,8 @@ _SMALLEST_SCALE, _LARGEST_SCALE = 1.25, 2.0  # less only blurs, more shows nothi
 class PixelMap:
     """From where in the raw image each pixel of the rectified one is taken.
 
-    `positions` (H, W, 2) and `fractions` (H, W) are the fixed-point form of ``cv2.convertMaps``,
-    which resolves 1/32 px and remaps quickest; `nearest` (H, W, 2) is the nearest raw pixel,
-    `outside` (H, W) where the raw image shows nothing.
+    `positions` (H, W, 2) and `fractions` (H, W) are the fixed-point form of ``cv2.convertMaps``, to
+    1/32 px; `nearest` (H, W, 2) is the nearest raw pixel, `outside` (H, W) where there is none.
     """
 
     positions: NDArray[np.int16]
@@ -35,10 +32,7 @@ class PixelMap:
     outside: BoolArray
 
     def apply(self, image: ImageArray) -> ImageArray:
-        """Resample a raw image; black where the raw image ends.
-
-        Bilinearly, or bicubically where it is enlarged: matching suffers from the blur otherwise.
-        """
+        """Resample, bicubically if it is enlarged, as blur harms matching; black beyond."""
         enlarged = self.outside.size > image.shape[0] * image.shape[1]
         method = cv2.INTER_CUBIC if enlarged else cv2.INTER_LINEAR
         resampled = cv2.remap(image, self.positions, self.fractions, method)
@@ -55,10 +49,7 @@ class PixelMap:
 
 @dataclass(frozen=True, eq=False)
 class Rectification:
-    """How a view's images become rectified ones; a map is None where nothing changes.
-
-    The geometry is that of the rectified right image.
-    """
+    """How a view's images become rectified ones; a map is None where nothing changes."""
 
     geometry: DepthGeometry
     left_map: PixelMap | None
@@ -75,11 +66,11 @@ def stereo_rectification(
     """Rectify a stereo camera from its calibration, with the right image as reference.
 
     The rectified x axis is the base line, the z axis lies as near as it can to both optical axes.
-    Each image keeps its own principal point, chosen so that the image's centre stays where it is;
-    the difference of the two becomes ``disparity_offset``. Pictures of clearly wider lenses are
-    enlarged to `least_focal` pixels, at most to twice their size. Raises InputError, which names
-    the view `where`, for left and right exchanged, one above the other, without a base line, axes
-    that diverge, or images of different size.
+    Each image keeps its own principal point, so that its centre stays; the difference of the two is
+    ``disparity_offset``. Pictures of clearly wider lenses are enlarged to `least_focal` pixels, at
+    most to twice their size.
+
+    Raises InputError, which names the view `where`, for cameras that are no stereo pair.
     """
     _check_pair(left, right, where)
     rectified_from_world = common_rotation(left, right)
@@ -125,47 +116,35 @@ def depth_rectification(camera: Camera) -> Rectification:
 
 
 def _check_pair(left: Camera, right: Camera, where: str) -> None:
+    def refused(what: str, remedy: str) -> InputError:
+        return InputError(what, where=where, remedy=remedy)
+
+    names = f"{left.name} and {right.name}"
     if (left.width, left.height) != (right.width, right.height):
-        raise InputError(
+        raise refused(
             f"left and right image differ in size ({left.width} x {left.height} and"
             f" {right.width} x {right.height})",
-            where=where,
-            remedy="A stereo view needs two images of the same size.",
+            "A stereo view needs two images of the same size.",
         )
     to_left = right.camera_from_world.apply(left.position_world)
     length = float(np.linalg.norm(to_left))
     if not length > _SMALLEST_BASELINE:
-        raise InputError(
-            f"{left.name} and {right.name} have the same position",
-            where=where,
-            remedy="Give each camera of the stereo view its own translation.",
-        )
+        remedy = "Give each camera of the stereo view its own translation."
+        raise refused(f"{names} have the same position", remedy)
     across, along_y, along_z = np.abs(to_left) / length
     if along_y > across:
-        raise InputError(
-            f"{left.name} and {right.name} are mounted one above the other",
-            where=where,
-            remedy="Stereo cameras must be mounted side by side, along the rows of their images.",
-        )
+        remedy = "Stereo cameras must be mounted side by side, along the rows of their images."
+        raise refused(f"{names} are mounted one above the other", remedy)
     if along_z > across:
-        raise InputError(
-            f"{left.name} and {right.name} are mounted one behind the other",
-            where=where,
-            remedy="Check rotation and translation of both cameras.",
-        )
+        remedy = "Check rotation and translation of both cameras."
+        raise refused(f"{names} are mounted one behind the other", remedy)
     if to_left[0] > 0:
-        raise InputError(
-            f"{left.name} is to the right of {right.name}",
-            where=where,
-            remedy="Swap left and right in this view.",
-        )
+        what = f"{left.name} is to the right of {right.name}"
+        raise refused(what, "Swap left and right in this view.")
     axes = [camera.camera_from_world.rotation[2] for camera in (left, right)]
     if np.arccos(np.clip(axes[0] @ axes[1], -1.0, 1.0)) > _LARGEST_CONVERGENCE:
-        raise InputError(
-            f"{left.name} and {right.name} look in different directions",
-            where=where,
-            remedy="Check the rotation of both cameras.",
-        )
+        remedy = "Check the rotation of both cameras."
+        raise refused(f"{names} look in different directions", remedy)
 
 
 def common_rotation(left: Camera, right: Camera) -> FloatArray:

@@ -11,11 +11,7 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
-from stereotrack_core.depth.background import (
-    BackgroundModel,
-    empty_scene_model,
-    percentile_model,
-)
+from stereotrack_core.depth.background import BackgroundModel, empty_scene_model, percentile_model
 from stereotrack_core.depth.chain import rectification_of, source_of
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
@@ -26,19 +22,10 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import ViewImages
 
-_FRAMES = 10
-"""Frames, spread over the recording, in which the person is looked for."""
-
-_COLUMNS = 320
-"""Width that images are reduced to, so that a wide range of disparities costs little."""
-
-_NEARER = 1.0
-"""Pixels of disparity, in the reduced images, from which something stands in front of what is there
-at other times."""
-
-_USUAL = 20.0
-"""Percentile of a pixel's disparities that is taken for what is there at other times."""
-
+_FRAMES = 10  # frames, spread over the recording, in which the person is looked for
+_COLUMNS = 320  # width that images are reduced to, so that a wide range of disparities costs little
+_NEARER = 1.0  # pixels of disparity, reduced images, in front of what is usually there
+_USUAL = 20.0  # percentile of a pixel's disparities that is taken for what is there at other times
 _OPENED = np.ones((3, 3), np.uint8)
 _ANYWHERE = Volume(np.full(3, -np.inf), np.full(3, np.inf))
 
@@ -141,10 +128,7 @@ class _ReducedView:
         return cv2.resize(cut, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
     def person(self) -> list[FloatArray]:
-        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually.
-
-        Frame by frame.
-        """
+        """Points (N, 3), world, metres, by frame, of a mask or of what is nearer than usually."""
         found: list[FloatArray] = []
         if not self._seen:
             return found

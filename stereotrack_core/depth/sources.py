@@ -1,8 +1,6 @@
 """Where a view's disparities come from: a stereo pair, or a measured depth image."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -14,26 +12,23 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.coarse import CoarseToFine, matcher_of
-from stereotrack_core.depth.light import sensor_noise
+from stereotrack_core.depth.light import sensor_noise, shift_of
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
-from stereotrack_core.depth.rows import row_offset
 from stereotrack_core.depth.subpixel import refined_disparity
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 
 _DARK_BELOW = 16  # of 255
 _BRIGHT = 0.01  # share of an image that reaches it unless it is dark
+# Grey levels of noise from which a pair is filtered before matching: below, fine texture is worth
+# more. With 5 levels block matching finds half of the person's points, with 12 a tenth; filtered,
+# nearly all.
 _NOISY = 3.0
-"""Grey levels of noise from which a pair is filtered before it is matched: below, fine texture is
-worth more. With noise of 5 levels the block matcher finds half of the person's points, of 12 a
-tenth; filtered, nearly all."""
-
+# Standard deviation, pixels, for noisy pairs. With 1.5 and noise of 12 levels arms were off by 13
+# and 12 degrees, with 1 by 7 and 7 (mesh-P4).
 NOISE_FILTER = 1.0
-"""Pixels. Standard deviation of the filter of noisy pairs. With 1.5 and noise of 12 levels, arms
-were off by 13 and 12 degrees, with 1 by 7 and 7 (mesh-P4)."""
-
 NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
 _NOMINAL_BASELINE = 0.12  # metres; makes inverse depth comparable with a stereo disparity
 
@@ -72,8 +67,7 @@ class StereoFrame:
     outside: BoolArray | None
     matcher: Matcher | CoarseToFine
     window: int
-    noise: float
-    """Grey levels. Standard deviation of the noise, where it was measured."""
+    noise: float  # Grey levels. Standard deviation of the noise, where it was measured.
 
     @property
     def noisy(self) -> bool:
@@ -90,6 +84,13 @@ class StereoFrame:
         if self.outside is not None:
             disparity[self.outside[region.slices]] = np.nan
         return disparity
+
+    def left_at(self, disparity: Float32Array, region: Region) -> ImageArray:
+        """What the left picture (h, w) shows at disparities (h, w) of a region."""
+        rows, columns = np.mgrid[region.slices].astype(np.float32)
+        border = cv2.BORDER_REPLICATE
+        there = cv2.remap(self.left, columns + disparity, rows, cv2.INTER_LINEAR, borderMode=border)
+        return there.astype(np.uint8, copy=False)
 
     def align(
         self, disparity: Float32Array, person: BoolArray, pixels: IntArray, region: Region
@@ -219,9 +220,9 @@ def _windows_outside(rectification: Rectification, window: int) -> BoolArray | N
 def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRange:
     """Disparities to look for, in pixels of the rectified pair.
 
-    The parameters speak of parallaxes; a pair with different principal points shows them
-    shifted by ``disparity_offset``. The far end is never cut by the volume: a wall whose own
-    disparity is left out would be matched with a wrong, nearer one.
+    The parameters state parallaxes; a pair with different principal points shows them shifted by
+    ``disparity_offset``. The volume never cuts the far end: a wall whose own disparity is left out
+    would be matched with a wrong, nearer one.
     """
     lowest = float(p.disparity_minimum)
     highest = lowest + p.disparity_count - 1
@@ -260,3 +261,31 @@ def refuse_dark(image: ImageArray, name: str) -> None:
     few = image[4::8, 4::8]
     if np.count_nonzero(few >= _DARK_BELOW) < _BRIGHT * few.size:
         raise NoDepth(f"the {name} is dark")
+
+
+_STEPS = 3  # steps of least squares; each finds two thirds of what is left
+# Rows that are worth a resampling (sound pairs have up to 0.02), and beyond which blocks are no
+# longer matched.
+_LEAST, _MOST = 0.2, 2.5
+_FEW = 0.2  # share of the image that has to be matched
+_AROUND = (31, 31)  # neighbourhood, pixels, over which both pictures are brought to one brightness
+
+
+def row_offset(opened: Callable[[float], StereoFrame]) -> float:
+    """Pixels, in tenths, that left images lie too low; `opened`: the pair with them moved up."""
+    offset = 0.0
+    for _ in range(_STEPS):
+        frame = opened(offset)
+        height, width = frame.picture.shape
+        disparity = frame.disparity(Region.whole(width, height))
+        matched = np.isfinite(disparity)
+        if np.mean(matched) < _FEW:
+            return 0.0
+        there = frame.left_at(np.where(matched, disparity, 0), Region.whole(width, height))
+        a, b = (cv2.blur(one.astype(np.float32), _AROUND) for one in (frame.picture, there))
+        even = np.asarray(np.clip(there * ((a + 1) / (b + 1)), 0, 255), dtype=np.uint8)
+        step = shift_of(even, frame.picture, matched)[1]
+        offset += step
+        if abs(step) < _LEAST / 4:
+            break
+    return round(offset, 1) if _LEAST < abs(offset) < _MOST else 0.0

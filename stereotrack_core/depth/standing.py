@@ -1,7 +1,5 @@
 """A person who stands still while the background is learned, told from the scene."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 
 import cv2
@@ -11,34 +9,17 @@ from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.points import Volume
 
-_MOVES = 0.1
-"""Share of the frames in which what moves stands in front of the learned background."""
-
-_JUMP = 0.06
-"""Metres between neighbouring pixels at which a surface ends."""
-
-_AREA = (0.03, 1.6)
-"""Square metres of a person that a camera sees, without what moves."""
-
-_LARGEST = 2.3
-"""Metres that a person measures at most, in any direction."""
-
+_MOVES = 0.1  # share of the frames in which what moves stands in front of the learned background
+_JUMP = 0.06  # metres between neighbouring pixels at which a surface ends
+_AREA = (0.03, 1.6)  # square metres of a person that a camera sees, without what moves
+_LARGEST = 2.3  # metres that a person measures at most, in any direction
 _MOST_PLANES, _TRIES, _SAMPLED = 6, 300, 1500
-_THICKNESS, _PLANE = 0.08, 2.0
-"""Metres of noise around floor and walls, and their least area, in square metres."""
-
+_THICKNESS, _PLANE = 0.08, 2.0  # metres of noise around floor and walls, their least area in m^2
 _OPENED, _TOUCHING = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
-_NEAR = 0.35
-"""Metres of range between a trunk and the limbs that move in front of it or beside it."""
-
-_LEAST_TOUCHING = 12
-"""Pixels."""
-
-_MOVED = 0.01
-"""Square metres of what moves without which nothing does: a hand has as much, noise has less."""
-
-_TALL, _LARGE = 0.5, 0.1
-"""Metres of height, and square metres, that are seen of a person who does not move at all."""
+_NEAR = 0.35  # metres of range between a trunk and the limbs that move in front of it or beside it
+_LEAST_TOUCHING = 12  # pixels
+_MOVED = 0.01  # square metres without which nothing moves: a hand has as much, noise less
+_TALL, _LARGE = 0.5, 0.1  # least height, m, and area, m^2, of a person who does not move at all
 
 
 def standing_person(
@@ -54,15 +35,9 @@ def standing_person(
     moves in front of the background or beside it. A wall or a floor is larger, furniture is not
     touched as a rule.
 
-    Parameters
-    ----------
-    learned : array (H, W)
-        Ranges of the learned background, metres, NaN where it is not known.
-    in_front : sequence of array (H, W)
-        Foreground of the frames that it was learned from.
-    ranges : callable
-        Gives, frame by frame, the ranges (N,) in front of some pixels (H, W), metres, else NaN:
-        those of whole images would take gigabytes.
+    `learned` (H, W) are ranges, metres, NaN where unknown; `in_front` (H, W) is the foreground of
+    each frame. `ranges` gives, frame by frame, the ranges (N,) in front of some pixels, else NaN:
+    those of whole images would take gigabytes.
     """
     standing = np.zeros(learned.shape, dtype=bool)
     moving = _share(in_front) >= _MOVES
@@ -111,8 +86,8 @@ def still_person(
 ) -> BoolArray:
     """Pixels (H, W) of the tallest surface of a person's size; for recordings without motion.
 
-    `learned` (H, W) are ranges, metres, `up` (3,) is a unit vector of the world. No such surface
-    gives no pixels. A wardrobe is larger and a chair is lower, but a plant may be taken.
+    `learned` (H, W) are ranges, metres, `up` (3,) a unit vector of the world. A wardrobe is larger
+    and a chair is lower, but a plant may be taken.
     """
     learned = np.where(_inside(geometry, volume, learned), learned, np.float32(np.nan))
     surfaces = (_surfaces(learned) & ~_planes(geometry, learned)).astype(np.uint8)
@@ -162,11 +137,7 @@ def _surfaces(learned: Float32Array) -> BoolArray:
 
 
 def _planes(geometry: DepthGeometry, learned: Float32Array) -> BoolArray:
-    """Pixels (H, W) of floor and walls: planes of more than a person's area.
-
-    Found one after the other as the plane through three of the points that explains most: random
-    sample consensus (Fischler and Bolles, doi:10.1145/358669.358692).
-    """
+    """Pixels (H, W) of floor and walls by random sample consensus (doi:10.1145/358669.358692)."""
     v, u = np.nonzero(np.isfinite(learned))
     points = geometry.points(u, v, learned[v, u].astype(np.float64))
     area = np.square(learned[v, u].astype(np.float64) / geometry.focal)

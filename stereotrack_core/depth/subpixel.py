@@ -1,12 +1,9 @@
 """Disparities to a small part of a pixel, by least squares on the grey values themselves.
 
-A block matcher takes the vertex of a parabola through sums of absolute differences, which is
-drawn to whole pixels, and its window takes in whatever lies beside a thin limb. Around each pixel
-the two pictures are aligned once more, with the person's own pixels only: Lucas and Kanade's
-method with gain and offset (doi:10.1023/B:VISI.0000011205.11775.fd).
+A block matcher's parabola is drawn to whole pixels, and its window takes in what lies beside a thin
+limb. Here both pictures are aligned around each pixel, with the person's own pixels only: Lucas and
+Kanade's method with gain and offset (doi:10.1023/B:VISI.0000011205.11775.fd).
 """
-
-from __future__ import annotations
 
 import math
 from typing import Any
@@ -17,20 +14,11 @@ from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from stereotrack_core.compiled import compiled
 
 _ITERATIONS = 6
-_ENOUGH = 0.02
-"""Pixels; a smaller step ends the iteration."""
-
-_FARTHEST = 1.0
-"""Pixels from the matcher's disparity beyond which the alignment has found something else."""
-
-_GREY = 15.0
-"""Grey levels of a difference that loses half of its weight."""
-
-_LEAST_WEIGHT = 6.0
-"""Sum of weights below which too little of the person is around a pixel."""
-
-_GAIN_SIGMA = 0.1
-"""Spread of the gain between two cameras of a pair, against grey levels' noise of one."""
+_ENOUGH = 0.02  # pixels; a smaller step ends the iteration
+_FARTHEST = 1.0  # pixels from the matcher's disparity; beyond, something else was found
+_GREY = 15.0  # grey levels of a difference that loses half of its weight
+_LEAST_WEIGHT = 6.0  # sum of weights below which too little of the person is around a pixel
+_GAIN_SIGMA = 0.1  # spread of the gain in a pair, against grey levels' noise of one
 
 
 def refined_disparity(
@@ -41,25 +29,11 @@ def refined_disparity(
     disparity: FloatArray,
     window: int,
 ) -> FloatArray:
-    """Align both pictures around some pixels of the right one.
+    """Align both rectified pictures (H, W) around some pixels (N, 2) of the right one.
 
-    Parameters
-    ----------
-    left, right : (H, W) uint8, rectified
-        The left one shows at column u + d what the right one shows at u.
-    person : (H, W) bool
-        Pixels of the right picture that may be looked at.
-    pixels : (N, 2) int64
-        Column and row in the right picture.
-    disparity : (N,) float64, pixels
-        The matcher's.
-    window : int
-        Side of the neighbourhood, pixels (odd).
-
-    Returns
-    -------
-    (N,) float64, pixels
-        The matcher's own value, also NaN, where the pictures cannot be aligned.
+    Returns disparities (N,), pixels; the matcher's own `disparity`, also NaN, where the pictures
+    cannot be aligned. `person` (H, W) are the right picture's pixels that may be looked at,
+    `window` is the side of the neighbourhood, pixels (odd).
     """
     result = np.asarray(disparity, dtype=np.float64).copy()
     half = window // 2

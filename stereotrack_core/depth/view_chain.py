@@ -15,8 +15,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.background import ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
-from stereotrack_core.depth.light import Light
-from stereotrack_core.depth.match import STEPS, Region, region_of_points
+from stereotrack_core.depth.match import STEPS, Region, region_of_points, within
 from stereotrack_core.depth.outline import Compared
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, thinned_pixels
@@ -44,12 +43,8 @@ class Stopwatch:
         self._since = now
 
 
-_SPECKLE_RANGE = 1.0
-"""Pixels of disparity by which neighbours of one patch differ at most."""
-
-_FEW_INSIDE = 0.1
-"""Share of the points inside the working volume below which it is of interest where they are."""
-
+_SPECKLE_RANGE = 1.0  # pixels of disparity by which neighbours of one patch differ at most
+_FEW_INSIDE = 0.1  # share of points inside the volume; below, their median is stated
 _NO_STEPS = int(np.iinfo(np.int16).min)
 
 
@@ -57,9 +52,8 @@ _NO_STEPS = int(np.iinfo(np.int16).min)
 class ViewResult:
     """What one view measured at one instant.
 
-    `problem` says why `depth` is None, or what is suspicious; empty if nothing is. `points` (N, 3)
-    are in the world, metres, of `pixels` (N, 2); `counts` go as far as one view does: outliers are
-    told apart when the views are fused.
+    `problem` says why `depth` is None, or what is suspicious. `points` (N, 3) are in the world,
+    metres, of `pixels` (N, 2); `counts` are without outliers, which fusion tells.
     """
 
     depth: ViewDepth | None
@@ -88,21 +82,11 @@ def _matched(frame: OpenedFrame, bands: Sequence[Region], out_disparity: Float32
     return count
 
 
-def _noise_and_blur(frame: OpenedFrame, compared: Compared | None) -> tuple[float, float]:
-    """Grey levels and pixels, as :class:`PointCounts` states them."""
-    noise = frame.noise if isinstance(frame, StereoFrame) else 0.0
-    return noise, 0.0 if compared is None else compared.empty.blur
-
-
-LearnedFrame: TypeAlias = tuple[Float32Array, ImageArray | None]
-"""Disparity (H, W) and rectified grey picture of a view."""
+LearnedFrame: TypeAlias = tuple[Float32Array, ImageArray | None]  # disparity (H, W), grey picture
 
 
 class ViewChain:
-    """Depth, foreground and points of one view; not to be used by two threads at once.
-
-    Keeps the picture's colours, where it has any and `colour` asks for them.
-    """
+    """Depth, foreground and points of one view; not to be used by two threads at once."""
 
     def __init__(
         self,
@@ -142,7 +126,7 @@ class ViewChain:
             self.source.rows = other.source.rows
 
     def learn_frame(self, images: ViewImages) -> LearnedFrame | None:
-        """What :meth:`learn_frames` needs of a frame: raw images in colour would take gigabytes."""
+        """What :meth:`learn_frames` needs of a frame; raw images in colour would take gigabytes."""
         try:
             frame = self.source.open(images)
         except NoDepth:
@@ -177,7 +161,7 @@ class ViewChain:
         except NoDepth as reason:
             return self._without_depth(str(reason), watch)
         light = self.background.light(frame.picture)
-        bands = self._bands(light)
+        bands = within(self.background.changed_bands(light), self._volume_region)
         watch.lap("rectify")
         if self._volume_region.is_empty:
             return self._without_depth("it does not see the working volume", watch)
@@ -207,14 +191,14 @@ class ViewChain:
         points = self.source.geometry.points(pixels[:, 0], pixels[:, 1], range_z.astype(np.float64))
         inside = self._volume.contains(points)
         kept = points[inside]
-        masks = chosen, silhouette, outline
-        depth = self._view_depth(images, (whole, ranges), masks, region)
+        depth = self._view_depth(images, (whole, ranges), (chosen, silhouette, outline), region)
         watch.lap("points")
         if depth.edges is not None:  # measured in this thread, for all who ask for them later
             watch.lap("edges")
         person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
-        quality = _noise_and_blur(frame, compared)
-        counts = PointCounts(measured, person, len(pixels), len(kept), 0, middle, *quality)
+        noise = frame.noise if isinstance(frame, StereoFrame) else 0.0
+        blur = 0.0 if compared is None else compared.empty.blur
+        counts = PointCounts(measured, person, len(pixels), len(kept), 0, middle, noise, blur)
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
 
     def _with_nobody(self, images: ViewImages, watch: Stopwatch) -> ViewResult:
@@ -225,24 +209,13 @@ class ViewChain:
         counts = PointCounts(measured=int(np.count_nonzero(np.isfinite(known[0]))))
         return replace(self._without_depth("", watch), depth=depth, problem="", counts=counts)
 
-    def _bands(self, light: Light | None) -> list[Region]:
-        """Parts of the image in which the person can be."""
-        bands = self.background.changed_bands(light)
-        inside = (band & self._volume_region for band in bands)
-        return [band for band in inside if not band.is_empty]
-
     def _person(
-        self,
-        images: ViewImages,
-        disparity: Float32Array,
-        region: Region,
-        compared: Compared | None,
+        self, images: ViewImages, disparity: Float32Array, region: Region, compared: Compared | None
     ) -> tuple[BoolArray, BoolArray | None, BoolArray | None]:
-        """Foreground, silhouette and its sharp outline in a region; None where not known.
+        """Foreground, silhouette and sharp outline in a region; None where not known.
 
-        Background disparities are wrong in the silhouette: in front of a wall with a strong
-        pattern a thin limb with a weak one is given the wall's disparity, which looks like free
-        space, and is not.
+        Background disparities are wrong in the silhouette: in front of a wall with a strong pattern
+        a thin limb with a weak one is given the wall's disparity, which looks like free space.
         """
         p, background = self._p, self.background
         mask = self.source.person_mask(images) if isinstance(self.source, DepthSource) else None
@@ -282,10 +255,7 @@ class ViewChain:
         return ViewDepth(geometry, given, ranges, chosen, silhouette, outline, picture)
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
-        """Drop small patches of the foreground, in place (2.1.4).
-
-        After the background, because then only the foreground has to be searched.
-        """
+        """Drop small patches in place (2.1.4), last: only the foreground is searched."""
         left, top, width, height = cv2.boundingRect(chosen.view(np.uint8))
         if self._p.speckle_size == 0 or not width:
             return

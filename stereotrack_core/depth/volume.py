@@ -1,8 +1,7 @@
 """Where the person is: the working volume and the disparities to search, from the recording."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,36 +13,22 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.seen_person import AllPictures, SeenPerson
 from stereotrack_core.depth.sources import NEAREST_RANGE, disparity_range
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 
-_APART = np.cos(np.radians(30.0))
-"""Cosine of the angle between optical axes from which cameras stand around what they look at."""
-
+_APART = np.cos(np.radians(30.0))  # between optical axes of cameras that stand around something
 _FEW_POINTS = 100
-_MOSTLY = 0.6
-"""Share of the points inside the default volume from which that one is taken."""
-
-_MARGIN = 0.6
-"""Metres around the places where the person was seen: arms reach farther at other times."""
-
-_ARM = 0.9
-"""Metres that a person in the middle of the volume reaches towards a camera."""
-
-_USUAL_DISTANCE, _FAR = 3.0, 4.0
-"""Metres from the camera for which ``least_focal`` is stated, and from which more is asked for."""
-
-_SEEN_NEARER = 0.8
-"""Share of the least range at which the person is seen that is searched as well."""
-
+_MOSTLY = 0.6  # share of the points inside the default volume from which that one is taken
+_MARGIN = 0.6  # metres around where the person was seen, as arms reach farther later
+_ARM = 0.9  # metres that a person in the middle of the volume reaches towards a camera
+_USUAL_DISTANCE, _FAR = 3.0, 4.0  # metres for which ``least_focal`` holds; beyond, more is asked
+_SEEN_NEARER = 0.8  # share of the least range at which the person is seen that is searched as well
+# Metres that a person extends along z, and how many times as far as along the images' up axis, from
+# which it is the cameras that lie on their sides.
 _TALL, _TALLER = 1.0, 1.5
-"""Metres that a person extends along z, and how many times as far as along the axis that is up in
-the images, from which it is the cameras that lie on their sides."""
-
-_SAMPLES = 12
-"""Points along each side of the volume by which it is asked what an image shows of it."""
-
+_SAMPLES = 12  # points along each side of the volume by which it is asked what an image shows of it
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
 
 
@@ -53,14 +38,12 @@ def settled(
     """Parameters with an upward axis, a working volume and disparities that fit the recording.
 
     Up is where it is in the images (:func:`up_of_cameras`), unless the person's shape speaks
-    against that.
+    against it. The default volume, around the origin, is taken where cameras stand around it.
+    Elsewhere it is put around all places where the person is seen in some frames of reduced images,
+    as a mask or as what is nearer than at other times.
 
-    The volume's default, around the world's origin, is taken where cameras stand around it.
-    Elsewhere the person is looked for, in some frames of reduced images with depths from 0.3 m on,
-    as what a mask shows or what is nearer than at other times; the volume is put around all places
-    where that was. As many disparities are searched as the person's least range asks for. Values
-    that somebody has changed stay as they are. What is found does not depend on the frames that are
-    tracked.
+    As many disparities are searched as the person's least range asks for. Changed values stay. The
+    result does not depend on the frames that are tracked.
     """
     return _settled(recording, parameters, pictures, views)[0] if views else parameters
 
@@ -69,19 +52,13 @@ def settled(
 class WorkingSpace:
     """Where the person is looked for, and what that rests on, for people to read."""
 
-    up_axis: str
-    """Axis of the world that is taken to point up."""
+    up_axis: str  # axis of the world that is taken to point up
     low_m: tuple[float, ...]
-    high_m: tuple[float, ...]
-    """`low_m` and `high_m`: (x, y, z), world. Corners of the working volume."""
-    volume_from: str
-    """Why it is there, as words that follow a comma."""
-    disparities_px: Mapping[str, tuple[int, int]]
-    """Lowest and highest parallax searched, by stereo view."""
-    searched_m: Mapping[str, tuple[float, float]]
-    """Ranges of the highest and the lowest one, by stereo view; the second may be infinite."""
-    needed_m: Mapping[str, tuple[float, float]]
-    """From which range on to which the person is looked for, by stereo view."""
+    high_m: tuple[float, ...]  # corners of the working volume, (x, y, z), world
+    volume_from: str  # why it is there, as words that follow a comma
+    disparities_px: Mapping[str, tuple[int, int]]  # least and largest parallax, by view
+    searched_m: Mapping[str, tuple[float, float]]  # their ranges; the second may be infinite
+    needed_m: Mapping[str, tuple[float, float]]  # where the person is looked for, by view
 
     @property
     def volume(self) -> str:
@@ -121,10 +98,7 @@ def working_space(
 
 
 def _ranges_shown(volume: Volume, geometry: DepthGeometry) -> tuple[float, float] | None:
-    """Ranges between which nearly all of a volume lies that an image shows; None where none does.
-
-    The least part of it, in its nearest corner, may hold a hand now and then.
-    """
+    """Ranges of nearly all of a volume that an image shows; its corners may hold a hand."""
     axes = (
         np.linspace(low, high, _SAMPLES) for low, high in zip(volume.low, volume.high, strict=True)
     )
@@ -149,7 +123,7 @@ _NOBODY = "around the origin, as no person was found"
 def _settled(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> tuple[DepthParameters, str, Mapping[str, float]]:
-    """See :func:`settled`; what the volume rests on; the least ranges searched, by view."""
+    """See :func:`settled`; also what the volume rests on, and the least ranges by view."""
     person = SeenPerson(recording, parameters, pictures, views)
     parameters = _upright(recording, parameters, person, views)
     volume, usual = Volume.of(parameters), DepthParameters()
@@ -279,3 +253,46 @@ def _searched(
     if parameters.disparity_count != row.default or count <= row.default:
         return parameters
     return parameters.replaced(disparity_count=min(count, int(row.maximum or count)))
+
+
+_SLACK = 1.03  # by how many times a range may be missed: disparities are whole pixels
+
+
+def check_reach(space: WorkingSpace) -> Iterator[Finding]:
+    """Findings about views that do not search the ranges at which the person is looked for."""
+    for view, (near, far) in space.needed_m.items():
+        nearest, farthest = space.searched_m[view]
+        (low, high), remedies = space.disparities_px[view], []
+        if nearest > _SLACK * near:
+            needed = math.ceil(nearest * high / near) - low + 1
+            remedies.append(f"Set disparity_count to {16 * math.ceil(needed / 16)} or more.")
+        if farthest * _SLACK < far:
+            least = math.floor(farthest * low / far)
+            remedies.append(f"Set disparity_minimum to {least} or less.")
+        if remedies:
+            to = f" to {farthest:.2f} m" if math.isfinite(farthest) else " m on"
+            yield Finding(
+                "error" if nearest > far or farthest < near else "warning",
+                f"view {view}, disparities",
+                f"those of {low} to {high} px show what is {nearest:.2f}{to}, but the person is "
+                f"looked for from {near:.2f} to {far:.2f} m",
+                f"{' '.join(remedies)} Defaults are adapted to the recording; values that you "
+                "have changed are not.",
+            )
+
+
+def is_changed(parameters: DepthParameters) -> bool:
+    """Whether somebody has changed which disparities are searched."""
+    usual = DepthParameters()
+    names = ("disparity_minimum", "disparity_count")
+    return any(getattr(parameters, name) != getattr(usual, name) for name in names)
+
+
+def reach_of(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> tuple[Finding, ...]:
+    """Findings by some frames; none where no depth can be measured, which other checks tell."""
+    try:
+        return tuple(check_reach(working_space(recording, parameters, pictures, views)))
+    except InputError:
+        return ()

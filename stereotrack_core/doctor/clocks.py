@@ -1,14 +1,10 @@
 """Do the streams of a recording show the same instants?
 
-By the motion that all of them see: the images of a pair see the same motion, and views from
-different sides see similar phases of rest and motion. Where that tells nothing and views measure
-depth, by the points of limbs that move, which lie in the same place for all views only at the same
-instant. A lag is believed where the signals agree there clearly better than anywhere else. Of
+By the motion that all of them see; where that tells nothing and views measure depth, by the points
+of limbs that move. A lag is believed where the signals agree clearly better than anywhere else. Of
 delays of 2 to 8 frames of one of four views, motion finds all on two meshes, within 0.1 frames, and
 none on the demo, where arms cross; depth finds four of five there.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,13 +25,9 @@ from stereotrack_core.recording.reader import FrameReader
 
 _MOST_FRAMES = 600
 _FEWEST_FRAMES = 20
-_CERTAIN, _ELSEWHERE = 0.6, 0.8
-"""Correlation from which signals agree, and the share of it that the second best place may have."""
-
+_CERTAIN, _ELSEWHERE = 0.6, 0.8  # least correlation, and share of it that the second best may have
 _PAIR_CERTAIN = 0.9
-_LEAST_PAIR_LAG = 0.5
-"""Frames; those of good pairs differ by up to 0.04."""
-
+_LEAST_PAIR_LAG = 0.5  # frames; those of good pairs differ by up to 0.04
 _LEAST_LAG, _WRONG_LAG = 1.5, 3.0
 """Frames from which a view is late, and plainly late. From different sides motion looks different:
 views that are synchronised seem to differ by up to a frame."""
@@ -45,8 +37,7 @@ _ALONE_CERTAIN, _ALONE_ELSEWHERE, _ALONE_FRAMES = 0.75, 0.6, 100
 pairs of views in step that fulfil this (meshes, simulated and real people), none seems late; of
 shorter stretches with other people in view, three of 113 do."""
 
-_SAME = 1.0
-"""Frames by which lags may differ and be taken as one."""
+_SAME = 1.0  # frames by which lags may differ and be taken as one
 
 
 @dataclass(frozen=True)
@@ -63,8 +54,7 @@ class Lag:
         return self.correlation > _CERTAIN and self.elsewhere < _ELSEWHERE * self.correlation
 
 
-Signals: TypeAlias = Mapping[tuple[str, str], FloatArray]
-"""Motion (F,) in streams, by view and ``left`` or ``image``."""
+Signals: TypeAlias = Mapping[tuple[str, str], FloatArray]  # (F,), by view and ``left`` or ``image``
 
 
 def check_clocks(recording: Recording, signals: Signals) -> Iterator[Finding]:
@@ -178,26 +168,13 @@ def _remedy(frames: float) -> str:
     return f"Make first_frame of its streams {change}, or synchronise the cameras."
 
 
-STRETCH, STEP = 44, 2
-"""Frames in a row that are looked at, and the step in which they are measured."""
-
-_LONGEST = 12
-"""Frames by which a view may be late."""
-
-_FARTHEST = 0.25
-"""Metres as which larger distances count."""
-
-_APART, _LEAST_MOTION = 6, 0.1
-"""Frames within which points move by so many metres."""
-
-_FEWEST, _MOST_POINTS = 40, 150
-"""Points without which nothing is said, and those of a frame that are asked."""
-
-_LEAST, _WRONG = 0.75, 2.0
-"""Frames from which a view is late, and plainly late."""
-
-_MENDED, _LEAST_WORTH = 0.68, 0.01
-"""Share of the distance that is left in step at most, and metres by which it falls."""
+STRETCH, STEP = 44, 2  # frames in a row that are looked at, and the step in which they are measured
+_LONGEST = 12  # frames by which a view may be late
+_FARTHEST = 0.25  # metres as which larger distances count
+_APART, _LEAST_MOTION = 6, 0.1  # frames within which points move by so many metres
+_FEWEST, _MOST_POINTS = 40, 150  # points without which nothing is said, and those asked in a frame
+_LEAST, _WRONG = 0.75, 2.0  # frames from which a view is late, and plainly late
+_MENDED, _LEAST_WORTH = 0.68, 0.01  # most share of the distance left in step, least fall in m
 
 
 @dataclass(frozen=True)
@@ -205,11 +182,8 @@ class Delay:
     """Delay of a view against the others."""
 
     frames: float
-    before: float
-    """Metres from its moving points to what the others measure at the same frame; root mean
-    square."""
-    after: float
-    """The same with the delay taken away."""
+    before: float  # metres (rms) from its moving points to the others' at the same frame
+    after: float  # the same with the delay taken away
 
     @property
     def clear(self) -> bool:
@@ -218,14 +192,12 @@ class Delay:
 
 
 def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> Delay | None:
-    """Delay of a view against the others; None where little moves.
-
-    The instants are `step` frames apart.
-    """
+    """Delay of a view against the others, by instants `step` frames apart; None in stillness."""
     longest = _LONGEST // step
     clouds = [{n: o.placed(places[n]) for n, o in seen.items() if n in places} for seen in instants]
     own = [one.get(view) for one in clouds]
-    rest = [_rest(one, view) for one in clouds]
+    others = [[points for name, points in one.items() if name != view] for one in clouds]
+    rest = [scipy.spatial.cKDTree(np.concatenate(one)) if one else None for one in others]
     squares = np.zeros(2 * longest + 1)
     count = 0
     for k in range(longest, len(clouds) - longest):
@@ -245,11 +217,6 @@ def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> De
     return Delay(frames, float(distance[longest]), float(distance[at]))
 
 
-def _rest(cloud: Mapping[str, FloatArray], view: str) -> scipy.spatial.cKDTree | None:
-    others = [points for name, points in cloud.items() if name != view]
-    return scipy.spatial.cKDTree(np.concatenate(others)) if others else None
-
-
 def _moving(own: Sequence[FloatArray | None], k: int, apart: int) -> FloatArray | None:
     """Points of frame k that were, or will be, elsewhere; None where there are none."""
     now, before, after = own[k], own[k - apart], own[k + apart]
@@ -264,10 +231,7 @@ def _moving(own: Sequence[FloatArray | None], k: int, apart: int) -> FloatArray 
 def check_delays(
     instants: Instants, places: Places, fps: float, step: int = 1
 ) -> Iterator[Finding]:
-    """The view that shows everything earlier or later than the others.
-
-    The instants are `step` frames apart.
-    """
+    """The view that shows everything earlier or later, by instants `step` frames apart."""
     known = {name: delay_of(instants, places, name, step) for name in places}
     found = {name: one for name, one in known.items() if one is not None}
     late = {name: one for name, one in found.items() if one.clear and abs(one.frames) >= _LEAST}

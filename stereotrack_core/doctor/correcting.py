@@ -1,11 +1,8 @@
 """Correct what a check has found in the recording's files, if the same checks agree.
 
-The new file is written beside the old one and checked as if it stood there. It takes its place, and
-the old one is kept beside it, only if the problem is gone. Only faults with one mechanical cause
-that is named reliably have a correction: exchanged images, units, transposed rotations and delays.
+The new file takes its place, and the old one is kept beside it, only if the problem is gone.
+Corrected are exchanged images, units, transposed rotations and delays.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -67,10 +64,9 @@ def intended(folder: Path, correction: Correction) -> str:
 def correct(
     folder: Path, finding: Finding, tell: Callable[[str], None] = lambda _words: None
 ) -> Corrected:
-    """Make the correction of a finding, if the finding is gone then.
+    """Make the correction of a finding, if the finding is gone then. Raises InputError else.
 
-    Reads as much as :func:`diagnose`; `tell` is told what is looked at. Raises InputError if the
-    problem remains, or a file cannot be read or written; then nothing is changed.
+    Reads as much as :func:`diagnose`; `tell` is told what is looked at.
     """
     correction = finding.correction
     if correction is None:
@@ -97,10 +93,7 @@ def correct(
 def correct_all(
     folder: Path, found: Sequence[Finding], say: Callable[[str], None]
 ) -> Iterator[Corrected]:
-    """Make the corrections of findings one after the other, also of what is found only then.
-
-    `say` is told what is tried and what came of it.
-    """
+    """Make corrections one after the other, also of new findings; `say` is told of each."""
     tried: set[tuple[str, Correction]] = set()
     while True:
         finding = next(
@@ -179,10 +172,7 @@ def _stem(finding: Finding) -> str:
 
 
 def corrected_text(recording: Recording, path: Path, correction: Correction) -> str:
-    """The text of the file at `path` with a correction; keys that are not known stay.
-
-    Raises InputError if it cannot be read, or the correction is not possible in it.
-    """
+    """The text of the file at `path` with a correction. Raises InputError."""
     if _of_cameras(correction):
         cameras = [recording.cameras[name] for name in correction.names]
         return edited_calibration(path, {one.name: _mended(one, correction) for one in cameras})

@@ -1,10 +1,7 @@
 """Everything that the images and depths say about a recording, and whether it should be tracked.
 
-What an earlier check has found wrong is left out of the later ones: a pair that cannot be matched
-has no depth, and a view that is late would seem to stand elsewhere.
+What an earlier check has found wrong is left out of the later ones.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,8 +13,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.lost_points import LEAST_POINTS, LostPoints
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.reach import is_changed, reach_of
-from stereotrack_core.depth.volume import settled
+from stereotrack_core.depth.volume import is_changed, reach_of, settled
 from stereotrack_core.doctor.clocks import (
     STEP,
     check_clocks,
@@ -79,19 +75,16 @@ def check_clouds(
 
 
 _VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|image|background))?$")
-_GLANCED = 2
-"""Frames that a glance looks at."""
-
+_GLANCED = 2  # frames that a glance looks at
 _CACHE_BYTES = 128 * 1024 * 1024
 
 
 def diagnose(
     recording: Recording, tell: Callable[[str], None] = lambda _words: None
 ) -> tuple[Finding, ...]:
-    """Findings by measuring a recording; none where its cameras are guessed.
+    """Findings by up to 600 frames of a recording; none where its cameras are guessed.
 
-    Reads up to 600 frames and measures depth in some of them; `tell` is told what is looked at.
-    Raises InputError where a stream cannot be opened.
+    `tell` is told what is looked at. Raises InputError where a stream cannot be opened.
     """
     if recording.guessed:
         return ()
@@ -118,10 +111,7 @@ def diagnose_elsewhere(recording: Recording, asker: Asker) -> tuple[Finding, ...
 
 
 def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Finding, ...]:
-    """Findings about the pictures and pairs of some views, or all, by a few frames.
-
-    The short form of :func:`diagnose`: about a second. Raises as it does.
-    """
+    """Findings about the pictures and pairs of some views, or all, in about a second."""
     if recording.guessed:
         return ()
     chosen = tuple(v for v in recording.views if views is None or v.name in views)
@@ -131,17 +121,11 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
     with FrameReader(part, colour=False, cache_bytes=_CACHE_BYTES, read_ahead=0) as reader:
         if not reader.frame_count:
             return ()
-        return (
-            *check_pictures(part, reader, frames=_GLANCED),
-            *check_pairs(part, reader),
-        )
+        return (*check_pictures(part, reader, frames=_GLANCED), *check_pairs(part, reader))
 
 
 def _measured(
-    recording: Recording,
-    reader: FrameReader,
-    before: Sequence[Finding],
-    stretch: range,
+    recording: Recording, reader: FrameReader, before: Sequence[Finding], stretch: range
 ) -> Iterator[Finding]:
     """Findings by the points of the person, of views about which nothing was found before."""
     views = measurable(recording, _views_of(before))
@@ -175,21 +159,13 @@ def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:
     return tuple(name for match in matches if match for name in match[1].split(", "))
 
 
-_NOT_TRACKED = ("reference.csv", "segments.csv")
-"""Files that the tracker does not read."""
+_NOT_TRACKED = ("reference.csv", "segments.csv")  # files that the tracker does not read
 
 
 def checks_before_tracking(
-    recording: Recording,
-    views: Sequence[str] | None = None,
-    depth: DepthParameters | None = None,
+    recording: Recording, views: Sequence[str] | None = None, depth: DepthParameters | None = None
 ) -> tuple[Finding, ...]:
-    """Findings of the files, and of a glance at the images of some views, the gravest first.
-
-    And about disparities that somebody has changed, in the parameters that are to be used.
-
-    Raises InputError where a stream cannot be opened.
-    """
+    """Findings of the files, a glance, and changed disparities. Raises InputError."""
     found = (*examine(recording.folder), *glance(recording, views))
     return by_severity((*found, *changed_reach(recording, views, depth or DepthParameters())))
 
@@ -197,10 +173,7 @@ def checks_before_tracking(
 def changed_reach(
     recording: Recording, views: Sequence[str] | None, depth: DepthParameters
 ) -> tuple[Finding, ...]:
-    """Findings about disparities that somebody has changed and that do not reach the person.
-
-    Reads some frames where they were changed. Raises InputError where a stream cannot be opened.
-    """
+    """Findings about changed disparities that do not reach the person. Raises InputError."""
     chosen = [v.name for v in recording.views if v.kind != "mono"]
     chosen = [name for name in chosen if views is None or name in views]
     if recording.guessed or not chosen or not is_changed(depth):

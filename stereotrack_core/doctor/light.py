@@ -1,11 +1,8 @@
 """Is a background image its view's own, is the light as it was, and does the camera stand still?
 
-Frames spread over the recording and some in a row are compared with the picture of the empty
-scene, after its light has been estimated (:mod:`depth.light`). The tracker follows all this up to a
-certain size, so that most findings are notes.
+Frames are compared with the picture of the empty scene, after its light has been estimated
+(:mod:`depth.light`), which the tracker follows up to a certain size.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,18 +28,11 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.importing.signals import reduced
 from stereotrack_core.recording.reader import FrameReader, ViewImages
 
-_SPREAD, _SUCCESSIVE = 12, 48
-"""Frames over the whole recording, and in a row in the middle of it."""
-
-_GAIN, _MOST_GAIN = 0.05, 0.4
-"""Relative change of brightness that is told, and beyond which tracking suffers."""
-
+_SPREAD, _SUCCESSIVE = 12, 48  # frames over the whole recording, and in a row in the middle of it
+_GAIN, _MOST_GAIN = 0.05, 0.4  # change of brightness that is told, and from which tracking suffers
 _FLICKER, _MOST_FLICKER = 0.02, 0.15
-_MOST_SHIFT = 2.0
-"""Pixels in images 640 wide; rounding and people shift by up to 0.2."""
-
-_CHANGED, _NOISES = 10.0, 5.0
-"""Grey levels, and standard deviations of the noise, that something in the scene changes."""
+_MOST_SHIFT = 2.0  # pixels in images 640 wide; rounding and people shift by up to 0.2
+_CHANGED, _NOISES = 10.0, 5.0  # grey levels, and sigmas of the noise, that a change has
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +42,9 @@ class _Seen:
     gain: float
     noise: float
     clipped: float
-    shadow: float
-    """Share of the image."""
-    shift: float
-    """Pixels in images 640 wide."""
-    blur: float
-    """Pixels, more than in the empty scene."""
+    shadow: float  # share of the image
+    shift: float  # pixels in images 640 wide
+    blur: float  # pixels, more than in the empty scene
 
 
 @dataclass(frozen=True)
@@ -104,10 +91,7 @@ _MEASURES = (
 
 
 def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
-    """Findings about light, flicker, shadows, noise and camera movement.
-
-    Of views with a picture of the empty scene; of pairs, their right image.
-    """
+    """Findings about light, flicker, shadows, noise and camera movement against empty scenes."""
     count = reader.frame_count
     spread = np.unique(np.linspace(0, count - 1, min(_SPREAD, count)).astype(int)).tolist()
     first = max((count - _SUCCESSIVE) // 2, 0)
@@ -250,10 +234,7 @@ def check_pictures(
 def check_backgrounds(
     shown: Mapping[str, Sequence[FloatArray]], empty: Mapping[str, FloatArray]
 ) -> Iterator[Finding]:
-    """Backgrounds that belong to another view, by reduced images and backgrounds (H, W).
-
-    Where the images of that view fit it much better, or are better fitted by another background.
-    """
+    """Backgrounds that belong to another view, by reduced images and backgrounds (H, W)."""
     for view, other in permutations(shown, 2):
         own = _apart(shown[view], empty[view])
         same = float(np.abs(empty[view] - empty[other]).mean()) < 1.0

@@ -1,9 +1,7 @@
 """Do the two images of a stereo view fit its calibration? By details that both show.
 
-Details are matched in the raw images and kept where any epipolar geometry explains them, so that
-this does not depend on the calibration. After rectification they have to lie in the same rows, and
-farther to the right in the left image. Where they do not, usual slips are undone in turn: what
-lays them into the same rows is the tested correction.
+They are kept where any epipolar geometry explains them. After rectification they have to lie in the
+same rows, and farther to the right in the left image; else usual slips are undone in turn.
 """
 
 from __future__ import annotations
@@ -26,18 +24,12 @@ from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 
 _DETAILS = 1500
-_RATIO = 0.75
-"""Distance of the best match over that of the second best up to which it is unambiguous."""
-
+_RATIO = 0.75  # of the best match's distance to the second's, up to which it is unambiguous
 _EPIPOLAR_PX = 1.5
-FEWEST, _PLENTY = 40, 200
-"""Details without which nothing is said, and of one pair that make the others needless."""
+FEWEST, _PLENTY = 40, 200  # details without which nothing is said, and of a pair that are enough
+_BEHIND_PX = 1.0  # parallax of the wrong sign from which a detail lies behind the cameras
 
-_BEHIND_PX = 1.0
-"""Parallax of the wrong sign from which a detail lies behind the cameras."""
-
-Pair: TypeAlias = tuple[Camera, Camera]
-"""Left and right camera."""
+Pair: TypeAlias = tuple[Camera, Camera]  # left and right camera
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +38,7 @@ class Details:
 
     left: FloatArray
     image: FloatArray
-    seen: int = 0
-    """Details of the image that has fewer of them, matched or not."""
+    seen: int = 0  # details of the image that has fewer of them, matched or not
 
     @property
     def exchanged(self) -> Details:
@@ -59,10 +50,8 @@ class Details:
 class RowFit:
     """How details of a pair lie to each other after rectification."""
 
-    row_px: float
-    """Median distance of their rows, pixels of the raw images."""
-    wrong_side: float
-    """Share that would lie behind the cameras."""
+    row_px: float  # median distance of their rows, pixels of the raw images
+    wrong_side: float  # share that would lie behind the cameras
 
     @property
     def misfit(self) -> float:
@@ -139,24 +128,17 @@ def exchanged_views(a: str, b: str) -> Finding:
 
 
 MENDED_PX = 0.7
-_MENDED_SHARE = 0.4
-"""Row offset, and share of the one before, below which a correction explains a fault."""
-
+_MENDED_SHARE = 0.4  # row offset, and share of the one before, that a correction leaves
 _MENDED_TURN = np.radians(45.0)
 _TIE_PX = 0.1
-_LEAST_FOCAL, _MOST_FOCAL = 0.005, 0.2
-"""Shares by which a focal length is taken to be wrong."""
-
-_CLEARLY = 0.7
-"""Share of the row offset that one explanation leaves of another one's, from which it is better."""
-
+_LEAST_FOCAL, _MOST_FOCAL = 0.005, 0.2  # shares by which a focal length is taken to be wrong
+_CLEARLY = 0.7  # share of another one's row offset that a better explanation leaves
 _NUMBERS = 5
 _TURN, _LEFT_FOCAL, _RIGHT_FOCAL = (0, 1, 2), (3,), (4,)
 """Numbers that turn the right camera (radians), and that make the
 focal length of the left or the right one smaller (as a share)."""
 
-_NOISE_PX = 0.3
-"""Row offset from which details count less while numbers are fitted."""
+_NOISE_PX = 0.3  # row offset from which details count less while numbers are fitted
 
 
 @dataclass(frozen=True)
@@ -199,11 +181,7 @@ def _exchange(view: str, left: float) -> Remedy:
 
 
 def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
-    """The best explanation of the row offsets, of slips, focal lengths and a turn.
-
-    A turn has three degrees of freedom, and slips are many: where a small turn or another focal
-    length leaves clearly less than a slip, the slip helps by chance.
-    """
+    """The best explanation of row offsets; a turn or focal length that leaves less beats a slip."""
     rows = RowChanges(cameras, details)
     turn, turned = _turn(rows)
     focal, scaled = _focal(cameras, rows)
@@ -308,17 +286,10 @@ class RowChanges:
         return change(solved.x)
 
 
-_FRAMES = 2
-"""Few: things that stand still give most details, and are the same in all frames."""
-
-_MANY, _SHARED = 400, 0.04
-"""Details of an image from which it shows enough to be matched, and the share that has to be."""
-
-_WIDTH = 640.0
-"""Width of the images, in pixels, that the limits refer to."""
-
-_TOLD_PX, _DOUBTFUL_PX, _WRONG_PX = 0.5, 1.0, 2.5
-"""Median row offset from which it is told, from which matching suffers, and from which it fails."""
+_FRAMES = 2  # Few: things that stand still give most details, and are the same in all frames
+_MANY, _SHARED = 400, 0.04  # details to be matched in an image, and least share that are
+_WIDTH = 640.0  # width of the images, in pixels, that the limits refer to
+_TOLD_PX, _DOUBTFUL_PX, _WRONG_PX = 0.5, 1.0, 2.5  # row offsets: told, matching suffers, fails
 
 
 def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:

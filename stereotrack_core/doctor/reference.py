@@ -1,11 +1,8 @@
 """Does the reference belong to what the views measure? Its limbs against the points of the person.
 
-A limb lies within the flesh: where a view measures the person, the surface is a few centimetres
-from the bones. Where the reference lies elsewhere, other axes and other instants are tried in turn;
-what lays the limbs into the measured body is the tested correction.
+A limb lies within the flesh, a few centimetres from a measured surface. Elsewhere other axes and
+instants are tried in turn.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,37 +24,20 @@ _PARTS = tuple(
     for side in ("left", "right")
     for one, other in (("shoulder", "elbow"), ("elbow", "hand"), ("hip", "shoulder"))
 )
-_ALONG = np.array([0.0, 1 / 3, 2 / 3, 1.0])
-"""Where on a part its points are."""
-
-_FARTHEST = 0.3
-"""Metres as which larger distances count."""
-
-_HIDDEN = 0.2
-"""Metres behind a measured surface from which a point is hidden by it."""
-
-_FEWEST = 20
-"""Points without which nothing is said."""
-
+_ALONG = np.array([0.0, 1 / 3, 2 / 3, 1.0])  # where on a part its points are
+_FARTHEST = 0.3  # metres as which larger distances count
+_HIDDEN = 0.2  # metres behind a measured surface from which a point is hidden by it
+_FEWEST = 20  # points without which nothing is said
 _FITS, _FITS_MOVING, _WRONG = 0.075, 0.1, 0.12
 """Metres from bones to surfaces where a reference may be wrong, the same for limbs that move, which
 loose clothes and half a frame of delay bring to 8 cm, and where it plainly is."""
 
-_MENDS = 0.06
-"""Metres that a correction in time may leave; the same motion by another person leaves more."""
-
-_MENDED = 0.7
-"""Share of the distance that a correction has to leave at most."""
-
+_MENDS = 0.06  # metres that a correction in time may leave; another person leaves more
+_MENDED = 0.7  # share of the distance that a correction has to leave at most
 _LONGEST_LAG, _LEAST_LAG = 15, 2
-_LEAST_MOTION = 0.12
-"""Metres that a point moves within the lags, from which it says something about time."""
-
-_LEAST_WORTH = 0.015
-"""Metres by which a shift in time has to bring moving limbs nearer."""
-
-_BACKWARD = -0.02
-"""Metres that hands and head are before the shoulders, below which sides are exchanged."""
+_LEAST_MOTION = 0.12  # metres within the lags from which a point says something about time
+_LEAST_WORTH = 0.015  # metres by which a shift in time has to bring moving limbs nearer
+_BACKWARD = -0.02  # metres of hands and head before the shoulders; less: sides are exchanged
 
 
 _AXES: Mapping[str, tuple[str, str, str]] = {
@@ -75,8 +55,7 @@ class Body:
 
     frame: int
     tree: scipy.spatial.cKDTree
-    unknown: Callable[[FloatArray], BoolArray]
-    """Of which of points (N, 3), world, no view knows anything."""
+    unknown: Callable[[FloatArray], BoolArray]  # which of points (N, 3), world, no view knows
 
 
 def bodies(instants: Instants, places: Places, frames: IntArray) -> Sequence[Body]:
@@ -126,10 +105,7 @@ def limbs_of(points: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class LimbFit:
-    """Distances of points on a reference's limbs from the measured surface.
-
-    `values` (N,) are metres, at most 0.3; `moving` (N,) those of points that move.
-    """
+    """Distances (N,) of points on limbs from the surface, metres, at most 0.3; those that move."""
 
     values: FloatArray
     moving: BoolArray
@@ -189,7 +165,16 @@ def _misplaced(
     frame, limbs = reference.frame, limbs_of(reference.points)
     given = limb_fit(measured, limbs, frame)
     if (late := _late(measured, limbs, frame)) is not None:
-        return _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
+        then = limb_fit(measured, limbs, frame, late)
+        frames = f"{abs(late)} frames ({1000 * abs(late) / fps:.0f} ms)"
+        return Finding(
+            "error" if abs(late) > _LEAST_LAG else "warning",
+            "reference.csv",
+            f"it is {frames} {'late' if late > 0 else 'early'}: limbs that move lie "
+            f"{_cm(given.moving_rms)} from the measured person",
+            f"Make its frame numbers {'smaller' if late > 0 else 'larger'} by about {abs(late)} "
+            f"(tested: then they lie {_cm(then.moving_rms)} from it).",
+        )
     moving = np.nan_to_num(given.moving_rms)
     far = given.mean > _FITS or moving > _FITS_MOVING
     if not (np.isfinite(given.mean) and far):
@@ -238,18 +223,6 @@ def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int |
     best = min(fits, key=lambda late: (fits[late], abs(late)))
     clear = fits[best] < min(_MENDS, _MENDED * fits[0]) and fits[0] - fits[best] > _LEAST_WORTH
     return best if abs(best) >= _LEAST_LAG and clear else None
-
-
-def _late_by(late: int, fps: float, given: LimbFit, then: LimbFit) -> Finding:
-    frames = f"{abs(late)} frames ({1000 * abs(late) / fps:.0f} ms)"
-    return Finding(
-        "error" if abs(late) > _LEAST_LAG else "warning",
-        "reference.csv",
-        f"it is {frames} {'late' if late > 0 else 'early'}: limbs that move lie "
-        f"{_cm(given.moving_rms)} from the measured person",
-        f"Make its frame numbers {'smaller' if late > 0 else 'larger'} by about {abs(late)} "
-        f"(tested: then they lie {_cm(then.moving_rms)} from it).",
-    )
 
 
 def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:

@@ -1,11 +1,8 @@
 """Do the depths of the views fit each other? Each view's points against what the others see.
 
-A person fills the same place for every view. Where a view sees through what another one measured,
-or does not show it at all, one of both is not where the calibration puts it. Exchanging two views
-is tried; else the points of each view are laid onto those of the others to measure how it is off.
+Where a view sees through what another one measured, or does not show it, one of both is elsewhere.
+Exchanging two views is tried; else points are laid onto those of the others.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,12 +10,12 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.depth.chain import DepthChain, rectification_of
-from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth, seen_through
+from stereotrack_core.depth.cloud import ViewDepth, seen_through
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.doctor.displacements import Places, Surfaces, check_displacements, surface_of
+from stereotrack_core.doctor.displacements import Places, check_displacements, surface_of
 from stereotrack_core.doctor.pairs import exchanged_views
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
@@ -26,22 +23,12 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 _FRAMES = 8
-_EVERYWHERE = 100_000.0
-"""Metres of a working volume that leaves nothing out, wherever wrong cameras put it."""
-
-_FARTHEST = 8.0
-"""Metres from a camera beyond which nothing is a person that this measures."""
-
-_MOST_POINTS = 1500
-"""Points of a view and frame that are compared."""
-
+_EVERYWHERE = 100_000.0  # metres of a working volume that leaves nothing out
+_FARTHEST = 8.0  # metres from a camera beyond which nothing is a person that this measures
+_MOST_POINTS = 1500  # points of a view and frame that are compared
 _FEWEST = 60
-_LARGE = 0.03
-"""Mean of :class:`Misfits` from which exchanged views are looked for."""
-
-_LEFT = 0.2
-"""Share of it that may be left with two views exchanged, or without one."""
-
+_LARGE = 0.03  # mean of :class:`Misfits` from which exchanged views are looked for
+_LEFT = 0.2  # share of it that may be left with two views exchanged, or without one
 _PLAIN = 0.15
 """Mean from which views contradict each other though no view is to blame: where there is no image
 of the empty scene and clothes are plain, sound ones reach 0.1."""
@@ -52,16 +39,14 @@ class Seen:
     """The person as measured by one view at one instant."""
 
     depth: ViewDepth
-    points: FloatArray
-    """(N, 3), metres, in the frame of the rectified camera."""
+    points: FloatArray  # (N, 3), metres, in the frame of the rectified camera
 
     def placed(self, world_from_depth: RigidTransform) -> FloatArray:
         """The points in the world, for a place of the camera."""
         return world_from_depth.apply(self.points)
 
 
-Instants = Sequence[Mapping[str, Seen]]
-"""Measurements of the views, instant by instant, by view name."""
+Instants = Sequence[Mapping[str, Seen]]  # of the views, instant by instant, by name
 
 
 def measured_frames(reader: FrameReader) -> IntArray:
@@ -77,10 +62,7 @@ def measured_views(
     parameters: DepthParameters | None = None,
     frames: Sequence[int] | IntArray | None = None,
 ) -> tuple[Instants, Places]:
-    """Measure points of the person in some views, in frames spread over the recording or others.
-
-    Raises InputError for stereo cameras that cannot be rectified.
-    """
+    """Measure the person in some views, in frames spread or given. Raises InputError."""
     given = settled(recording, parameters or DepthParameters(), reader, views)
     everywhere = given.replaced(
         volume_x=_EVERYWHERE, volume_y=_EVERYWHERE, volume_z=_EVERYWHERE,
@@ -112,11 +94,7 @@ def measured_views(
 
 @dataclass(frozen=True, eq=False)
 class Misfits:
-    """How views contradict each other.
-
-    `values` (V, V): of the points of the second view, the share that the first one sees through or
-    does not have in its image, median over the instants; NaN where it is not known.
-    """
+    """Shares (V, V) of the second view's points that the first contradicts, median; or NaN."""
 
     views: tuple[str, ...]
     values: FloatArray
@@ -126,12 +104,6 @@ class Misfits:
         kept = [name != without for name in self.views]
         values = self.values[np.ix_(kept, kept)]
         return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
-
-    def of(self, view: str) -> float:
-        """Mean over the pairs that hold a view."""
-        v = self.views.index(view)
-        both = np.concatenate([self.values[v], self.values[:, v]])
-        return float(np.nanmean(both)) if np.isfinite(both).any() else float("nan")
 
 
 def misfits(instants: Instants, places: Places) -> Misfits:
@@ -154,18 +126,13 @@ def misfits(instants: Instants, places: Places) -> Misfits:
 
 def _contradicted(depth: ViewDepth, points: FloatArray) -> float:
     """Share of points (N, 3), world, that a view sees through or does not have in its image."""
-    inside = _in_image(depth.geometry, points)
-    through = seen_through(depth, points)
-    shown = float(np.mean(inside))
-    return 1.0 - shown + shown * (0.0 if through is None else through)
-
-
-def _in_image(geometry: DepthGeometry, points: FloatArray) -> BoolArray:
     with np.errstate(divide="ignore", invalid="ignore"):
-        u, v, z = geometry.project(points)
-    margin = 0.1 * geometry.width
-    across = (u > -margin) & (u < geometry.width + margin)
-    return np.asarray((z > 0) & across & (v > -margin) & (v < geometry.height + margin))
+        u, v, z = depth.geometry.project(points)
+    width, height, margin = depth.geometry.width, depth.geometry.height, 0.1 * depth.geometry.width
+    across = (u > -margin) & (u < width + margin)
+    shown = float(np.mean((z > 0) & across & (v > -margin) & (v < height + margin)))
+    through = seen_through(depth, points)
+    return 1.0 - shown + shown * (0.0 if through is None else through)
 
 
 def measurable(recording: Recording, doubtful: Sequence[str] = ()) -> Sequence[str]:
@@ -203,7 +170,15 @@ def check_views(recording: Recording, instants: Instants, places: Places) -> Ite
         if exchanged is not None:
             yield exchanged
             return
-    off = list(check_displacements(recording, surfaces_of(instants, measured), measured))
+    surfaces = [
+        {
+            name: surface_of(one.placed(measured[name]), measured[name].translation)
+            for name, one in seen.items()
+            if name in measured
+        }
+        for seen in instants
+    ]
+    off = list(check_displacements(recording, surfaces, measured))
     if not off and given.mean() > (_LARGE if _without_which(given) else _PLAIN):
         off.append(_contradiction(given))
     yield from off
@@ -245,15 +220,3 @@ def _contradiction(given: Misfits) -> Finding:
         f"({beside})",
         "Check calibration, files, background and synchronisation: no usual slip explains it.",
     )
-
-
-def surfaces_of(instants: Instants, places: Places) -> Surfaces:
-    """Measurements of the views with a place, as surfaces in the world."""
-    return [
-        {
-            name: surface_of(one.placed(places[name]), places[name].translation)
-            for name, one in seen.items()
-            if name in places
-        }
-        for seen in instants
-    ]

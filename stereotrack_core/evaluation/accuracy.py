@@ -1,10 +1,4 @@
-"""How accurate a run is against a reference, and how good that is by its own account.
-
-An error of 9.1 deg against a reference that is good to 2.3 deg says something else than the same
-error against one that is good to 8.
-"""
-
-from __future__ import annotations
+"""How accurate a run is against a reference, and how good that is by its own account."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -36,12 +30,9 @@ class Accuracy:
 
     errors: LimbErrors
     summary: Summary
-    segments: tuple[Summary, ...]
-    """Of every segment."""
-    quality: Mapping[str, float]
-    """How good the reference is, as far as it says."""
-    doubts: Doubts | None
-    """Whether limbs that the run takes for lost are lost; None where it says nothing."""
+    segments: tuple[Summary, ...]  # of every segment
+    quality: Mapping[str, float]  # how good the reference is, as far as it says
+    doubts: Doubts | None  # whether limbs taken for lost are lost; None if it does not say
 
 
 def accuracy_of(
@@ -85,9 +76,7 @@ def arms_good_to(quality: Mapping[str, float]) -> float:
 def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float]:
     """Root mean square error that the reference states for itself in some frames, by measure.
 
-    Millimetres for ``torso_position``, degrees for all others; measures that it says nothing about
-    are left out. The middle of the hips is taken to be as uncertain as they are, and the errors of
-    the shoulders to be independent: both state rather too much than too little.
+    Millimetres for ``torso_position``, degrees else; shoulders are taken for independent.
     """
     chosen = np.isin(reference.frame, frames)
     points = reference.trajectory().points[chosen]

@@ -36,17 +36,11 @@ from stereotrack_core.evaluation.summary import (
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-MOST_BLOCKS = 8.0
-"""Into no more blocks than these the frames are cut."""
-
+MOST_BLOCKS = 8.0  # into no more blocks than these the frames are cut
 LEAST_BLOCKS = 5.0
 
-TIMES = 2.0
-"""A block is as long as so many frames that are worth an independent one, if that is possible."""
-
-LEAST_INDEPENDENT = 6.0
-"""Fewer independent frames than these show nothing that could be relied on."""
-
+TIMES = 2.0  # a block is as long as so many independent frames, if possible
+LEAST_INDEPENDENT = 6.0  # fewer independent frames than these show nothing that could be relied on
 LEVEL = 0.95
 
 _LEAST_FRAMES = 16
@@ -68,10 +62,8 @@ class Measured:
 class Series:
     """A measure of which less is better, frame by frame; its mean is `total` by `weight`."""
 
-    total: FloatArray
-    """(F,). Sum of what was measured in the frame: of two arms, for example."""
-    weight: FloatArray
-    """(F,). How many values that are; 0 where nothing was measured."""
+    total: FloatArray  # (F,). Sum of what was measured in the frame: of two arms, for example.
+    weight: FloatArray  # (F,). How many values that are; 0 where nothing was measured.
     measure: Measured = Measured()
 
     @staticmethod
@@ -95,18 +87,12 @@ class Paired:
     measure: Measured
     first_mean: float = math.nan
     second_mean: float = math.nan
-    difference: float = math.nan
-    """`second_mean` - `first_mean`."""
+    difference: float = math.nan  # `second_mean` - `first_mean`
     low: float = math.nan
-    high: float = math.nan
-    """`low` and `high`: 95 % interval of the difference; NaN where there are too few independent
-    frames."""
-    equal: bool = False
-    """Whether both are the same in every frame."""
-    frames: int = 0
-    """In which both are known."""
-    block_frames: int = 0
-    """Length of a block."""
+    high: float = math.nan  # `low` and `high`: 95 % interval; NaN with too few independent frames
+    equal: bool = False  # whether both are the same in every frame
+    frames: int = 0  # in which both are known
+    block_frames: int = 0  # length of a block
 
     @property
     def enough(self) -> bool:
@@ -140,9 +126,8 @@ def paired(first: Series, second: Series) -> Paired:
 def correlation_time(values: FloatArray) -> float:
     """Frames that are worth one independent frame, at least 1.
 
-    One and twice the sum of the autocorrelations, up to five times itself; but not less than for
-    a series in which each frame is a share of the one before, whose share is known to come out
-    too small from few frames (Kendall 1954, doi:10.1093/biomet/41.3-4.403).
+    One and twice the sum of the autocorrelations, but not less than for a series whose share of the
+    frame before is corrected for its bias (Kendall 1954, doi:10.1093/biomet/41.3-4.403).
     """
     n = len(values)
     centred = values - values.mean()
@@ -183,8 +168,7 @@ class Candidate:
 
     name: str
     trajectory: LandmarkTrajectory
-    unexplained_fraction: FloatArray | None = None
-    """(F,). Share of the cloud that the model does not explain, where the run says it."""
+    unexplained_fraction: FloatArray | None = None  # (F,), where the run says it
 
 
 @dataclass(frozen=True)
@@ -192,12 +176,9 @@ class Pair:
     """A run beside the first one."""
 
     first: str
-    second: str
-    """`first` and `second`: names of the runs."""
-    measures: tuple[Paired, ...]
-    """Errors, where there is a reference; then what the runs say about themselves."""
-    apart: Summary
-    """How far the runs are from each other, over what both know."""
+    second: str  # `first` and `second`: names of the runs
+    measures: tuple[Paired, ...]  # errors if there is a reference, then the runs' own signs
+    apart: Summary  # how far the runs are from each other, over what both know
 
     def measure(self, name: str) -> Paired:
         """The measure of that name; KeyError where there is none."""
@@ -209,11 +190,9 @@ class Comparison:
     """Runs beside the first one."""
 
     names: tuple[str, ...]
-    frames: IntArray
-    """(F,). That all of them have and, where there is a reference, it knows."""
+    frames: IntArray  # (F,). That all of them have and, where there is a reference, it knows.
     against_reference: bool
-    pairs: tuple[Pair, ...]
-    """The first run with each of the others."""
+    pairs: tuple[Pair, ...]  # the first run with each of the others
 
     @property
     def blocks(self) -> tuple[int, int]:
@@ -227,11 +206,7 @@ def compare(
     reference: LandmarkTrajectory | None,
     frames: range | None = None,
 ) -> Comparison:
-    """Compare the first run with each of the others over the frames that all of them have.
-
-    Without a reference, which is taken as truth, they are compared with each other alone. Raises
-    InputError where there is but one run, or no frame that all of them have.
-    """
+    """Compare the first run with each of the others over common frames. Raises InputError."""
     if len(candidates) < 2:
         raise InputError("there is only one run to compare", remedy="Give at least two runs.")
     shared = shared_frames(candidates, reference, frames)

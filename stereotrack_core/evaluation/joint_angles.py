@@ -1,9 +1,8 @@
 """Joint angles of runs, references and landmarks: what each means, its range and its errors.
 
-As far as nine landmarks have them, the angles are those that the International Society of
-Biomechanics recommends: Wu et al., J. Biomech. 38 (2005) 981-992,
-doi:10.1016/j.jbiomech.2004.05.042. Left sides are mirrored at the person's plane of symmetry, so
-that the same movement of either arm has the same numbers.
+As far as nine landmarks have them, the angles are those of the International Society of
+Biomechanics: Wu et al., J. Biomech. 38 (2005) 981-992, doi:10.1016/j.jbiomech.2004.05.042. Left
+sides are mirrored.
 """
 
 from __future__ import annotations
@@ -23,14 +22,9 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import upright_run
 
-NEAR_POLE = np.radians(10.0)
-"""An upper arm that hangs down or points up more nearly than this has no plane of elevation."""
-
-NEARLY_STRAIGHT = np.radians(20.0)
-"""An elbow that is bent less does not show how the upper arm is turned about its own axis."""
-
-NEARLY_SIDEWAYS = np.radians(80.0)
-"""A torso or head that leans more to a side has neither a turn nor a tilt forward."""
+NEAR_POLE = np.radians(10.0)  # an upper arm nearer to the vertical has no plane of elevation
+NEARLY_STRAIGHT = np.radians(20.0)  # an elbow bent less does not show the upper arm's rotation
+NEARLY_SIDEWAYS = np.radians(80.0)  # a torso or head that leans more has no turn, no tilt
 
 
 _LOWEST: Mapping[str, float | None] = {
@@ -54,26 +48,20 @@ _LOWEST: Mapping[str, float | None] = {
 
 docs/angles.md says what is zero, and what is positive.
 """
-NAMES: tuple[str, ...] = tuple(_LOWEST)
-"""All angles; every array of angles has this order."""
-_CONTINUES = "torso_turn"
-"""The angle whose turns are counted on over frames in which it is not known."""
-
+NAMES: tuple[str, ...] = tuple(_LOWEST)  # all angles; every array of angles has this order
+_CONTINUES = "torso_turn"  # its turns are counted on over unknown frames
 _TURNS = np.array([lowest is not None for lowest in _LOWEST.values()])
-_MIRROR = np.array([-1.0, 1.0, 1.0])
-"""Mirrors a vector of the torso's frame at the person's plane of symmetry."""
+_MIRROR = np.array([-1.0, 1.0, 1.0])  # at the person's plane of symmetry
 
 
 def angles_of_landmarks(points: FloatArray) -> FloatArray:
-    """Joint angles (..., A) in radians of landmarks (..., 9, 3), world, metres; not unwrapped.
-
-    NaN where a landmark that the angle needs is not known, and where the angle is not defined
-    (docs/angles.md).
-    """
+    """Joint angles (..., A), radians, of landmarks (..., 9, 3), not unwrapped, or NaN."""
     at = {name: points[..., i, :] for i, name in enumerate(LANDMARKS)}
     hips = 0.5 * (at["left_hip"] + at["right_hip"])
     shoulders = 0.5 * (at["left_shoulder"] + at["right_shoulder"])
-    torso = _torso_frames(hips, shoulders, at["right_shoulder"] - at["left_shoulder"])
+    up = unit(shoulders - hips)
+    ahead = unit(np.cross(up, at["right_shoulder"] - at["left_shoulder"]))
+    torso = np.stack([np.cross(ahead, up), ahead, up], axis=-1)  # world_from_torso
     turn, forward, sideways = _torso_angles(torso)
     leaning = np.abs(sideways) > NEARLY_SIDEWAYS
     head = _in_frame(torso, unit(at["head"] - shoulders))
@@ -93,7 +81,8 @@ def angles_of_landmarks(points: FloatArray) -> FloatArray:
         if side == "left":
             upper, fore = upper * _MIRROR, fore * _MIRROR
         plane, elevation = _shoulder_angles(upper)
-        flexion = _between(upper, fore)
+        across = np.linalg.norm(np.cross(upper, fore), axis=-1)
+        flexion = np.arctan2(across, _dot(upper, fore))
         at_pole = np.sin(elevation) < np.sin(NEAR_POLE)
         straight = np.sin(flexion) < np.sin(NEARLY_STRAIGHT)
         found[f"{side}_shoulder_plane"] = np.where(at_pole, np.nan, plane)
@@ -110,20 +99,11 @@ def wrapped(difference: FloatArray) -> FloatArray:
     return np.where(_TURNS, around, difference)
 
 
-def _torso_frames(hips: FloatArray, shoulders: FloatArray, across: FloatArray) -> FloatArray:
-    """world_from_torso (..., 3, 3) of middles of hips and shoulders, and left to right shoulder."""
-    z = unit(shoulders - hips)
-    y = unit(np.cross(z, across))
-    return np.stack([np.cross(y, z), y, z], axis=-1)
-
-
 def _torso_angles(torso: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Turn, tilt forward and tilt sideways (...) of torsos (..., 3, 3), world_from_torso.
 
-    Y-X-Z in the recommendation's axes: the turn about the vertical first, then the tilt to the
-    side about the axis that points forwards, then the tilt forward about the line through the
-    shoulders. The recommended Z-X-Y takes the tilt forward about an axis of the laboratory, which
-    presumes that people face along its X axis; here they turn freely.
+    Y-X-Z in the recommendation's axes. The recommended Z-X-Y takes the tilt forward about an axis
+    of the laboratory; here people turn freely.
     """
     right, up = torso[..., 0], torso[..., 2]
     turn = np.arctan2(right[..., 1], right[..., 0])
@@ -137,11 +117,10 @@ def _torso_angles(torso: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray
 
 
 def _shoulder_angles(upper: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Plane of elevation and elevation (...) of upper arms of the right side.
+    """Plane of elevation and elevation (...) of right upper arms (..., 3) in the torso's frame.
 
     The recommendation's 2.4.7, order Y-X'-Y'': with the plane gamma and beta = -elevation, the
-    direction from shoulder to elbow is (sin e sin gamma, -cos e, sin e cos gamma) in (X, Y, Z).
-    `upper` (..., 3) are unit vectors from shoulder to elbow in the torso's frame.
+    direction is (sin e sin gamma, -cos e, sin e cos gamma) in (X, Y, Z).
     """
     plane = np.arctan2(upper[..., 1], upper[..., 0])
     elevation = np.arctan2(np.hypot(upper[..., 0], upper[..., 1]), -upper[..., 2])
@@ -151,9 +130,8 @@ def _shoulder_angles(upper: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _axial_rotation(upper: FloatArray, fore: FloatArray) -> FloatArray:
     """Turn (...) of right upper arms about their own axis, internal positive.
 
-    The third angle of Y-X'-Y'', with the recommendation's second option for the humerus: Z_h is
-    perpendicular to the plane of upper arm and forearm, pointing to the right.
-    `upper` and `fore` (..., 3) are unit vectors along both halves of the arm in the torso's frame.
+    The third angle of Y-X'-Y'', second option for the humerus: Z_h is perpendicular to the plane of
+    `upper` and `fore` (..., 3), unit vectors in the torso's frame, pointing to the right.
     """
     plane, elevation = _shoulder_angles(upper)
     zero = np.zeros_like(plane)
@@ -177,10 +155,6 @@ def _in_frame(frames: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...ji,...j->...i", frames, vectors))
 
 
-def _between(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), _dot(a, b)))
-
-
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...i,...i->...", a, b))
 
@@ -189,10 +163,8 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 class JointAngles:
     """Angles over frames; F frames, A angles in the order of :data:`NAMES`."""
 
-    frame: IntArray
-    """(F,). Ascending."""
-    angle: FloatArray
-    """(F, A), radians. Unwrapped; NaN where not known or not defined."""
+    frame: IntArray  # (F,). Ascending.
+    angle: FloatArray  # (F, A), radians. Unwrapped; NaN where not known or not defined.
 
     def between(self, first: int, end: int) -> JointAngles:
         """The frames of a half-open stretch."""
@@ -207,10 +179,7 @@ def angles_of_trajectory(trajectory: LandmarkTrajectory) -> JointAngles:
 
 
 def angles_of_run(run: Run) -> JointAngles:
-    """Angles of a run, against the vertical of its world, whichever of its axes that is.
-
-    The head's are not known where the run does not track it.
-    """
+    """Angles of a run, against the vertical of its world; the head's if it is tracked."""
     run = upright_run(run)
     found = angles_of_trajectory(run.trajectory())
     if f"{PARTS[HEAD]}_alpha" in run.state_names:
@@ -227,10 +196,7 @@ def angles_of_reference(reference: Reference, max_sigma: float = MAX_SIGMA) -> J
 def unwrapped(frame: IntArray, angle: FloatArray) -> FloatArray:
     """Take away jumps by whole turns of angles (F, A) in any range, radians.
 
-    Over successive frames an angle goes the short way round. Where it is not known for some
-    frames, it begins anew in the range of one turn that its definition states; only turns of the
-    torso are counted on, to the value nearest to the last one. More than half a turn between two
-    frames cannot be told from less than half a turn the other way.
+    After unknown frames an angle begins anew in its range; turns of the torso are counted on.
     """
     result = angle.copy()
     for column, (name, lowest) in enumerate(_LOWEST.items()):
@@ -273,24 +239,18 @@ def frame_rows(angles: JointAngles, fps: float) -> list[list[str | float | int]]
     return rows
 
 
-RANGES = ("minimum", "maximum", "range", "mean")
-"""Statistics of each angle in a stretch."""
+RANGES = ("minimum", "maximum", "range", "mean")  # statistics of each angle in a stretch
 
 
 @dataclass(frozen=True)
 class StretchRanges:
     """Ranges of the angles in one stretch of frames."""
 
-    name: str
-    """The segment, or ``"all"``."""
+    name: str  # the segment, or ``"all"``
     first: int
-    end: int
-    """`first` and `end`: frames of it that there are, half-open; as the segment has them where
-    there is none."""
-    frames: dict[str, int]
-    """Frames in which each angle is known, by its name."""
-    degrees: dict[str, dict[str, float]]
-    """Values of each angle by its name and those of :data:`RANGES`; NaN where nothing is known."""
+    end: int  # `first` and `end`: its frames that there are, half-open; else the segment's
+    frames: dict[str, int]  # frames in which each angle is known, by its name
+    degrees: dict[str, dict[str, float]]  # those of :data:`RANGES` by angle; NaN if unknown
 
 
 def angle_ranges(angles: JointAngles, segments: Sequence[Segment] = ()) -> list[StretchRanges]:
@@ -304,16 +264,14 @@ def angle_ranges(angles: JointAngles, segments: Sequence[Segment] = ()) -> list[
             first, end = int(part.frame[0]), int(part.frame[-1]) + 1
         columns = [values[np.isfinite(values)] for values in np.degrees(part.angle).T]
         frames = {name: len(values) for name, values in zip(NAMES, columns, strict=True)}
-        degrees = {name: _range(values) for name, values in zip(NAMES, columns, strict=True)}
+        degrees = {name: dict.fromkeys(RANGES, math.nan) for name in NAMES}
+        for name, values in zip(NAMES, columns, strict=True):
+            if len(values):
+                low, high = float(values.min()), float(values.max())
+                told = low, high, high - low, float(values.mean())
+                degrees[name] = dict(zip(RANGES, told, strict=True))
         found.append(StretchRanges(stretch.name, first, end, frames, degrees))
     return found
-
-
-def _range(values: FloatArray) -> dict[str, float]:
-    if not len(values):
-        return dict.fromkeys(RANGES, math.nan)
-    low, high = float(values.min()), float(values.max())
-    return dict(zip(RANGES, (low, high, high - low, float(values.mean())), strict=True))
 
 
 ERRORS = ("mean_error", "median", "rms", "p95")
@@ -321,10 +279,7 @@ ERRORS = ("mean_error", "median", "rms", "p95")
 
 
 def angle_errors(found: JointAngles, truth: JointAngles) -> dict[str, dict[str, float]]:
-    """Errors of each angle by its name, in degrees, over the frames in which both know it.
-
-    ``frames`` is their number; the :data:`ERRORS` are NaN where there are none.
-    """
+    """Errors of each angle in degrees over ``frames`` that both know; NaN without any."""
     _, own, other = np.intersect1d(found.frame, truth.frame, return_indices=True)
     errors = np.degrees(wrapped(found.angle[own] - truth.angle[other]))
     result = {}

@@ -1,7 +1,5 @@
 """Ends and colours of limbs."""
 
-from __future__ import annotations
-
 from types import MappingProxyType
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Measures of a run, as the tables of sweeps and studies have them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -24,16 +22,12 @@ from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 class Measure:
     """One column of numbers in a sweep's table."""
 
-    name: str
-    """Heading of the column."""
-    label: str
-    """For people."""
+    name: str  # heading of the column
+    label: str  # for people
     unit: str
-    from_reference: bool = False
-    """Whether it needs a reference."""
+    from_reference: bool = False  # whether it needs a reference
     more_is_better: bool = False
-    short: str = ""
-    """Label where there is little room."""
+    short: str = ""  # label where there is little room
 
     @property
     def title(self) -> str:
@@ -88,11 +82,9 @@ def measured(
     recording: Recording | None = None,
     keypoints: Keypoints | None = None,
 ) -> dict[str, float]:
-    """All measures of a run but its times; NaN where one is not known.
+    """All measures of a run but its times, without a reference its signs; NaN if unknown.
 
-    Frames of the reference beside the run's enter nothing. Without one that knows some of the
-    frames these are the run's own signs alone. The recording and the keypoints are those that the
-    run was tracked with, if any.
+    Recording and keypoints are those that the run was tracked with.
     """
     found = {**_errors_of(run, reference), **_signs(run)}
     if recording is not None and keypoints is not None:
@@ -139,11 +131,7 @@ def _mean(values: FloatArray) -> float:
 
 
 def keypoint_error(run: Run, recording: Recording, keypoints: Keypoints) -> float:
-    """Median distance in pixels of a detector's keypoints from the points of the poses they name.
-
-    Sides that the detector has exchanged are exchanged back, as they are in tracking. NaN where
-    there are no keypoints.
-    """
+    """Median distance in pixels of keypoints, sides corrected, from the poses; NaN without."""
     there = {view.name for view in recording.views}
     views = [name for name in run.meta.get("views", ()) if name in there]
     seen, body = keypoints_in_views(recording, views, keypoints), body_of_run(run)

@@ -1,10 +1,8 @@
-"""Errors pooled over frames: mean, median, 95th percentile, share of lost arm segments.
+"""Errors of a trajectory against a reference on the thesis's axes, and pooled over frames.
 
-Errors of a trajectory against a reference, frame by frame, on the thesis's axes.
-
-Torso position is the hip midpoint, the long axis runs from hip midpoint to shoulder midpoint,
-the cross axis from left to right shoulder, an upper arm from shoulder to elbow and a forearm
-from elbow to hand (thesis, chapter 4).
+Torso position is the hip midpoint, the long axis runs from hip midpoint to shoulder midpoint, the
+cross axis from left to right shoulder, an upper arm from shoulder to elbow and a forearm from elbow
+to hand (thesis, chapter 4).
 """
 
 from __future__ import annotations
@@ -22,29 +20,21 @@ from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 
-NOT_TRACKED_ANGLE = np.pi / 2
-"""Error of an axis that the run does not know, radians."""
-
-NOT_TRACKED_POSITION = 0.5
-"""Error of a torso position that the run does not know, metres."""
+NOT_TRACKED_ANGLE = np.pi / 2  # error of an axis that the run does not know, radians
+NOT_TRACKED_POSITION = 0.5  # error of a torso position that the run does not know, metres
 
 
 @dataclass(frozen=True, eq=False)
 class LimbErrors:
     """Errors per frame of the reference; NaN where the reference does not know."""
 
-    frame: IntArray
-    """(F,). Frames in which the reference knows at least one landmark."""
-    torso_position: FloatArray
-    """(F,), metres."""
+    frame: IntArray  # (F,). Frames in which the reference knows at least one landmark.
+    torso_position: FloatArray  # (F,), metres
     torso_long: FloatArray
-    torso_cross: FloatArray
-    """`torso_long` and `torso_cross`: (F,), radians."""
+    torso_cross: FloatArray  # `torso_long` and `torso_cross`: (F,), radians
     upper_arm: FloatArray
-    forearm: FloatArray
-    """`upper_arm` and `forearm`: (F, 2), radians. The person's own left, then right."""
-    tracked: BoolArray
-    """(F,). Whether the trajectory knows at least one landmark of the frame."""
+    forearm: FloatArray  # `upper_arm` and `forearm`: (F, 2), radians; left, right
+    tracked: BoolArray  # (F,). Whether the trajectory knows at least one landmark of the frame.
 
     def between(self, first: int, end: int) -> LimbErrors:
         """Return the frames of a half-open stretch."""
@@ -57,11 +47,7 @@ class LimbErrors:
         return np.column_stack([self.upper_arm, self.forearm])
 
     def of_limb(self, limb: str) -> FloatArray:
-        """Angular error (F,) in radians of one limb; the torso's is its long axis.
-
-        The head enters no measure, so its row is NaN throughout. Raises KeyError for a name that is
-        not a limb.
-        """
+        """Angular error (F,), radians, of a limb; torso: long axis, head: NaN. Raises KeyError."""
         nothing: FloatArray = np.full(len(self.frame), np.nan)
         return {
             "torso": self.torso_long,
@@ -102,8 +88,7 @@ def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTraje
 def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory) -> LimbErrors:
     """Errors of `trajectory` in every frame of `reference`, which is taken as truth.
 
-    A frame or landmark that the trajectory lacks counts 90 degrees and 500 mm. What the reference
-    does not know is not scored (NaN), nor is an axis of it that has no length.
+    What it lacks counts 90 degrees and 500 mm; what the reference does not know is not scored.
     """
     known = knows_something(reference)
     frame = reference.frame[known]
@@ -168,8 +153,7 @@ def _distances(found: FloatArray, truth: FloatArray) -> FloatArray:
     return np.where(np.isnan(truth).any(axis=-1), np.nan, missed)
 
 
-LOST_ANGLE = np.deg2rad(45.0)
-"""An arm segment farther off than this is lost."""
+LOST_ANGLE = np.deg2rad(45.0)  # an arm segment farther off than this is lost
 
 
 ERROR_MEASURES: tuple[tuple[str, str, str], ...] = (
@@ -200,11 +184,9 @@ class Statistics:
 class Measure:
     """One row of the error table."""
 
-    name: str
-    """Key, for example ``"left_forearm"``."""
+    name: str  # key, for example ``"left_forearm"``
     label: str
-    unit: str
-    """``"mm"`` or ``"deg"``."""
+    unit: str  # ``"mm"`` or ``"deg"``
     statistics: Statistics
 
 
@@ -212,16 +194,11 @@ class Measure:
 class Summary:
     """Errors of one stretch of frames."""
 
-    name: str
-    """The segment, or ``"all"``."""
-    frames: int
-    """Frames that the reference knows."""
-    not_tracked: int
-    """Frames among them in which the run has no landmark."""
-    measures: tuple[Measure, ...]
-    """Torso position, long axis, cross axis, upper arms, forearms, then each arm alone."""
-    lost: float
-    """Share (0 to 1) of arm segments more than 45 degrees off; NaN where none was scored."""
+    name: str  # the segment, or ``"all"``
+    frames: int  # frames that the reference knows
+    not_tracked: int  # frames among them in which the run has no landmark
+    measures: tuple[Measure, ...]  # torso, both arms together, then each alone
+    lost: float  # share (0 to 1) of arm segments more than 45 degrees off; NaN if unknown
 
     def measure(self, name: str) -> Measure:
         """Return the measure of that name; KeyError where there is none."""
@@ -318,20 +295,17 @@ def root_mean(squares: FloatArray) -> float:
     return float(np.sqrt(statistics(squares).mean))
 
 
-CALLED = 0.5
-"""Probability above which a limb is called lost."""
+CALLED = 0.5  # probability above which a limb is called lost
 
 
 @dataclass(frozen=True)
 class Doubts:
     """Counts of arm segments of tracked frames."""
 
-    judged: int
-    """Arm segments of which both the error and the run's own judgement are known."""
+    judged: int  # arm segments of which both the error and the run's own judgement are known
     lost: int
     called: int
-    both: int
-    """`lost`, `called` and `both`: really lost, called lost by the run, and both."""
+    both: int  # `lost`, `called` and `both`: really lost, called lost by the run, and both
 
     @property
     def precision(self) -> float:
@@ -345,10 +319,7 @@ class Doubts:
 
 
 def doubts_against(frame: IntArray, limb_lost: FloatArray, errors: LimbErrors) -> Doubts:
-    """Compare the probabilities (F, 6) of a run that its limbs are lost with its errors.
-
-    `frame` (F,) are the run's; the limbs are in the order of ``LIMBS``, NaN where not known.
-    """
+    """Compare a run's probabilities (F, 6) at frames (F,) that limbs are lost with its errors."""
     _, own, other = np.intersect1d(frame, errors.frame, return_indices=True)
     chance = limb_lost[own][:, [*UPPER_ARMS, *FOREARMS]]
     angle = errors.arm_segments[other]

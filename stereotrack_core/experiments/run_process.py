@@ -1,7 +1,5 @@
 """A run that is tracked in a process of its own: what it is told, and what it tells."""
 
-from __future__ import annotations
-
 import dataclasses
 import threading
 import time
@@ -31,8 +29,7 @@ class Allow:
     """Go on for so many frames from now; infinity: to the end, 0: hold after the frame in work."""
 
     frames: float
-    number: int
-    """Said again when the tracker is held."""
+    number: int  # said again when the tracker is held
 
 
 @dataclass(frozen=True)
@@ -46,19 +43,16 @@ class Show:
 class Preparing:
     """How far what comes before the first frame is."""
 
-    stage: str
-    """In words."""
+    stage: str  # in words
     done: int
-    count: int
-    """How much of the stage is done, and of how much."""
+    count: int  # how much of the stage is done, and of how much
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """The first frame can be done now."""
 
-    body: BodyModel
-    """That is tracked."""
+    body: BodyModel  # that is tracked
     origin: Origin
 
 
@@ -66,20 +60,16 @@ class Prepared:
 class Tracked:
     """A frame is done."""
 
-    frame: TrackedFrame
-    """Its cloud is without depth images unless they are to be shown."""
-    seconds: float
-    """Time that has been worked on the run so far, without pauses."""
+    frame: TrackedFrame  # its cloud is without depth images unless they are to be shown
+    seconds: float  # time that has been worked on the run so far, without pauses
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
     """The tracker waits before a frame, or has done the last one."""
 
-    number: int
-    """That of the newest :class:`Allow` that it knows."""
-    cloud: Cloud | None
-    """Of the frame done last, with its depth images; None where they were sent before."""
+    number: int  # that of the newest :class:`Allow` that it knows
+    cloud: Cloud | None  # of the last frame, with depth images; None if sent before
 
 
 def load(_: Asker) -> None:
@@ -91,12 +81,9 @@ class RunTask:
     """Tracks the frames of a specification, which is picklable as all that it is made of."""
 
     recording: Recording
-    spec: RunSpec
-    """With its frames."""
-    journal: Path | None
-    """Where every frame is kept at once."""
-    allowed: Allow
-    """How far it may go at first."""
+    spec: RunSpec  # with its frames
+    journal: Path | None  # where every frame is kept at once
+    allowed: Allow  # how far it may go at first
 
     def __call__(self, asker: Asker) -> None:
         """Do it, until the end or until it is no longer wanted."""

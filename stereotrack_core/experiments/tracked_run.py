@@ -1,7 +1,5 @@
 """One run, kept frame by frame until it is complete, with an account of what happened."""
 
-from __future__ import annotations
-
 import dataclasses
 import time
 from collections.abc import Callable
@@ -37,19 +35,13 @@ from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 class TrackedRun:
     """A run, and how it came about."""
 
-    run: Run
-    """Its meta states the wall time as ``wall_seconds``."""
-    wanted: int
-    """Frames that were asked for."""
+    run: Run  # its meta states the wall time as ``wall_seconds``
+    wanted: int  # frames that were asked for
     gaps: tuple[Gap, ...]
-    blind: tuple[Blindness, ...]
-    """Where a view gave nothing although it was used; also in the run's meta as ``blind``."""
-    stopped: bool
-    """Whether it was stopped before the last frame."""
-    untracked: Untracked
-    """The frames that were not tracked, and why."""
-    changed: tuple[int, ...] = ()
-    """Frames that were tracked again to go on with the run, and came out otherwise."""
+    blind: tuple[Blindness, ...]  # where a used view gave nothing; also in the run's meta
+    stopped: bool  # whether it was stopped before the last frame
+    untracked: Untracked  # the frames that were not tracked, and why
+    changed: tuple[int, ...] = ()  # frames tracked again that came out otherwise
 
     @property
     def nothing(self) -> bool:
@@ -161,20 +153,9 @@ def track_recording(
 ) -> TrackedRun:
     """Track, keep every frame at once, and keep what there is when it is stopped.
 
-    Raises Cancelled where it is stopped before the first frame, while lengths are estimated.
-
-    Parameters
-    ----------
-    spec : RunSpec
-        With its frames.
-    count : int, optional
-        Tracking ends after so many of the frames, as when a run that was stopped is repeated.
-    part : Path, optional
-        Where every frame goes at once, and stays: see :class:`RunJournal`.
-    begun : UnfinishedRun, optional
-        What is there already, to go on with.
-    on_step : callable, optional
-        Told how many of the :func:`steps` are done, and in a second look that it is one.
+    Raises Cancelled before the first frame. Tracking ends after `count` frames; every frame goes to
+    the file `part` at once (:class:`RunJournal`); `begun` is there already; `on_step` is told how
+    many :func:`steps` are done, and of a second look.
     """
     wanted = count or len(spec.frames_of(0))
     started = time.perf_counter() - (0.0 if begun is None else begun.wall_seconds)

@@ -1,7 +1,5 @@
 """The unscented correction in O(m n^2), equal to the dense one (docs/method.md 4.3)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,54 +12,29 @@ from stereotrack_core.arrays import FloatArray
 class Correction:
     """Change of the state and its covariance after a correction."""
 
-    dx: FloatArray
-    """(n,). To be added to the state."""
-    P: FloatArray
-    """(n, n)."""
+    dx: FloatArray  # (n,). To be added to the state.
+    P: FloatArray  # (n, n)
 
 
 def normalised(nu: FloatArray, variance: FloatArray) -> float:
-    """Root mean square of differences (m,) over their standard deviations; NaN without any.
-
-    For innovations, with the variances H P H' + R that are predicted of them, 1 is as expected.
-    """
+    """RMS of differences (m,) over their standard deviations: 1 is as expected; NaN without any."""
     return float(np.sqrt(np.mean(nu**2 / variance))) if len(nu) else float("nan")
 
 
 def correct(
-    P: FloatArray,
-    dX: FloatArray,
-    dY: FloatArray,
-    Wc: FloatArray,
-    nu: FloatArray,
-    R: FloatArray,
+    P: FloatArray, dX: FloatArray, dY: FloatArray, Wc: FloatArray, nu: FloatArray, R: FloatArray
 ) -> Correction:
     """Correct a state with m measurements of independent noise.
 
-    With V = dY R^-1, G = V dY', q = V nu and M = I + G Wc:
-    dx = dX' Wc M^-1 q and P - dX' Wc M^-1 G Wc dX, which are the dense
-    K nu and P - K Pnunu K' of section 2.2.1 by the matrix inversion lemma. Only G touches m.
-    The weight of the middle point may be negative or zero, hence LU and no inverse of Wc.
+    With V = dY R^-1, G = V dY', q = V nu and M = I + G Wc: dx = dX' Wc M^-1 q and P - dX' Wc M^-1 G
+    Wc dX, which are the dense K nu and P - K Pnunu K' of section 2.2.1 by the matrix inversion
+    lemma. Only G touches m. The middle point's weight may be negative or zero, hence LU and no
+    inverse of Wc.
 
-    Parameters
-    ----------
-    P : (n, n) float64
-        Covariance before.
-    dX : (2n + 1, n) float64
-        Deviations of the sigma points.
-    dY : (2n + 1, m) float64
-        Deviations of the predicted measurements from their weighted mean.
-    Wc : (2n + 1,) float64
-        Covariance weights.
-    nu : (m,) float64
-        Innovation z - z_hat.
-    R : (m,) float64
-        Variances of the measurements.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where the innovation's covariance is singular.
+    P (n, n) is the covariance before, dX (2n + 1, n) and dY (2n + 1, m) are the deviations of sigma
+    points and of their images from the weighted mean, Wc (2n + 1,) the covariance weights, nu (m,)
+    the innovation, R (m,) the variances. Raises LinAlgError if the innovation's covariance is
+    singular.
     """
     V = dY / R
     G = V @ dY.T

@@ -1,8 +1,4 @@
-"""Iterated posterior linearisation (docs/method.md 4.4; DOI 10.1109/TSP.2015.2454485).
-
-Measurements are linearised at the current posterior, while the correction is always applied to the
-frame's prior.
-"""
+"""Iterated posterior linearisation (docs/method.md 4.4; DOI 10.1109/TSP.2015.2454485)."""
 
 from __future__ import annotations
 
@@ -18,10 +14,8 @@ from stereotrack_core.arrays import FloatArray
 class Information:
     """Normal equations gathered from measurements."""
 
-    A: FloatArray
-    """(n, n). H' R^-1 H."""
-    b: FloatArray
-    """(n,). H' R^-1 times the innovation at the point of linearisation."""
+    A: FloatArray  # (n, n). H' R^-1 H.
+    b: FloatArray  # (n,). H' R^-1 times the innovation at the point of linearisation.
 
     def __add__(self, other: Information) -> Information:
         return Information(self.A + other.A, self.b + other.b)
@@ -36,22 +30,11 @@ def information(D: FloatArray, nu: FloatArray, R: FloatArray) -> Information:
 def posterior(
     P0_inverse: FloatArray, from_prior: FloatArray, gathered: Information
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean of the error state and covariance given prior and measurements.
+    """Mean (n,) of the error state, to be added to x_i, and covariance (n, n), given prior and
+    measurements.
 
-    Parameters
-    ----------
-    P0_inverse : (n, n) float64
-        Inverse of the prior's covariance.
-    from_prior : (n,) float64
-        x_0 - x_i: the prior's mean seen from the point of linearisation.
-    gathered : Information
-        Linearised at x_i.
-
-    Returns
-    -------
-    dx : (n,) float64
-        To be added to x_i: the minimum of both quadratic forms.
-    P : (n, n) float64
+    `P0_inverse` (n, n): inverse of the prior's covariance; `from_prior` (n,): x_0 - x_i, the
+    prior's mean seen from the point of linearisation x_i, at which `gathered` was linearised.
     """
     P = inverse(P0_inverse + gathered.A)
     return P @ (P0_inverse @ from_prior + gathered.b), P

@@ -1,7 +1,5 @@
 """Scaled sigma points (Julier and Uhlmann 2002, DOI 10.1109/ACC.2002.1025369)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,27 +11,16 @@ from stereotrack_core.arrays import FloatArray
 class SigmaWeights:
     """Spread and weights of the 2n + 1 sigma points of an n-dimensional state."""
 
-    spread: float
-    """Factor on the columns of the covariance's square root: sqrt(n + lambda)."""
+    spread: float  # factor on the columns of the covariance's square root: sqrt(n + lambda)
     mean: FloatArray
-    covariance: FloatArray
-    """`mean` and `covariance`: (2n + 1,). Weights for means and for covariances; the first is the
-    middle point's and may be negative."""
+    covariance: FloatArray  # `mean`, `covariance`: (2n + 1,); the first may be negative
 
 
 def scaled_weights(n: int, alpha: float, beta: float, kappa: float) -> SigmaWeights:
-    """Weights of the scaled unscented transform; see section 2.2.4.
+    """Weights of the scaled unscented transform of an n-dimensional state; see section 2.2.4.
 
-    Parameters
-    ----------
-    n : int
-        Dimension of the state.
-    alpha : float
-        Spread of the points: small keeps them close to the mean.
-    beta : float
-        Knowledge about the distribution; 2 for a normal one.
-    kappa : float
-        The original transform's scaling.
+    A small `alpha` keeps points close to the mean; `beta` is 2 for a normal distribution; `kappa`
+    is the original transform's scaling.
     """
     scale = alpha * alpha * (n + kappa)
     mean = np.full(2 * n + 1, 0.5 / scale)
@@ -44,12 +31,6 @@ def scaled_weights(n: int, alpha: float, beta: float, kappa: float) -> SigmaWeig
 
 
 def sigma_deviations(P: FloatArray, weights: SigmaWeights) -> FloatArray:
-    """Deviations (2n + 1, n) of the sigma points from their mean, (2.12) to (2.14).
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where P (n, n) is not positive definite.
-    """
+    """Deviations (2n + 1, n) from the mean, (2.12) to (2.14); LinAlgError for indefinite P."""
     root = weights.spread * np.linalg.cholesky(P).T
     return np.concatenate([np.zeros((1, P.shape[0])), root, -root])

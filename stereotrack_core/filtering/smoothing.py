@@ -1,9 +1,7 @@
 """The smoother of Rauch, Tung and Striebel (DOI 10.2514/3.3166): one step back, and all frames.
 
-Numbers are error states at known points of linearisation, so that everything here is linear.
+Numbers are error states at known points of linearisation, so that everything is linear.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
@@ -17,32 +15,16 @@ from stereotrack_core.filtering.linearisation import Information, inverse, poste
 def backward_step(
     P: FloatArray, predicted: FloatArray, carried: BoolArray, after: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Go one frame back: C = P predicted^-1 and P + C (after - predicted) C'.
+    """Go one frame back: C = P predicted^-1 (n, n) and P + C (after - predicted) C' (n, n).
 
-    The next state is this one plus noise, where it was carried over; elsewhere it was drawn anew
-    and tells nothing about this one but through what is correlated with it here. A prediction
-    that is in some direction more certain than P, as one whose parts were widened by different
-    factors can be, is no random walk; it is widened until it is one, so that P never becomes
-    indefinite.
+    P is the filtered covariance, `predicted` the one that the next frame's correction began from,
+    `after` the smoothed one of the next frame. The next state is this one plus noise where it was
+    `carried` (n,); elsewhere it was drawn anew and tells nothing about this one but through
+    correlations: C is zero there.
 
-    Parameters
-    ----------
-    P : (n, n) float64
-        Filtered covariance of this frame.
-    predicted : (n, n) float64
-        Covariance that the next frame's correction began from.
-    carried : (n,) bool
-        Which numbers of the next frame were predicted from this one.
-    after : (n, n) float64
-        Smoothed covariance of the next frame.
-
-    Returns
-    -------
-    gain : (n, n) float64
-        C: the smoothed error state of this frame is C times that of the next frame, both seen
-        from what was filtered and from what was predicted of it; zero where it was not carried.
-    P : (n, n) float64
-        Smoothed covariance; never larger than the filtered one.
+    A prediction that is in some direction more certain than P, as one whose parts were widened by
+    different factors can be, is no random walk; it is widened until it is one, so that P never
+    becomes indefinite.
     """
     gain = np.zeros_like(P)
     if not carried.any():
@@ -64,43 +46,31 @@ def _smoothed(P: FloatArray, C: FloatArray, predicted: FloatArray, after: FloatA
 def _reachable(P: FloatArray, predicted: FloatArray) -> FloatArray:
     """P plus the part of predicted - P that a process noise can have."""
     values, vectors = np.linalg.eigh(0.5 * (predicted + predicted.T) - P)
-    result: FloatArray = P + (vectors * np.maximum(values, 0.0)) @ vectors.T
-    return result
+    return np.asarray(P + (vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
     """How a state goes on: x_k+1 = F x_k + c_k + w_k, w_k of covariance Q_k."""
 
-    F: FloatArray
-    """(N, N)."""
-    c: FloatArray
-    """(K - 1, N)."""
-    Q: FloatArray
-    """(K - 1, N). Diagonals."""
-    mean: FloatArray
-    """(N,). Of the first frame, before its measurements."""
-    P: FloatArray
-    """(N, N). Its covariance."""
+    F: FloatArray  # (N, N)
+    c: FloatArray  # (K - 1, N)
+    Q: FloatArray  # (K - 1, N). Diagonals.
+    mean: FloatArray  # (N,). Of the first frame, before its measurements.
+    P: FloatArray  # (N, N). Its covariance.
 
 
 @dataclass(frozen=True, eq=False)
 class Smooth:
     """What all measurements say about all frames."""
 
-    mean: FloatArray
-    """(K, N)."""
-    P: FloatArray
-    """(K, N, N)."""
-    noise: FloatArray
-    """(K - 1, N). Expected squares of w."""
+    mean: FloatArray  # (K, N)
+    P: FloatArray  # (K, N, N)
+    noise: FloatArray  # (K - 1, N). Expected squares of w.
 
 
 def smooth(walk: Walk, measured: list[Information]) -> Smooth:
-    """A Kalman filter over all frames and back again; measurements are information A_k, b_k.
-
-    They may know fewer numbers than the state has: its first ones.
-    """
+    """A Kalman filter over all frames and back; A_k, b_k may know the first numbers alone."""
     count, N = len(measured), len(walk.mean)
     mean, P = np.empty((count, N)), np.empty((count, N, N))
     gain, before = np.empty((max(count - 1, 0), N, N)), np.empty((count, N))
@@ -127,31 +97,17 @@ def smooth(walk: Walk, measured: list[Information]) -> Smooth:
     return Smooth(mean, P, noise)
 
 
-_TAIL = 1.0
-"""Degrees of freedom of the steps' t-distribution: few, so that there may be both still phases and
-sudden movements."""
-
+_TAIL = 1.0  # degrees of freedom of the t-distribution: few, for still phases and jumps
 _ROUNDS = 15
-
-_SMALLEST = 1e-4
-"""Least part of a step's expected variance that may be left of it."""
+_SMALLEST = 1e-4  # least part of a step's expected variance that may be left of it
 
 
 def smooth_uneven(walk: Walk, measured: list[Information], group: IntArray) -> Smooth:
     """Smooth a walk whose steps are small most of the time and large now and then.
 
-    The steps of each group of numbers have Student's t-distribution. Its scale, and how much larger
-    than usual each step is, are estimated from all frames by expectation and maximisation
-    (DOI 10.2307/2290063).
-
-    Parameters
-    ----------
-    walk : Walk
-        Its Q is where the scales begin.
-    measured : list of Information
-        Of K frames.
-    group : (N,) int
-        Of each number, counted from 0.
+    The steps of each `group` (N,) of numbers, counted from 0, have Student's t-distribution. Its
+    scale, which begins at the walk's Q, and the size of each step are estimated from all K frames
+    by expectation and maximisation (DOI 10.2307/2290063).
     """
     if len(measured) < 2:
         return smooth(walk, measured)

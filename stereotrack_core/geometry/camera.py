@@ -1,7 +1,5 @@
 """One lens: intrinsics with distortion, and its place in the world."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,12 +10,10 @@ from numpy.polynomial import Polynomial
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.transform import RigidTransform
 
-_MANY = 100
-"""Points from which OpenCV is slower than NumPy."""
+_MANY = 100  # points from which OpenCV is slower than NumPy
 
 
 _BLOCK = 16  # pixels; codecs store images of whole blocks
-
 PADDED = (
     "the calibration of {} is for images of {} x {} pixels, padded to multiples of 16 to the right "
     "and below; it is used for those of {} x {}"
@@ -26,10 +22,7 @@ PADDED = (
 
 
 def is_padded(size: tuple[int, int], shown: tuple[int, int]) -> bool:
-    """Whether images of a size are those `shown`, padded to multiples of 16 pixels.
-
-    The padding lies to the right and below, so that the camera matrix is the same.
-    """
+    """Whether images of a size are those `shown`, padded right and below to whole blocks."""
     whole = [_BLOCK * -(-side // _BLOCK) for side in shown]
     each = zip(size, shown, whole, strict=True)
     return size != shown and all(one in (own, padded) for one, own, padded in each)
@@ -39,17 +32,14 @@ def is_padded(size: tuple[int, int], shown: tuple[int, int]) -> bool:
 class Camera:
     """A calibrated camera; OpenCV axes (x right, y down, z forward).
 
-    The centre of the top-left pixel is (0, 0); pixels are those of the raw image.
-
-    `width` and `height`: image size in pixels.
+    The centre of the top-left pixel of the raw image is (0, 0).
     """
 
     name: str
     width: int
     height: int
     matrix: FloatArray  # (3, 3); intrinsics in pixels
-    distortions: FloatArray
-    """(k,); OpenCV order: 4, 5, 8, 12 or 14 coefficients; 4 for a fisheye lens."""
+    distortions: FloatArray  # (k,); OpenCV order: 4, 5, 8, 12 or 14; 4 for a fisheye lens
     fisheye: bool  # whether `distortions` belong to OpenCV's fisheye model
     camera_from_world: RigidTransform
 
@@ -90,11 +80,7 @@ class Camera:
         return float(np.sqrt(turns.min())) if turns.size else float("inf")
 
     def project(self, points_world: FloatArray) -> FloatArray:
-        """Raw pixels (..., 2) of world points (..., 3).
-
-        NaN for points behind the camera, and for those so far aside that the distortion would
-        fold them back into the image (:attr:`widest_slope`).
-        """
+        """Raw pixels (..., 2) of world points (..., 3); NaN behind or beyond the lens."""
         points = np.asarray(points_world, dtype=np.float64)
         in_camera = self.camera_from_world.apply(points).reshape(-1, 3)
         in_front = in_camera[:, 2] > 1e-6
@@ -161,10 +147,7 @@ _STILL = 1e-11  # metres; a step shorter than this ends the search
 
 
 def pixel_jacobian(camera: Camera, points_world: FloatArray) -> FloatArray:
-    """Derivatives (..., 2, 3) of raw pixels by world points (..., 3), pixels per metre.
-
-    By central differences, so that it holds for every lens; NaN where a point cannot be seen.
-    """
+    """Central differences (..., 2, 3) of raw pixels by world points (..., 3), px/m, or NaN."""
     points = np.asarray(points_world, dtype=np.float64)
     steps = _STEP * np.concatenate([np.eye(3), -np.eye(3)])
     moved = camera.project(points[..., None, :] + steps)
@@ -175,11 +158,7 @@ def pixel_jacobian(camera: Camera, points_world: FloatArray) -> FloatArray:
 def nearest_on_ray(
     camera: Camera, pixel: FloatArray, origin: FloatArray, direction: FloatArray, start: float
 ) -> FloatArray:
-    """Point (3,) of another camera's ray whose picture is nearest to a raw pixel; NaN if unseen.
-
-    The ray starts at `origin` (3,) and runs along `direction` (3,), world, metres; the point is
-    looked for from `start` metres on.
-    """
+    """Point (3,) of a ray, from `start` metres on, whose picture is nearest to a raw pixel."""
     distance = start
     ahead = np.array([0.0, _STEP, -_STEP])[:, None] * direction
     for _ in range(_ROUNDS):

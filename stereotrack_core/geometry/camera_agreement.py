@@ -5,8 +5,6 @@ give. A camera whose calibration or clock is wrong lies off nearly everywhere, s
 image or along the movement, and without it the others agree; single wrong sightings do neither.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,29 +16,19 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import covariance_of_rays, nearest_to_rays
 
-_LEAST_PX = 6.0
-"""Median distance from which a camera is named; calibrations and eyes are no better than that."""
-
-LEAST_RATIO = 2.5
-"""How much farther off it lies than the others are from each other."""
-
+_LEAST_PX = 6.0  # median distance from which a camera is named; eyes are no better
+LEAST_RATIO = 2.5  # how much farther off it lies than the others are from each other
 _LEAST_COUNT = 8
 _LEAST_SHARE = 0.5  # share of its sightings that lie off where the camera is to blame
 _USUAL_SHARE = 0.15  # share of wrong sightings that surprises nobody in any camera
 _MOST_CHANCE = 1e-4
-_LEAST_EXPLAINED = 0.6
-"""Share of the distance that has to follow the place in the image, or the movement."""
-
+_LEAST_EXPLAINED = 0.6  # share of the distance that follows place or movement
 _EXCHANGED = 0.5  # share of the distance that is left at most where left and right were mixed up
 _CLEAR_SHARE = 0.6
-_CLEAR_CHANCE = 0.01
-"""Share of the points that fit better without the named camera than without any other one."""
-
+_CLEAR_CHANCE = 0.01  # share of points that fit better without this camera than any other
 _ASTRAY = 2.5  # standard deviations beyond which a sighting lies off
 _GROSS = 5.0  # standard deviations that count at most where cameras are weighed against each other
-_LARGEST_SPREAD = 4.0
-"""Pixels by which the other cameras' point may move in the image for each pixel of theirs."""
-
+_LARGEST_SPREAD = 4.0  # pixels by which the others' point may move for each of theirs
 _LEAST_SPEED_PX = 3.0
 _LEAST_LATE = 0.3
 _LONGEST_STEP = 3  # frames between which a movement is taken to be even
@@ -50,24 +38,17 @@ _ROUNDS = 30
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A camera that contradicts the others.
-
-    `count` and `off`: sightings that could be compared, and those of them that lie off.
-    """
+    """A camera that contradicts the others: `off` of its `count` sightings."""
 
     camera: str  # its name; empty where nobody can say which of two is wrong
     others: tuple[str, ...]  # those that agree with each other; or else the two that do not
     off_px: float
     """Median distance of its sightings from where the others have the points; where there are no
     others, from each other's epipolar lines."""
-    agreement_px: float
-    """Median distance of the others' sightings from the points that they agree on; NaN where there
-    are no others."""
+    agreement_px: float  # median distance of the others' sightings from their points; NaN if none
     count: int
     off: int
-    late_frames: float = float("nan")
-    """By how many frames it shows everything later than the others, where that explains more than a
-    displacement does; NaN else."""
+    late_frames: float = float("nan")  # later than the others, where that explains more; else NaN
 
     @property
     def doubtful(self) -> tuple[str, ...]:
@@ -106,10 +87,9 @@ def disagreeing_camera(
     pixels: FloatArray,
     mirror: Sequence[int] | None = None,
 ) -> Disagreement | None:
-    """The camera that contradicts the others, if one does, by raw pixels (V, F, L, 2) of L points.
+    """The camera that contradicts the others by raw pixels (V, F, L, 2), NaN if unseen.
 
-    NaN is not seen; frames (F,) ascend. None where exchanging left and right in it explains most of
-    that: `mirror` names for each point the one of the other side, or itself.
+    None where exchanging left and right in it (`mirror` of each point) explains most of that.
     """
     seen = [v for v in range(len(cameras)) if np.isfinite(pixels[v]).all(axis=-1).any()]
     cameras, pixels = [cameras[v] for v in seen], pixels[seen]
@@ -133,10 +113,7 @@ def disagreeing_camera(
 def camera_residuals(
     cameras: Sequence[Camera], pixels: FloatArray, doubtful: Sequence[str] = ()
 ) -> tuple[CameraResidual, ...]:
-    """What is said of each camera that has raw pixels (V, F, L, 2); NaN is not seen.
-
-    The points are those of all cameras together but the `doubtful` ones, where two are left.
-    """
+    """What is said of each camera with raw pixels (V, F, L, 2), by points of the sound ones."""
     seen = [v for v in range(len(cameras)) if np.isfinite(pixels[v]).all(axis=-1).any()]
     if len(seen) < 2:
         return ()
@@ -228,10 +205,7 @@ def _without(cameras: Sequence[Camera], pixels: FloatArray, left: int) -> _Rest:
 
 
 def _points(cameras: Sequence[Camera], pixels: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points (N, 3), world, and their covariances (N, 3, 3) for sightings good to a pixel.
-
-    Rays count by what a pixel is in metres at the point.
-    """
+    """Points (N, 3), world, and covariances (N, 3, 3); rays count by metres per pixel there."""
     origins = np.array([camera.position_world for camera in cameras])
     directions = np.stack(
         [camera.rays_world(own) for camera, own in zip(cameras, pixels, strict=True)], axis=1
@@ -240,10 +214,7 @@ def _points(cameras: Sequence[Camera], pixels: FloatArray) -> tuple[FloatArray, 
     focal = np.array([camera.focal for camera in cameras])
     distance = np.linalg.norm(first[:, None] - origins, axis=-1)
     weight = np.square(focal / np.maximum(distance, 1e-6))
-    return (
-        nearest_to_rays(origins, directions, weight),
-        covariance_of_rays(directions, weight),
-    )
+    return (nearest_to_rays(origins, directions, weight), covariance_of_rays(directions, weight))
 
 
 def _spread(camera: Camera, points: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -297,11 +268,7 @@ def _judged(
 
 
 def _explained(off: FloatArray, design: FloatArray) -> tuple[bool, float, FloatArray]:
-    """Whether distances follow something, the share of them that is left, and the coefficients.
-
-    What the distances (M, 2) may follow, `design` (M, 2, K), is fitted by least distances, so that
-    wrong sightings do not count.
-    """
+    """Whether distances (M, 2) follow `design` (M, 2, K), the share left, and coefficients."""
     weight = np.ones(len(off))
     fitted: FloatArray = np.zeros_like(off)
     solution: FloatArray = np.zeros(design.shape[-1])

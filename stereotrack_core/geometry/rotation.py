@@ -7,10 +7,7 @@ from stereotrack_core.arrays import FloatArray
 
 
 def rotation_from_vector(vector: FloatArray) -> FloatArray:
-    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) (Rodrigues).
-
-    Right-handed and active; a rotation vector is the axis times the angle in radians.
-    """
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3), radians, active (Rodrigues)."""
     v = np.asarray(vector, dtype=np.float64)
     squared = np.einsum("...i,...i->...", v, v)
     angle = np.sqrt(squared)
@@ -52,10 +49,9 @@ def skew(vector: FloatArray) -> FloatArray:
 
 
 def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Angle in radians between vectors (..., 3); NaN where one of them has no length or is NaN.
+    """Angle in radians between vectors (..., 3); NaN without a length.
 
-    Twice the angle at the base of the rhombus that both span when made equally long, which is
-    exact for small angles and for those near half a turn (W. Kahan).
+    Twice the angle at the base of the rhombus that both span, exact for all angles (W. Kahan).
     """
     u, v = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     long_u, long_v = _length(u), _length(v)

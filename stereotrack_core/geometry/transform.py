@@ -33,8 +33,7 @@ class RigidTransform:
     def __matmul__(self, other: RigidTransform) -> RigidTransform:
         """``a_from_b @ b_from_c`` is ``a_from_c``."""
         return RigidTransform(
-            self.rotation @ other.rotation,
-            self.rotation @ other.translation + self.translation,
+            self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
         )
 
     def matrix(self) -> FloatArray:

@@ -14,10 +14,7 @@ from stereotrack_core.geometry.camera import Camera
 
 
 def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
-    """Least distances (...) between the segments a to b and c to d, all (..., 3).
-
-    Segments may be points; NaN where one is NaN.
-    """
+    """Least distances (...) between segments, or points, a to b and c to d, all (..., 3)."""
     s, t = nearest_on_segments(a, b, c, d)
     apart = a + s[..., None] * (b - a) - c - t[..., None] * (d - c)
     return np.sqrt(_dot(apart, apart))
@@ -28,8 +25,7 @@ def nearest_on_segments(
 ) -> tuple[FloatArray, FloatArray]:
     """Shares (...), 0 to 1, from a to b and from c to d where two segments are nearest.
 
-    The nearest points are found on the lines, then moved into the segments one after the other
-    (Ericson, Real-Time Collision Detection, section 5.1.9).
+    Ericson, Real-Time Collision Detection, section 5.1.9.
     """
     u, v, w = b - a, d - c, a - c
     uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
@@ -60,20 +56,10 @@ _UNPLACED = 1e12
 def nearest_to_rays(
     origins: FloatArray, directions: FloatArray, weight: FloatArray | None = None
 ) -> FloatArray:
-    """Point with the least sum of squared distances to rays.
+    """Point (..., 3) with the least sum of squared distances to rays, NaN without one.
 
-    Solves sum w (I - d d^T) (p - o) = 0 over the rays (o, d) of weight w.
-
-    Parameters
-    ----------
-    origins : (..., V, 3)
-    directions : (..., V, 3); unit vectors; rays with NaN are left out
-    weight : (..., V); 1 for all where it is not given; rays of weight NaN are left out
-
-    Returns
-    -------
-    (..., 3) float64
-        NaN where fewer than two rays are known or all are parallel.
+    Solves sum w (I - d d^T) (p - o) = 0 over origins (..., V, 3), unit directions (..., V, 3) and
+    weights (..., V); rays with NaN are left out.
     """
     o = np.asarray(origins, dtype=np.float64)
     d = np.asarray(directions, dtype=np.float64)
@@ -92,10 +78,9 @@ def nearest_to_rays(
 
 
 def covariance_of_rays(directions: FloatArray, weight: FloatArray) -> FloatArray:
-    """Covariances (..., 3, 3) of the points of :func:`nearest_to_rays`.
+    """Covariances (..., 3, 3) of points of :func:`nearest_to_rays`, or infinite.
 
-    Infinite where the rays do not place a point. The weights (..., V) are one over the variance of
-    a ray at the point, across its direction (..., V, 3).
+    The weights (..., V) are one over the variance of a ray at the point.
     """
     matrix = _across(directions, weight).sum(axis=-3)
     solvable = np.linalg.cond(matrix) < _SINGULAR
@@ -116,10 +101,8 @@ def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
 class Sightings:
     """One point in the images of V cameras; errors count in raw pixels.
 
-    The lens is taken to be straight around every sighting: the error in raw pixels is A (n - p),
-    with the sighting and the point as undistorted image coordinates n and p, and the derivative A
-    of raw pixels by these at the sighting. That is exact where it matters, for small errors, and
-    no lens has to be computed while the point is looked for.
+    The lens is taken to be straight around every sighting: the error is A (n - p), with sighting n
+    and point p undistorted, and the derivative A of raw pixels by these.
     """
 
     rotation: FloatArray  # (V, 3, 3)
@@ -188,9 +171,7 @@ class SeenPoint:
 def point_of_sightings(sightings: Sightings) -> SeenPoint | None:
     """The point by least squares with Tukey's weights (1 - (r / 8 sigma)^2)^2.
 
-    The rays of every pair of cameras give a candidate; it is looked for from the one that
-    contradicts the others least. None with fewer than two sightings, or where the rays do not meet
-    in front of two cameras.
+    From the best candidate of two rays; None where rays do not meet in front of two cameras.
     """
     world = _best_candidate(sightings)
     if world is None:

@@ -1,7 +1,5 @@
 """Which of a world's axes points up, and the turn to a world of the same origin in which z does."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -23,16 +21,12 @@ _ROWS: Mapping[str, tuple[tuple[int, int, int], ...]] = MappingProxyType(
 """Rows of upright_from_world. East, the first, is the world's x where that lies on the floor: so it
 is for y up, and for cameras' own frames, whose y points down and whose z, ahead, is north."""
 
-UP_AXES: tuple[str, ...] = tuple(_ROWS)
-"""Names of the axes, the usual one first."""
+UP_AXES: tuple[str, ...] = tuple(_ROWS)  # names of the axes, the usual one first
 
 
 @dataclass(frozen=True)
 class Upright:
-    """The turn of a world whose `axis` points up to one in which z does.
-
-    Exact: coordinates are exchanged and change their signs.
-    """
+    """The turn of a world whose `axis` points up to one in which z does; exact."""
 
     axis: str = "z"
 
@@ -57,5 +51,4 @@ class Upright:
         return points if self.axis == UP_AXES[0] else points @ self.rotation.T
 
 
-Z_UP = Upright()
-"""A world as it should be."""
+Z_UP = Upright()  # a world as it should be

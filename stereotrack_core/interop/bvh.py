@@ -7,8 +7,6 @@ missing values: unknown landmarks stay where they were last known, and a file of
 with ``.json`` behind it lists those frames, the unit and the axes.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,10 +28,7 @@ _UP = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint with its motion: rotations (F, 3, 3), parent_from_joint; centimetres, y up.
-
-    The offset (3,) is in the parent's rest frame; the root's parent is empty.
-    """
+    """A joint: rotations (F, 3, 3) parent_from_joint, offset (3,) in the parent's rest; cm."""
 
     name: str
     parent: str
@@ -42,10 +37,7 @@ class Joint:
 
 
 def skeleton(landmarks: FloatArray, known: BoolArray) -> tuple[FloatArray, list[Joint]]:
-    """Root positions (F, 3) and joints, parents first, of landmarks (F, 9, 3) in BVH's axes.
-
-    `known` (F, 9) says which landmarks count for the bone lengths.
-    """
+    """Root positions (F, 3) and joints, parents first; `known` (F, 9) counts for bone lengths."""
     at = {name: landmarks[:, k] for k, name in enumerate(LANDMARKS)}
     seen = {name: known[:, k] for k, name in enumerate(LANDMARKS)}
     hips = (at["left_hip"] + at["right_hip"]) / 2.0
@@ -127,19 +119,14 @@ _BVH_FROM_WORLD = 100.0 * np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0
 
 
 def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
-    """Write the skeleton's motion, and ``<path>.json`` with what the format cannot say.
-
-    InputError for a trajectory in which a landmark is never known.
-    """
+    """Write the motion, and ``<path>.json``; InputError where a landmark is never known."""
     fps = checked_fps(fps)
     first, points = contiguous(trajectory, str(path))
     unknown: BoolArray = np.asarray(np.isnan(points).any(axis=-1))
     if never := [name for k, name in enumerate(LANDMARKS) if unknown[:, k].all()]:
-        raise InputError(
-            f"the landmark {never[0]} has no position in any frame",
-            where=str(path),
-            remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
-        )
+        what = f"the landmark {never[0]} has no position in any frame"
+        remedy = "BVH cannot omit landmarks. Export as csv, trc or c3d instead."
+        raise InputError(what, where=str(path), remedy=remedy)
     landmarks = _held(points, unknown) @ _BVH_FROM_WORLD.T
     root, joints = skeleton(landmarks, ~unknown)
     channels = np.concatenate([root, *(_euler_zxy_deg(j.rotation) for j in joints)], axis=1)
@@ -173,10 +160,9 @@ def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:
 
 
 def _euler_zxy_deg(rotation: FloatArray) -> FloatArray:
-    """Angles (F, 3) in degrees with R = Rz Rx Ry, without jumps of a full turn.
-
-    The last angle is taken from what the first leaves over, which stays exact where the
-    middle one is near 90 degrees.
+    """Angles (F, 3) in degrees with R = Rz Rx Ry, without jumps of a full turn. The last one is
+    taken from what the first leaves over, which stays exact where the middle one is near 90
+    degrees.
     """
     z = np.arctan2(-rotation[:, 0, 1], rotation[:, 1, 1])
     x = np.arctan2(rotation[:, 2, 1], np.hypot(rotation[:, 0, 1], rotation[:, 1, 1]))

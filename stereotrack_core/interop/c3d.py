@@ -7,8 +7,6 @@ stores single precision; frame numbers are the recording's. Its header counts fr
 beyond that the group TRIAL and ``POINT:LONG_FRAMES`` count them, or the size of the file does.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Mapping
@@ -23,23 +21,14 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import replacing
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.interop.landmark_file import (
-    FileAxes,
-    Stated,
-    axis_in,
-    checked_fps,
-    contiguous,
-    metres_per,
-    world_from_up,
-)
+from stereotrack_core.interop import landmark_file
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _BLOCK = 512
 _LARGEST_WORD = 0xFFFF
-_WORDS, _FLOATS = 2, 4
-"""Types of parameters."""
+_WORDS, _FLOATS = 2, 4  # types of parameters
 _MAGIC = 0x50
 _BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
 
@@ -60,10 +49,7 @@ class _Processor:
         return int(struct.unpack_from(f"{self.order}H", data, at)[0])
 
     def floats(self, data: bytes) -> FloatArray:
-        """Numbers of four bytes.
-
-        Those of a VAX have their halves exchanged, and an exponent that is larger by two.
-        """
+        """Numbers of four bytes; a VAX exchanges halves, its exponent is larger by two."""
         if self.vax_floats:
             halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
             return np.ascontiguousarray(halves).view("<f4")[:, 0].astype(np.float64) / 4.0
@@ -315,17 +301,15 @@ def write_c3d(
     """
     frame = trajectory.frame
     if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):
-        raise InputError(
-            f"C3D counts frames from 0 to {_LAST_FRAME}",
-            where=str(path),
-            remedy="Export part of the run, or use another format.",
-        )
-    first, points = contiguous(trajectory, str(path))
+        what = f"C3D counts frames from 0 to {_LAST_FRAME}"
+        remedy = "Export part of the run, or use another format."
+        raise InputError(what, where=str(path), remedy=remedy)
+    first, points = landmark_file.contiguous(trajectory, str(path))
     residuals = np.zeros(points.shape[:2])
     if residual is not None:
         millimetres = np.clip(np.nan_to_num(1000.0 * residual), 0.0, _LARGEST_RESIDUAL)
         residuals[trajectory.frame - first] = millimetres.reshape(len(frame), -1)
-    file = _new_file(checked_fps(fps), first, len(points))
+    file = _new_file(landmark_file.checked_fps(fps), first, len(points))
     file["data"]["points"] = np.ones((4, len(LANDMARKS), len(points)))
     file["data"]["points"][:3] = 1000.0 * points.transpose(2, 1, 0)
     missing = np.isnan(points).any(axis=-1).T
@@ -363,25 +347,24 @@ def _new_file(fps: float, first: int, frames: int) -> Any:
     return file
 
 
-def read_c3d(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks and frame rate of a C3D file, its points matched by name.
+def read_c3d(
+    path: Path, stated: landmark_file.Stated | None = None
+) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks, matched by name and NaN where lacking, and frame rate of a C3D file.
 
-    Up and east are where the file's screen has them, else z and x. Landmarks that the file lacks
-    are NaN, points with other names are left out.
-
-    InputError for a damaged file, axes or a unit that are not known, or a file without any of the
-    nine landmarks.
+    Up and east are where the file's screen has them, else z and x. InputError for a damaged file,
+    unknown axes or unit, or a file without any of the nine landmarks.
     """
-    stated = stated or Stated()
+    stated = stated or landmark_file.Stated()
     try:
         content = _parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
         raise InputError(
             str(error), where=str(path), remedy="Use another copy of the file, or export it again."
         ) from error
-    metres = metres_per(content.units, f"{path}, POINT:UNITS")
+    metres = landmark_file.metres_per(content.units, f"{path}, POINT:UNITS")
     stated_axes = stated.world_from_file is not None
-    axes = FileAxes(np.eye(3), "") if stated_axes else _axes_of_screen(content, path)
+    axes = landmark_file.FileAxes(np.eye(3), "") if stated_axes else _axes_of_screen(content, path)
     markers = Markers(content.labels, metres * content.points, axes, path, "POINT:LABELS")
     points, notes = landmarks_in_world(markers, stated)
     notes = (*(Finding("note", str(path), note, "") for note in content.notes), *notes)
@@ -389,16 +372,17 @@ def read_c3d(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
     return LandmarkTrajectory(frame, points, content.rate, notes), content.rate
 
 
-def _axes_of_screen(content: _C3DContent, path: Path) -> FileAxes:
+def _axes_of_screen(content: _C3DContent, path: Path) -> landmark_file.FileAxes:
     """Axes of a file, of which the screen's vertical one points up and its right one east."""
-    up, east = axis_in(content.vertical or "+Z"), axis_in(content.right or "+X")
+    up, east = (
+        landmark_file.axis_in(content.vertical or "+Z"),
+        landmark_file.axis_in(content.right or "+X"),
+    )
     if up is None:
-        raise InputError(
-            f"{content.vertical!r} is not an axis",
-            where=f"{path}, POINT:Y_SCREEN",
-            remedy="State the axes that point east, north and up with --axes.",
-        )
+        what = f"{content.vertical!r} is not an axis"
+        remedy = "State the axes that point east, north and up with --axes."
+        raise InputError(what, where=f"{path}, POINT:Y_SCREEN", remedy=remedy)
     screen = {"POINT:X_SCREEN": content.right, "POINT:Y_SCREEN": content.vertical}
     given = [name for name, text in screen.items() if text]
     words = f"as stated by {' and '.join(given)}" if given else "as usual in C3D"
-    return FileAxes(world_from_up(up, east), words)
+    return landmark_file.FileAxes(landmark_file.world_from_up(up, east), words)

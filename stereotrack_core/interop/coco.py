@@ -7,8 +7,6 @@ keypoint comes from may stand under ``sources``, in their order, empty if not la
 state ``camera`` and ``frame``, otherwise both are told from the file's name.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -19,13 +17,7 @@ from stereotrack_core.annotation.click import Click, Visibility, origin_of_sourc
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import (
-    Labels,
-    LabelSource,
-    PicturePlaces,
-    checked_frame,
-    pictures_of,
-)
+from stereotrack_core.interop import label_source
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import TABLE_BYTES, read_json
 from stereotrack_core.recording.description import Recording
@@ -47,13 +39,10 @@ _KINDS: Mapping[str, Kind] = {"images": [_ENTRY], "annotations": [_ENTRY], "cate
 def write_coco(
     path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
 ) -> None:
-    """Write clicks of all cameras; deleted ones, flag and sigma are left out.
-
-    InputError where the file cannot be written.
-    """
+    """Write clicks of all cameras but deleted ones, without flag and sigma."""
     names = landmarks.names
     images, annotations = [], []
-    pictures = pictures_of(clicks, names, recording, path)
+    pictures = label_source.pictures_of(clicks, names, recording, path)
     for number, (camera, frame, found) in enumerate(pictures, start=1):
         images.append(
             {
@@ -77,11 +66,8 @@ def write_coco(
     write_file(path, json.dumps(content, indent=1, allow_nan=False))
 
 
-def read_coco(source: LabelSource) -> Labels:
-    """Read the keypoints of one person.
-
-    InputError where the file is no COCO file, or none of its keypoints is known.
-    """
+def read_coco(source: label_source.LabelSource) -> label_source.Labels:
+    """Read the keypoints of one person; InputError if it is no COCO file, or none is known."""
     path = source.path
     content = coco_content(path)
     categories = {
@@ -105,11 +91,8 @@ def read_coco(source: LabelSource) -> Labels:
         if place is None:
             return ()
         if place in seen:
-            raise InputError(
-                f"the file has a second person in {place[1]} at frame {place[0]}",
-                where=where,
-                remedy="Keep only the annotations of one person.",
-            )
+            what = f"the file has a second person in {place[1]} at frame {place[0]}"
+            raise InputError(what, where=where, remedy="Keep only the annotations of one person.")
         seen.add(place)
         keypoints = categories.get(annotation.get("category_id"), [])
         return _clicks(annotation, keypoints, known, place, where)
@@ -122,12 +105,10 @@ def _refuse_scores(path: Path, annotations: Iterable[Mapping[str, Any]]) -> None
     marks = (v for one in annotations for v in one["keypoints"][2::3])
     score = next((v for v in marks if isinstance(v, float) and not v.is_integer()), None)
     if score is not None:
-        raise InputError(
-            f"its keypoints have confidences ({score:g}), so they are predictions and no labels",
-            where=str(path),
-            remedy="Import them with `stereotrack import predictions`, or File, Import "
-            "predictions in the workbench.",
-        )
+        what = f"its keypoints have confidences ({score:g}), so they are predictions and no labels"
+        window = "File, Import predictions in the workbench"
+        remedy = f"Import them with `stereotrack import predictions`, or {window}."
+        raise InputError(what, where=str(path), remedy=remedy)
 
 
 def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, Any]:
@@ -169,13 +150,9 @@ def coco_content(path: Path) -> dict[str, list[dict[str, Any]]]:
 
 
 def places_of_images(
-    images: Iterable[Mapping[str, Any]], source: LabelSource
+    images: Iterable[Mapping[str, Any]], source: label_source.LabelSource
 ) -> Callable[[Any, str], tuple[int, str] | None]:
-    """Gives frame and camera of the image with an id; None for one of another camera than stated.
-
-    The function that is given takes the id and what it is asked for, and raises InputError where
-    they cannot be told.
-    """
+    """Gives frame and camera of the image with an id; None for another camera than stated."""
     by_id = {one.get("id"): one for one in images}
     names = {key: str(one.get("file_name", "")) for key, one in by_id.items()}
     own = {
@@ -183,20 +160,17 @@ def places_of_images(
         for key, one in by_id.items()
         if one.get("camera") is not None
     }
-    places = PicturePlaces(source, names.values(), own)
+    places = label_source.PicturePlaces(source, names.values(), own)
 
     def place(key: Any, where: str) -> tuple[int, str] | None:
         if key not in by_id:
-            raise InputError(
-                "the image of this annotation is not in the file",
-                where=where,
-                remedy="Add it to images.",
-            )
+            what = "the image of this annotation is not in the file"
+            raise InputError(what, where=where, remedy="Add it to images.")
         frame = by_id[key].get("frame")
         if not isinstance(frame, int) or isinstance(frame, bool):
             return places.of(names[key], where)
         camera = places.camera(names[key], where)
-        return None if camera is None else (checked_frame(frame, where=where), camera)
+        return None if camera is None else (label_source.checked_frame(frame, where=where), camera)
 
     return place
 
@@ -212,11 +186,8 @@ def _clicks(
     if len(values) != 3 * len(keypoints) or not all(
         isinstance(value, int | float) and math.isfinite(value) for value in values
     ):
-        raise InputError(
-            f"keypoints must be {len(keypoints)} triples of x, y and v",
-            where=where,
-            remedy="Use the file as written by the labelling tool.",
-        )
+        what = f"keypoints must be {len(keypoints)} triples of x, y and v"
+        raise InputError(what, where=where, remedy="Use the file as written by the labelling tool.")
     outside = {str(name) for name in annotation.get("outside") or []}
     sources = dict(zip(keypoints, map(str, annotation.get("sources") or []), strict=False))
     clicks = []

@@ -9,8 +9,6 @@ the first one. The table has no column for how a landmark is seen: one that is g
 seen, and one that is outside the image has no values, like one that nobody has labelled.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -21,14 +19,8 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop import label_source
 from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable, stored_table
-from stereotrack_core.interop.label_source import (
-    PLACES_ALONE,
-    Labels,
-    LabelSource,
-    PicturePlaces,
-    checked_frame,
-)
 from stereotrack_core.tables import csv_text, read_cells
 
 # Not read by sleap-io (0.9.5): it gives no labels and no complaint for a CSV whose pictures are not
@@ -56,10 +48,7 @@ class DeepLabCutTable(NamedTuple):
     rows: Sequence[Row]
 
     def points(self, row: Row) -> Iterator[tuple[str, str, float, float, float]]:
-        """Individual, body part, x, y and likelihood of the points of a row; NaN where empty.
-
-        InputError where a cell is not a number.
-        """
+        """Points of a row with likelihood, NaN where empty; InputError if a cell is no number."""
         found: dict[tuple[str, str], dict[str, float]] = {}
         for cell, (individual, part, coordinate) in zip(row[2], self.columns, strict=True):
             if coordinate in _NUMBERS:
@@ -116,21 +105,13 @@ def is_deeplabcut(lines: Sequence[Sequence[str]]) -> bool:
     return bool(lines) and bool(lines[0]) and lines[0][0] == "scorer"
 
 
-def read_deeplabcut(source: LabelSource) -> Labels:
-    """Read the labels or predictions of one camera, or of several where rows are named by pictures.
-
-    Predictions whose likelihood is less than 0.6 are left out.
-
-    InputError where the file cannot be read at all, or none of its landmarks is known.
-    """
+def read_deeplabcut(source: label_source.LabelSource) -> label_source.Labels:
+    """Read labels, or predictions of at least 0.6, of one camera or of those that pictures name."""
     path = source.path
     table = read_table(path, "Use a .csv file written by DeepLabCut.")
     if len({individual for individual, _, _ in table.columns} - {""}) > 1:
-        raise InputError(
-            "the file contains several individuals",
-            where=str(path),
-            remedy="Export the labels of one person only.",
-        )
+        what = "the file contains several individuals"
+        raise InputError(what, where=str(path), remedy="Export the labels of one person only.")
     place_of_row = places_of_rows((named for _, named, _ in table.rows), source)
 
     def read(row: Row, known: Mapping[str, str]) -> Iterator[Click]:
@@ -142,7 +123,7 @@ def read_deeplabcut(source: LabelSource) -> Labels:
                 yield Click(*place, known[part], (x, y), origin="imported")
 
     parts = (part for _, part, coordinate in table.columns if coordinate in _NUMBERS)
-    return replace(source.labels(parts, table.rows, read), unstated=PLACES_ALONE)
+    return replace(source.labels(parts, table.rows, read), unstated=label_source.PLACES_ALONE)
 
 
 def write_deeplabcut(
@@ -150,13 +131,8 @@ def write_deeplabcut(
 ) -> dict[Path, int]:
     """Write clicks as labels: one file, or with several cameras one for each, named after it.
 
-    Raises InputError where a file cannot be written, or a camera has a name that no file can have;
-    then all files stay as they were.
-
-    Returns
-    -------
-    dict from Path to int
-        How many labels are in each file; clicks without a place make none.
+    InputError where a file cannot be written, or a camera has a name that no file can have; then
+    all files stay as they were. Returns how many labels are in each file.
     """
     by_camera: dict[str, list[Click]] = {}
     for click in clicks:
@@ -190,16 +166,14 @@ def file_of_camera(path: Path, camera: str) -> Path:
     InputError where the camera's name is none that a file or a folder can have.
     """
     if camera.strip() in ("", ".", "..") or any(sign in _NOT_IN_FILES for sign in camera):
-        raise InputError(
-            f"the camera name {camera!r} cannot be used as a folder name",
-            where=str(path),
-            remedy="Export the clicks as csv or coco, or rename the camera.",
-        )
+        what = f"the camera name {camera!r} cannot be used as a folder name"
+        remedy = "Export the clicks as csv or coco, or rename the camera."
+        raise InputError(what, where=str(path), remedy=remedy)
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
 
 def places_of_rows(
-    rows: Iterable[Sequence[str]], source: LabelSource
+    rows: Iterable[Sequence[str]], source: label_source.LabelSource
 ) -> Callable[[Sequence[str], str], tuple[int, str] | None]:
     """Gives frame and camera of a row by its first cells: its number, or its picture's path.
 
@@ -207,14 +181,14 @@ def places_of_rows(
     of another camera than the stated one, and raises InputError where they cannot be told.
     """
     pictures = ("/".join(filter(None, cells)) for cells in rows)
-    places = PicturePlaces(source, [one for one in pictures if _number(one) is None])
+    places = label_source.PicturePlaces(source, [one for one in pictures if _number(one) is None])
 
     def place(cells: Sequence[str], where: str) -> tuple[int, str] | None:
         text = "/".join(filter(None, cells))
         if (frame := _number(text)) is None:
             return places.of(text, where)
         own = source.camera_of(source.path.name, str(source.path))
-        return checked_frame(frame, where=where), own
+        return label_source.checked_frame(frame, where=where), own
 
     return place
 

@@ -6,8 +6,6 @@ a pickle, of which only texts, numbers, lists and tuples are read; anything else
 could run a program.
 """
 
-from __future__ import annotations
-
 import io
 import pickle
 from collections.abc import Mapping, Sequence
@@ -34,10 +32,8 @@ class StoredTable:
 
     columns: Sequence[tuple[str, ...]]
     """(C,). Scorer, individual if there are several, body part and coordinate."""
-    rows: Sequence[tuple[str, ...]]
-    """(R,). Number of the frame, or the parts of a picture's path."""
-    values: FloatArray
-    """(R, C). NaN where there is none."""
+    rows: Sequence[tuple[str, ...]]  # (R,). Number of the frame, or the parts of a picture's path.
+    values: FloatArray  # (R, C). NaN where there is none.
 
 
 def stored_table(path: Path) -> StoredTable:

@@ -1,23 +1,15 @@
 """The first pose of a run, as a person names it: a way to begin, or a file that knows it."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.posing import pose_of_landmarks
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.interop import run_file
 from stereotrack_core.interop.landmark_file import Stated
-from stereotrack_core.interop.run_file import (
-    has_own_axes,
-    holds_run,
-    read_run,
-    read_trajectory,
-    unstatable,
-)
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -39,37 +31,32 @@ def first_pose(
     A file of another frame rate than the recording's is asked by time; `notes` are told so.
     InputError for a file that does not know `frame`.
     """
-    if stated is not None and stated.about_file and not has_own_axes(Path(text)):
-        raise unstatable(Path(text))
+    if stated is not None and stated.about_file and not run_file.has_own_axes(Path(text)):
+        raise run_file.unstatable(Path(text))
     if text in {"auto", "tpose"}:
         return text
     if text.startswith(f"{AUTO} "):
         return with_heading(AUTO, text.removeprefix(f"{AUTO} "))
     path = Path(text)
     if not path.suffix and not path.exists():
-        raise InputError(
-            f"{text!r} is not an initial pose",
-            where="--init",
-            remedy="Use auto, tpose, or the name of a run or landmarks file.",
-        )
+        remedy = "Use auto, tpose, or the name of a run or landmarks file."
+        raise InputError(f"{text!r} is not an initial pose", where="--init", remedy=remedy)
     pose = None
-    if holds_run(path):
-        run = read_run(path)
+    if run_file.holds_run(path):
+        run = run_file.read_run(path)
         for i in np.flatnonzero(run.frame == _frame_in_run(run, frame, recording)):
             pose = pose_of_run(run, int(i))
     else:
-        trajectory = read_trajectory(path, stated)
+        trajectory = run_file.read_trajectory(path, stated)
         if recording is not None:
             trajectory = trajectory.at_rate(recording.fps, f"--init {path}")
         if notes is not None:
             notes += trajectory.notes
         pose = _pose_at(trajectory, frame)
     if pose is None:
-        raise InputError(
-            f"the file does not contain frame {frame}",
-            where=f"--init {path}",
-            remedy="Start at a frame that the file contains: --frames A:B.",
-        )
+        what = f"the file does not contain frame {frame}"
+        remedy = "Start at a frame that the file contains: --frames A:B."
+        raise InputError(what, where=f"--init {path}", remedy=remedy)
     return pose
 
 
@@ -85,22 +72,17 @@ def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
     if heading is None:
         return init
     if init != AUTO:
-        raise InputError(
-            "the initial pose is given, and faces a direction already",
-            where="--heading",
-            remedy="Omit --heading, or use it with --init auto.",
-        )
+        what = "the initial pose is given, and faces a direction already"
+        where = "--heading"
+        raise InputError(what, where=where, remedy="Omit --heading, or use it with --init auto.")
     try:
         degrees = _COMPASS.get(heading.lower())
         degrees = float(heading) if degrees is None else degrees
     except ValueError:
         degrees = float("nan")
     if not -360.0 <= degrees <= 360.0:
-        raise InputError(
-            f"{heading!r} is not a heading",
-            where="--heading",
-            remedy="Use north, east, south, west, or degrees from north over east, such as 135.",
-        )
+        remedy = "Use north, east, south, west, or degrees from north over east, such as 135."
+        raise InputError(f"{heading!r} is not a heading", where="--heading", remedy=remedy)
     return f"{AUTO} {degrees % 360.0:g}"
 
 

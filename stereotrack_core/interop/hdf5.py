@@ -4,8 +4,6 @@ The library trusts the sizes that a file states: a damaged one has it take all m
 process. What this program has written itself may be read without this.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar

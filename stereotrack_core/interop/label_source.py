@@ -1,10 +1,8 @@
 """Files of labels: what is known about one, what its names mean, and the clicks that it gives."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
@@ -21,8 +19,7 @@ _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 _NUMBER = re.compile(r"\d+")
 
 
-PLACES_ALONE = ("flag", "sigma", "visibility")
-"""What a file cannot say that has nothing but places."""
+PLACES_ALONE = ("flag", "sigma", "visibility")  # what a file cannot say that has nothing but places
 
 
 @dataclass(frozen=True)
@@ -36,10 +33,7 @@ class Labels:
     unstated: tuple[str, ...] = ("flag", "sigma")  # fields of a click that the file cannot say
 
     def checked(self) -> tuple[Click, ...]:
-        """The clicks, where there are no problems.
-
-        Raises InputError: the first problem, with the number of the others.
-        """
+        """The clicks; InputError with the first problem and the number of the others, if any."""
         if not self.problems:
             return self.clicks
         first, others = self.problems[0], len(self.problems) - 1
@@ -53,9 +47,9 @@ class LabelSource:
 
     path: Path
     recording: Recording
-    landmarks: Sequence[str]  # ours
+    landmarks: Sequence[str] = ()  # ours
     camera: str | None = None  # camera or view that the file is of, where it does not say so itself
-    names: Mapping[str, str] | None = None
+    names: Mapping[str, str] = field(default_factory=dict)  # ours by the names in the file
     axes: str = ""
     """A trajectory's axes that point east, north and up, where it states others or none."""
 
@@ -65,15 +59,8 @@ class LabelSource:
         items: Iterable[Item],
         read: Callable[[Item, Mapping[str, str]], Iterable[Click]],
     ) -> Labels:
-        """Clicks of all items; where one cannot be read that is a problem, and the others are.
-
-        Raises InputError where none of the landmarks is known.
-
-        Parameters
-        ----------
-        theirs : names of the file's landmarks
-        items : rows, annotations or frames of the file
-        read : gives the clicks of an item, with the mapping from their landmark to ours
+        """Clicks of a file's items, by `read` with our landmarks by `theirs`; what fails is a
+        problem.
         """
         theirs = tuple(dict.fromkeys(theirs))
         known = map_names(theirs, self.landmarks, self.names, where=str(self.path))
@@ -95,39 +82,28 @@ class LabelSource:
 def pictures_of(
     clicks: Iterable[Click], names: Sequence[str], recording: Recording, path: Path
 ) -> list[tuple[Camera, int, dict[str, Click]]]:
-    """Clicks of these landmarks by picture: camera, frame, and the clicks by landmark, in order.
-
-    InputError where the recording has no such camera.
-    """
+    """Camera, frame and clicks by landmark of each picture; InputError for an unknown camera."""
     pictures: dict[tuple[str, int], dict[str, Click]] = {}
     for click in clicks:
         if not click.deleted and click.landmark in names:
             pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
     for name, _ in sorted(pictures):
         if name not in recording.cameras:
-            raise InputError(
-                f"the recording has no camera {name!r}",
-                where=str(path),
-                remedy=f"Its cameras are {_list(tuple(recording.cameras))}. Rename the camera in "
-                "the file, or remove its labels.",
-            )
+            cameras = f"Its cameras are {_list(tuple(recording.cameras))}."
+            remedy = f"{cameras} Rename the camera in the file, or remove its labels."
+            what = f"the recording has no camera {name!r}"
+            raise InputError(what, where=str(path), remedy=remedy)
     return [(recording.cameras[key[0]], key[1], own) for key, own in sorted(pictures.items())]
 
 
 def stated_names(pairs: Iterable[str], where: str = "") -> dict[str, str]:
-    """Names as a person types them, ``THEIRS=OURS``; empty parts are passed over.
-
-    Raises InputError where a part is no pair of names.
-    """
+    """Names as typed, ``THEIRS=OURS``, empty parts passed over; InputError for anything else."""
     names = {}
     for text in filter(None, map(str.strip, pairs)):
         theirs, sign, ours = (part.strip() for part in text.partition("="))
         if not (sign and theirs and ours):
-            raise InputError(
-                f"{text!r} cannot be read",
-                where=where,
-                remedy="Write THEIRS=OURS, for example left_wrist=left_hand.",
-            )
+            remedy = "Write THEIRS=OURS, for example left_wrist=left_hand."
+            raise InputError(f"{text!r} cannot be read", where=where, remedy=remedy)
         names[theirs] = ours
     return names
 
@@ -142,28 +118,18 @@ def map_names(
 ) -> dict[str, str]:
     """Ours of their names of landmarks; only what is said or means the same place is taken.
 
-    ``LElbow``, ``left-elbow``, ``Elbow_L`` are ``left_elbow``. A wrist is not matched with a hand:
-    the hand's landmark is half way to the tip of the middle finger.
-
-    `stated` mapping from their name to ours, what the person says; it goes before everything else.
-    `where`: file, for complaints. `needed`: refuse names of which none matches.
-
-    Raises InputError where none matches, two mean the same landmark, or a stated name is not known.
+    ``LElbow``, ``left-elbow``, ``Elbow_L`` are ``left_elbow``. A wrist is no hand: that landmark is
+    half way to the tip of the middle finger. `stated` goes before everything else. InputError where
+    none matches (if one is `needed`), two mean the same landmark, or a stated name is unknown.
     """
     theirs, stated = tuple(dict.fromkeys(theirs)), stated or {}
     for one, two in stated.items():
         if one not in theirs:
-            raise InputError(
-                f"the file has no landmark {one!r}",
-                where=where,
-                remedy=f"Its landmarks are {_list(theirs)}.",
-            )
+            what = f"the file has no landmark {one!r}"
+            raise InputError(what, where=where, remedy=f"Its landmarks are {_list(theirs)}.")
         if two not in ours:
-            raise InputError(
-                f"unknown landmark {two!r}",
-                where=where,
-                remedy=f"The landmarks are {_list(ours)}.",
-            )
+            what = f"unknown landmark {two!r}"
+            raise InputError(what, where=where, remedy=f"The landmarks are {_list(ours)}.")
     by_words = {_words(name): name for name in ours}
     known: dict[str, str] = {}
     for name in theirs:
@@ -172,19 +138,16 @@ def map_names(
             continue
         twice = next((one for one, two in known.items() if two == own), None)
         if twice is not None:
-            raise InputError(
-                f"{twice!r} and {name!r} both correspond to {own}",
-                where=where,
-                remedy="State which one to use, for example with --name THEIRS=OURS.",
-            )
+            what = f"{twice!r} and {name!r} both correspond to {own}"
+            remedy = "State which one to use, for example with --name THEIRS=OURS."
+            raise InputError(what, where=where, remedy=remedy)
         known[name] = own
     if needed and not known:
-        raise InputError(
-            f"none of its landmarks is known (it has {_list(theirs)})",
-            where=where,
-            remedy=f"The landmarks are {_list(ours)}. State the correspondences with --name "
-            "THEIRS=OURS.",
+        what = f"none of its landmarks is known (it has {_list(theirs)})"
+        remedy = (
+            f"The landmarks are {_list(ours)}. State the correspondences with --name THEIRS=OURS."
         )
+        raise InputError(what, where=where, remedy=remedy)
     return known
 
 
@@ -199,20 +162,13 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
     known = _cameras_by_name(recording)
     if stated is not None:
         if stated not in known:
-            raise InputError(
-                f"the recording has no camera {stated!r}",
-                where=where,
-                remedy=f"The cameras of the recording are {_list(tuple(known))}.",
-            )
+            remedy = f"The cameras of the recording are {_list(tuple(known))}."
+            raise InputError(f"the recording has no camera {stated!r}", where=where, remedy=remedy)
         return known[stated]
     found = _named_camera(path, known)
     if found is None:
-        raise InputError(
-            f"the camera of {path!r} cannot be determined",
-            where=where,
-            remedy="Give it with --camera. The cameras of the recording are "
-            f"{_list(tuple(known))}.",
-        )
+        remedy = f"Give it with --camera. The cameras of the recording are {_list(tuple(known))}."
+        raise InputError(f"the camera of {path!r} cannot be determined", where=where, remedy=remedy)
     return found
 
 
@@ -241,15 +197,9 @@ def _part_of_name(name: str) -> re.Pattern[str]:
 class PicturePlaces:
     """Camera and frame of each of a file's pictures, also where one of its cameras is stated.
 
-    A stated camera holds for a file of one camera. Of a file whose pictures lie in several folders,
-    or name several cameras, it chooses those that name it; the others are left out.
-
-    Parameters
-    ----------
-    pictures : iterable of str
-        Paths of all pictures or videos of the file.
-    own : mapping from str to str
-        Cameras that the file states of its pictures.
+    A stated camera holds for a file of one camera. Of a file whose `pictures` (paths) lie in
+    several folders, or name several cameras, it chooses those that name it; the others are left
+    out. `own`: cameras that the file states of its pictures.
     """
 
     def __init__(
@@ -274,13 +224,11 @@ class PicturePlaces:
         camera = camera_of("", self._source.recording, stated, where="--camera")
         if ("", camera) not in groups:
             some = [own[0] for own in groups.values()]
-            raise InputError(
-                f"the file has pictures of {len(groups)} videos or cameras ({_list(some)}), and "
-                f"none is named {stated}",
-                where=str(self._source.path),
-                remedy="Rename their folders after the cameras of the recording, or save a file "
-                "for each camera.",
-            )
+            several = f"{len(groups)} videos or cameras ({_list(some)})"
+            what = f"the file has pictures of {several}, and none is named {stated}"
+            folders = "Rename their folders after the cameras of the recording"
+            remedy = f"{folders}, or save a file for each camera."
+            raise InputError(what, where=str(self._source.path), remedy=remedy)
         others = (own for key, own in groups.items() if key[1] != camera)
         self._left_out = frozenset(picture for own in others for picture in own)
 
@@ -328,11 +276,8 @@ def frame_of(path: str, cameras: Iterable[str] = (), *, where: str) -> int:
         or _NUMBER.findall(" ".join((*parts[:-1], first)))
     )
     if not numbers:
-        raise InputError(
-            f"the image name {path!r} contains no number",
-            where=where,
-            remedy="The last number in the name must be the frame, counted from 0.",
-        )
+        remedy = "The last number in the name must be the frame, counted from 0."
+        raise InputError(f"the image name {path!r} contains no number", where=where, remedy=remedy)
     return checked_frame(float(numbers[-1]), where=where)
 
 

@@ -18,14 +18,13 @@ Cameras are numbered in the recording's order. The tables have no column for how
 or for what is outside the image.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from stereotrack_core import tables
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
@@ -37,26 +36,15 @@ from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tables import (
-    csv_text,
-    finite_number,
-    number_or_nan,
-    read_cells,
-    read_rows,
-    whole_number,
-)
 
 
 @dataclass(frozen=True)
 class PointTable:
     """How one of the programs writes its tables."""
 
-    pattern: re.Pattern[str]
-    """A column's name: point, camera's number and axis."""
-    first_pixel: int
-    """Number of the first pixel of a row, whose centre it is."""
-    upwards: bool
-    """Whether y points up, from the edge below the last row of pixels."""
+    pattern: re.Pattern[str]  # a column's name: point, camera's number and axis
+    first_pixel: int  # number of the first pixel of a row, whose centre it is
+    upwards: bool  # whether y points up, from the edge below the last row of pixels
 
     def pixel(self, place: tuple[float, float], camera: Camera) -> tuple[float, float]:
         """Theirs in ours."""
@@ -83,15 +71,9 @@ def point_table_of(header: Sequence[str]) -> PointTable | None:
 
 
 def read_points(source: LabelSource) -> Labels:
-    """Read the clicks of all cameras.
-
-    Cameras have the recording's order, points their names (``pt1`` of DLTdv means nothing: state
-    it).
-
-    InputError where the file cannot be read, the recording has fewer cameras, or no point is known.
-    """
+    """Read clicks of the cameras in the recording's order; InputError if no point is known."""
     path = source.path
-    lines = read_cells(path, headers=1)
+    lines = tables.read_cells(path, headers=1)
     table = point_table_of(lines[0])
     assert table is not None  # noqa: S101 - the header was looked at
     cameras = {str(k): name for k, name in enumerate(source.recording.cameras, start=1)}
@@ -101,11 +83,9 @@ def read_points(source: LabelSource) -> Labels:
         assert match is not None  # noqa: S101 - the whole header was looked at
         point, number, axis = match.groups()
         if number not in cameras:
-            raise InputError(
-                f"the file has a camera {number}, the recording has {len(cameras)}",
-                where=str(path),
-                remedy="Remove its columns, or add the camera to the recording.",
-            )
+            what = f"the file has a camera {number}, the recording has {len(cameras)}"
+            remedy = "Remove its columns, or add the camera to the recording."
+            raise InputError(what, where=str(path), remedy=remedy)
         if source.camera is not None and cameras[number] != source.camera_of("", str(path)):
             continue
         own = places.setdefault((point, cameras[number]), {})
@@ -117,7 +97,7 @@ def read_points(source: LabelSource) -> Labels:
         for (point, name), columns in places.items():
             if point in known and len(columns) == 2:
                 written = [cells[k] if k < len(cells) else "" for k in (columns["x"], columns["y"])]
-                x, y = (number_or_nan(cell, path, line, point) for cell in written)
+                x, y = (tables.number_or_nan(cell, path, line, point) for cell in written)
                 if math.isfinite(x) and math.isfinite(y):
                     pixel = table.pixel((x, y), source.recording.cameras[name])
                     clicks.append(Click(line - 2, name, known[point], pixel, origin="imported"))
@@ -133,36 +113,27 @@ _UNDERSTOOD = (
     "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d "
     "and .npz."
 )
-LABEL_SUFFIXES = (".csv", ".h5", ".json", ".slp")
-"""What :func:`read_labels` reads."""
+LABEL_SUFFIXES = (".csv", ".h5", ".json", ".slp")  # what :func:`read_labels` reads
 
 _TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
 
 
 def is_trajectory(path: Path) -> bool:
-    """Whether a file holds points in space instead of clicks.
-
-    InputError where it cannot be read.
-    """
+    """Whether a file holds points in space instead of clicks; InputError if unreadable."""
     suffix = path.suffix.lower()
     if suffix != ".csv":
         return suffix in TRAJECTORY_SUFFIXES
-    lines = read_cells(path)
+    lines = tables.read_cells(path)
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
 
 def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
-    """Read clicks, and everything that is wrong in the file.
-
-    `frames` is the number of frames of the recording, where it is known.
-
-    InputError where the file cannot be read at all, or is of a kind that is not understood.
-    """
+    """Read clicks, and what is wrong in the file; InputError if it is of no known kind."""
     suffix = source.path.suffix.lower()
     read: Callable[[LabelSource], Labels] | None
     read = {".json": read_coco, ".slp": read_sleap, ".h5": read_deeplabcut}.get(suffix)
     if suffix == ".csv":
-        lines = read_cells(source.path)
+        lines = tables.read_cells(source.path)
         if is_deeplabcut(lines):
             read = read_deeplabcut
         elif lines and point_table_of(lines[0]) is not None:
@@ -170,18 +141,12 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     if read is not None:
         return _checked(read(source), source, frames)
     if suffix != ".csv":
-        raise InputError(
-            f"labels cannot be read from {suffix or 'files without a suffix'}",
-            where=str(source.path),
-            remedy=_UNDERSTOOD,
-        )
+        what = f"labels cannot be read from {suffix or 'files without a suffix'}"
+        raise InputError(what, where=str(source.path), remedy=_UNDERSTOOD)
     for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:
-            raise InputError(
-                "a clicks file states views and landmarks itself",
-                where=option,
-                remedy="Omit this option.",
-            )
+            what = "a clicks file states views and landmarks itself"
+            raise InputError(what, where=option, remedy="Omit this option.")
     return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
 
 
@@ -242,18 +207,15 @@ def read_clicks(
     problems: list[InputError] = []
     lines: dict[ClickKey, int] = {}
     clicks = []
-    header = next(iter(read_cells(path)), [])
+    header = next(iter(tables.read_cells(path)), [])
     columns = (*COLUMNS, _SOURCE) if _SOURCE in header else COLUMNS
-    for line, cells in read_rows(path, columns, problems):
+    for line, cells in tables.read_rows(path, columns, problems):
         try:
             click = _click(path, line, cells, recording, landmarks, frames)
             if click.key in lines:
-                raise InputError(
-                    f"line {line} repeats {click.landmark} of frame {click.frame} in "
-                    f"{click.camera}, given in line {lines[click.key]}",
-                    where=str(path),
-                    remedy="Delete one of the two lines.",
-                )
+                own = f"{click.landmark} of frame {click.frame} in {click.camera}"
+                what = f"line {line} repeats {own}, given in line {lines[click.key]}"
+                raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
         except InputError as problem:
             problems.append(problem)
             continue
@@ -264,28 +226,24 @@ def read_clicks(
 
 
 def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:
-    """Write clicks so that :func:`read_clicks` gives them again; deleted ones are left out.
+    """Write clicks so that :func:`read_clicks` gives them again, but for author, time, flag and
+    sigma.
 
-    The reference image of a view is named by the view, every other camera by its name. Author,
-    time, flag and sigma have no column in this format.
-
-    Raises InputError where the file cannot be written, or a view has the name of another view's
-    camera.
+    Deleted ones are left out. The reference image of a view is named by the view, other cameras by
+    their names. InputError where a view has the name of another view's camera.
     """
     there = (click for click in clicks if not click.deleted)
     rows = sorted(_row(click, recording) for click in there)
-    write_file(path, csv_text((*COLUMNS, _SOURCE), rows))
+    write_file(path, tables.csv_text((*COLUMNS, _SOURCE), rows))
 
 
 def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int, str]:
     views = {view.image.camera: view.name for view in recording.views}
     name = views.get(click.camera, click.camera)
     if click.camera not in views and name in views.values():
-        raise InputError(
-            f"the camera {name!r} has the name of a view that shows another camera",
-            where=recording.name,
-            remedy="Rename the camera or the view; a clicks file cannot distinguish them.",
-        )
+        what = f"the camera {name!r} has the name of a view that shows another camera"
+        remedy = "Rename the camera or the view; a clicks file cannot distinguish them."
+        raise InputError(what, where=recording.name, remedy=remedy)
     x, y = ("", "") if click.position is None else (repr(float(value)) for value in click.position)
     return click.frame, name, click.landmark, x, y, int(click.visibility), click.source
 
@@ -300,7 +258,7 @@ def _click(
 ) -> Click:
     views = {view.name: view.image.camera for view in recording.views}
     cameras = {**{camera: camera for camera in recording.cameras}, **views}
-    frame = whole_number(cells["frame"], path, line, "frame")
+    frame = tables.whole_number(cells["frame"], path, line, "frame")
     name, landmark, visibility = cells["view"], cells["landmark"], cells["visibility"]
     last = "" if frames is None else f", the last one is {frames - 1}"
     checks = (
@@ -318,7 +276,7 @@ def _click(
             raise InputError(f"line {line}: {what}", where=str(path), remedy=remedy)
     position, seen = None, Visibility(int(visibility))
     if seen != Visibility.OUTSIDE:
-        x, y = (finite_number(cells[axis], path, line, axis) for axis in "xy")
+        x, y = (tables.finite_number(cells[axis], path, line, axis) for axis in "xy")
         position = x, y
     origin = origin_of_source(cells.get(_SOURCE, ""))
     click = Click(frame, cameras[name], landmark, position, seen, origin=origin)

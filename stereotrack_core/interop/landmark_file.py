@@ -7,8 +7,6 @@ markers, speak for another axis. People lie and bend, so that nothing is correct
 is refused until the axes are stated.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -36,8 +34,7 @@ _AXIS = re.compile(r"([+-]?)([xyz])")
 class Stated:
     """What a person says about a file of landmarks, which goes before what it says itself."""
 
-    names: Mapping[str, str] = field(default_factory=dict)
-    """Ours of their names of landmarks."""
+    names: Mapping[str, str] = field(default_factory=dict)  # ours of their names of landmarks
     world_from_file: FloatArray | None = None
     """(3, 3): which of the file's axes point east, north and up."""
     up: Upright = Z_UP
@@ -67,18 +64,11 @@ def world_from_axes(text: str, where: str = "--axes") -> FloatArray:
     shape = world_from_file.shape if len(rows) == 3 else ()
     handedness = np.linalg.det(world_from_file) if shape == (3, 3) else 0.0
     if handedness == 0.0:
-        raise InputError(
-            f"{text!r} does not name three axes",
-            where=where,
-            remedy="Give the file's axes that point east, north and up, for example z,x,y or "
-            "x,-z,y.",
-        )
+        remedy = "Give the file's axes that point east, north and up, for example z,x,y or x,-z,y."
+        raise InputError(f"{text!r} does not name three axes", where=where, remedy=remedy)
     if handedness < 0.0:
-        raise InputError(
-            f"the axes {text} make a mirror image of the person",
-            where=where,
-            remedy="Change the sign of one of them.",
-        )
+        what = f"the axes {text} make a mirror image of the person"
+        raise InputError(what, where=where, remedy="Change the sign of one of them.")
     return world_from_file
 
 
@@ -103,10 +93,7 @@ def world_from_up(up: FloatArray, east: FloatArray | None = None) -> FloatArray:
 
 
 def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatArray]:
-    """First frame, and landmarks (F, 9, 3) of every frame from there on; NaN in the gaps.
-
-    InputError for a trajectory without frames, or with few in a long stretch.
-    """
+    """First frame, and landmarks (F, 9, 3) from there, NaN in gaps; InputError if mostly gaps."""
     frame = trajectory.frame
     if not len(frame):
         raise InputError(
@@ -114,11 +101,9 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
         )
     first, last = int(frame[0]), int(frame[-1])
     if last - first > _WIDEST_GAP + _MOST_MISSING * len(frame):
-        raise InputError(
-            f"the frames range from {first} to {last}, but there are only {len(frame)} of them",
-            where=where,
-            remedy="Use .csv or .npz, which allow gaps, or export part of the frames.",
-        )
+        what = f"the frames range from {first} to {last}, but there are only {len(frame)} of them"
+        remedy = "Use .csv or .npz, which allow gaps, or export part of the frames."
+        raise InputError(what, where=where, remedy=remedy)
     result: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
     result[frame - first] = trajectory.points
     return first, result
@@ -127,11 +112,8 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
 def checked_fps(fps: float) -> float:
     """Frame rate in Hz; InputError unless it is a positive number."""
     if not np.isfinite(fps) or fps <= 0:
-        raise InputError(
-            f"{fps!r} is not a frame rate",
-            where="fps",
-            remedy="Give a number of frames per second.",
-        )
+        what = f"{fps!r} is not a frame rate"
+        raise InputError(what, where="fps", remedy="Give a number of frames per second.")
     return float(fps)
 
 
@@ -162,10 +144,7 @@ _MOST_FRAMES = 500
 
 @dataclass(frozen=True, eq=False)
 class FileAxes:
-    """Rotation (3, 3) from a file's axes to east, north and up, and who states it.
-
-    `is_certain`: whether a person states it, whom the geometry does not contradict.
-    """
+    """Rotation (3, 3) from a file's axes to east, north, up, its source, if it is certain."""
 
     world_from_file: FloatArray
     source: str
@@ -224,12 +203,8 @@ def check_axes(
         return Finding("note", where, ", ".join([text, *seen]), "")
     what, other = found
     upright = world_from_up(other, axes.world_from_file[0])
-    raise AxesContradicted(
-        f"{axis_text(up)} points up {axes.source}, but {what}",
-        where,
-        axes_text(upright),
-        axes_text(axes.world_from_file),
-    )
+    what = f"{axis_text(up)} points up {axes.source}, but {what}"
+    raise AxesContradicted(what, where, axes_text(upright), axes_text(axes.world_from_file))
 
 
 def _usual(vectors: FloatArray) -> FloatArray | None:

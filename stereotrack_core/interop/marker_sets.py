@@ -5,8 +5,6 @@ has several labels where programs spell it differently; the first that a file ha
 the places tell of the nine landmarks stands in :mod:`.markers`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

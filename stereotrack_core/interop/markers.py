@@ -6,8 +6,6 @@ millimetres, that its landmark has then besides that of the measurement. Hips: H
 estimates from the breadth of these parts.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -36,10 +34,7 @@ _ANYWHERE = ("foot", "upper_trunk", "lower_trunk")
 
 @dataclass(frozen=True, eq=False)
 class Markers:
-    """Points of a file of another program (F, N, 3), metres, the file's axes, NaN if missing.
-
-    `place` is where the labels stand in the file, for messages.
-    """
+    """Points of a file (F, N, 3), metres, its axes, NaN if missing; `place`: of the labels."""
 
     labels: Sequence[str]
     points: FloatArray
@@ -149,10 +144,7 @@ _RULES: Mapping[str, tuple[_Rule, ...]] = {
 
 
 def landmarks_in_world(markers: Markers, stated: Stated) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Landmarks (F, 9, 3), world, with what was taken for axes and landmarks.
-
-    InputError as of :func:`body_of` and :func:`.check_axes`.
-    """
+    """Landmarks (F, 9, 3), world, and notes; InputError: :func:`body_of`, :func:`.check_axes`."""
     landmarks, trunk, legs, notes = body_of(markers, stated.names)
     axes = markers.axes
     if stated.world_from_file is not None:
@@ -170,13 +162,9 @@ def body_of(
 ) -> tuple[FloatArray, FloatArray, FloatArray, list[Finding]]:
     """Landmarks (F, 9, 3), vectors (F, 3) from pelvis to neck and from feet to pelvis, and notes.
 
-    All are in metres and the file's axes, NaN where not known.
-
-    `stated`: our names of their labels, which go before names that are alike
-    (:func:`.map_names`), and these before the usual marker sets.
-
-    InputError where none of the landmarks is there, two labels mean the same one, or there are
-    markers of several people.
+    In metres and the file's axes, NaN where not known. `stated` names go before those that are
+    alike (:func:`.map_names`), and these before the usual marker sets. InputError where no landmark
+    is there, two labels mean the same one, or there are markers of several people.
     """
     labels, stated = _plain_labels(markers.labels, stated)
     there: BoolArray = np.asarray(np.isfinite(markers.points).all(axis=-1).any(axis=0))
@@ -223,10 +211,7 @@ def _mean_of(markers: Markers, labels: Sequence[str], names: Sequence[str]) -> F
 def _plain_labels(
     labels: Sequence[str], stated: Mapping[str, str]
 ) -> tuple[list[str], dict[str, str]]:
-    """Labels without a subject's name and a colon, and the stated names of these.
-
-    A stated name may have the subject, which chooses it among several.
-    """
+    """Labels without a subject and a colon, and the stated names, which may choose a subject."""
     full = [label.strip() for label in labels]
     chosen = {name.rpartition(":")[0] for name in stated if name in full and ":" in name}
     plain = []
@@ -251,23 +236,16 @@ def _check_unique(markers: Markers, labels: Sequence[str], used: set[str]) -> No
         return
     own = [label for label, name in zip(markers.labels, labels, strict=True) if name == twice]
     subjects = dict.fromkeys(label.rpartition(":")[0] for label in own)
-    raise InputError(
-        f"the file has markers of {len(subjects)} people ({', '.join(subjects)})"
-        if len(subjects) > 1
-        else f"{len(own)} markers have the label {twice!r}",
-        where=markers.where,
-        remedy=f"Choose one of them with a label in full, for example --name "
-        f"{own[0]}=left_shoulder, or export one person alone."
-        if len(subjects) > 1
-        else "Rename one of them.",
-    )
+    what, remedy = f"{len(own)} markers have the label {twice!r}", "Rename one of them."
+    if len(subjects) > 1:
+        what = f"the file has markers of {len(subjects)} people ({', '.join(subjects)})"
+        choice = f"with a label in full, for example --name {own[0]}=left_shoulder"
+        remedy = f"Choose one of them {choice}, or export one person alone."
+    raise InputError(what, where=markers.where, remedy=remedy)
 
 
 def _recognised(labels: Sequence[str], there: BoolArray) -> tuple[str | None, dict[str, list[str]]]:
-    """Name of the marker set that has most of the labels, and the labels of each of its places.
-
-    Markers that are never `there` (N,) do not count.
-    """
+    """Name and places' labels of the marker set that fits best; `there` (N,): markers ever seen."""
     best: tuple[int, str | None, dict[str, list[str]]] = (_LEAST_MARKERS - 1, None, {})
     known = [name for name, is_there in zip(labels, there, strict=True) if is_there and name]
     by_sign = {_SEPARATORS.sub("", name).upper(): name for name in reversed(known)}

@@ -1,7 +1,5 @@
 """Archives of arrays whose layout is known: no value is read before its header fits."""
 
-from __future__ import annotations
-
 import io
 import math
 import os
@@ -32,10 +30,7 @@ _HEADERS = {
 
 
 def read_number_array(path: Path, remedy: str) -> FloatArray:
-    """Numbers of a .npy file, of any shape; InputError where it is none.
-
-    It is read as a whole before its header is believed.
-    """
+    """Numbers of a .npy file of any shape, read before its header is believed; else InputError."""
     content = read_bytes(path, TABLE_BYTES)
     what = "this is no NumPy array of numbers"
     with decoding(path, what, remedy):
@@ -75,11 +70,7 @@ class ArchiveFormat:
     layout: Mapping[str, ArrayLayout]
 
     def read(self, file: BinaryIO, where: str) -> dict[str, NDArray[Any]]:
-        """Arrays of the layout by name; others are ignored.
-
-        InputError for a damaged archive, a missing array, one of another kind or shape, and
-        for more than such a file can hold.
-        """
+        """Arrays of the layout by name; InputError for a damaged archive, or other arrays."""
         with self.decoding(where):
             size = file.seek(0, os.SEEK_END)
             with zipfile.ZipFile(file) as archive:

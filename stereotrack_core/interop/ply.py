@@ -1,7 +1,5 @@
 """PLY, for clouds: binary, with the view of every point as a number and as a colour."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,10 +22,7 @@ _PLY_TYPES = {"<f4": "float", "|u1": "uchar"}
 def write_cloud(
     path: Path, points: FloatArray, view: IntArray, view_names: Sequence[str], frame: int
 ) -> None:
-    """Write points (N, 3), world, metres, each with the index (N,) of its view.
-
-    The names of the views and the frame are kept in comments.
-    """
+    """Write points (N, 3), world, metres, with the index (N,) of the view, names in comments."""
     vertices = np.empty(len(points), dtype=_VERTEX)
     for k, name in enumerate(("x", "y", "z")):
         vertices[name] = points[:, k]

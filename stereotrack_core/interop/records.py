@@ -28,10 +28,7 @@ from stereotrack_core.reading import MB, TABLE_BYTES, open_file, parsed_json, re
 
 
 def read_journal(path: Path) -> list[dict[str, Any]]:
-    """All complete entries, the oldest first; none where there is no file.
-
-    InputError where the file cannot be read.
-    """
+    """All complete entries, the oldest first, none without a file; InputError if unreadable."""
     if not path.exists():
         return []
     lines = read_bytes(path, TABLE_BYTES).split(b"\n")
@@ -47,10 +44,7 @@ def read_journal(path: Path) -> list[dict[str, Any]]:
 
 
 class Journal:
-    """A journal that is written to; every entry is on the disk when :meth:`append` returns.
-
-    Raises InputError where nothing can be written there.
-    """
+    """A journal to write to; each entry is on the disk after :meth:`append`. Else InputError."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -85,11 +79,9 @@ class Journal:
         self._file.close()
 
     def _refusal(self, error: OSError) -> InputError:
-        return InputError(
-            f"the journal cannot be written ({error.strerror})",
-            where=str(self._path),
-            remedy="Free space or choose another place. The data written so far remain valid.",
-        )
+        what = f"the journal cannot be written ({error.strerror})"
+        remedy = "Free space or choose another place. The data written so far remain valid."
+        return InputError(what, where=str(self._path), remedy=remedy)
 
 
 _FRAME = struct.Struct("<4sII")  # kind of record, length and checksum of what follows
@@ -142,10 +134,7 @@ class RecordFile:
             raise
 
     def append(self, record: Record) -> None:
-        """Write a record; what another program reads from now on holds it.
-
-        Raises OSError where the drive is full or gone; the records before are still there.
-        """
+        """Write a record that can be read from now on; OSError where the drive is full or gone."""
         payload = _packed(record)
         kind = record.kind.encode("ascii")
         checksum = zlib.crc32(payload, zlib.crc32(kind))
@@ -172,11 +161,7 @@ class RecordFile:
 
 
 def read_records(path: Path, magic: bytes) -> Iterator[Record]:
-    """All complete records, the oldest first; those whose checksum is wrong are left out.
-
-    Raises InputError where there is no such file, or it cannot be read; ValueError where it does
-    not begin with these bytes.
-    """
+    """Complete records, the oldest first, whose checksum is right; ValueError if foreign."""
     with open_file(path, _MOST_BYTES) as file:
         for kind, payload in _payloads(file, magic):
             try:

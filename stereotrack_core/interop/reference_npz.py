@@ -1,7 +1,5 @@
 """References with their uncertainty as NumPy's ``.npz``: files, and what projects keep."""
 
-from __future__ import annotations
-
 import io
 import json
 from pathlib import Path
@@ -16,11 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import MB, open_file, parsed_json
-from stereotrack_core.recording.landmarks import (
-    LandmarkTable,
-    read_landmark_table,
-    write_landmark_table,
-)
+from stereotrack_core.recording import landmarks
 from stereotrack_core.tables import LARGEST as LAST_FRAME
 
 _LAYOUT: dict[str, ArrayLayout] = {
@@ -50,18 +44,12 @@ _FARTHEST = 1e6  # metres
 
 
 def write_reference(path: Path, reference: Reference) -> None:
-    """Write a reference with everything that it states; an interrupted write leaves the old file.
-
-    InputError where the file cannot be written.
-    """
+    """Write a reference with everything that it states; InputError where that cannot be done."""
     write_file(path, reference_bytes(reference))
 
 
 def write_reference_table(path: Path, reference: Reference) -> None:
-    """Write the nine landmarks as ``.csv``, with standard deviations and sources where stated.
-
-    InputError where the file cannot be written.
-    """
+    """Write the nine landmarks as ``.csv``, with sigmas and sources; see :func:`write_file`."""
     sigma = source = None
     if reference.covariance is not None:
         variances = np.diagonal(reference.covariance, axis1=2, axis2=3)
@@ -69,15 +57,12 @@ def write_reference_table(path: Path, reference: Reference) -> None:
     if reference.filled is not None:
         source = tuple("interpolated" if one else "fit" for one in reference.filled)
     trajectory = reference.trajectory(np.inf)
-    write_landmark_table(path, LandmarkTable(trajectory, sigma, source))
+    landmarks.write_landmark_table(path, landmarks.LandmarkTable(trajectory, sigma, source))
 
 
 def read_reference_table(path: Path) -> Reference:
-    """The reference of a ``.csv`` file; the covariances are diagonal, as far as it states sigmas.
-
-    InputError where it cannot be read.
-    """
-    table = read_landmark_table(path)
+    """The reference of a ``.csv``, its covariances diagonal; InputError where it cannot be read."""
+    table = landmarks.read_landmark_table(path)
     covariance = None if table.sigma is None else table.sigma[..., None] ** 2 * np.eye(3)
     filled = None
     if table.source is not None:

@@ -1,7 +1,5 @@
 """Runs and trajectories in files, by the suffix of their name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,43 +8,36 @@ from typing import Any
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop import reference_npz
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
 from stereotrack_core.interop.landmark_file import FileAxes, Stated
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
-from stereotrack_core.interop.reference_npz import (
-    is_reference,
-    read_reference,
-    read_reference_table,
-)
 from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
 from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.reading import check_file
+from stereotrack_core.recording import landmarks
 from stereotrack_core.recording.frame_times import stated_fps
-from stereotrack_core.recording.landmarks import (
-    LANDMARKS,
-    LandmarkTrajectory,
-    read_landmarks,
-    write_landmarks,
-)
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import upright_run
 
 
-def _read_archive(path: Path, stated: Stated | None) -> LandmarkTrajectory:
+def _read_archive(path: Path, stated: Stated | None) -> landmarks.LandmarkTrajectory:
     if stated is not None and stated.about_file:
         raise unstatable(path)
-    return (read_reference(path) if is_reference(path) else read_run(path)).trajectory()
+    return (
+        reference_npz.read_reference(path) if reference_npz.is_reference(path) else read_run(path)
+    ).trajectory()
 
 
-def _read_table(path: Path, stated: Stated | None) -> LandmarkTrajectory:
+def _read_table(path: Path, stated: Stated | None) -> landmarks.LandmarkTrajectory:
     """Landmarks of a table, whose axes are those of the world unless others are stated."""
-    trajectory, stated = read_landmarks(path), stated or Stated()
+    trajectory, stated = landmarks.read_landmarks(path), stated or Stated()
     if stated.names:
         raise unstatable(path)
     axes = FileAxes(stated.up.rotation, "as usual in tables of landmarks")
-    markers = Markers(LANDMARKS, trajectory.points, axes, path, "landmark")
+    markers = Markers(landmarks.LANDMARKS, trajectory.points, axes, path, "landmark")
     points, (axes_taken, *_) = landmarks_in_world(markers, stated)
     notes = () if stated.world_from_file is None else (axes_taken,)
     return replace(trajectory, points=points, notes=(*trajectory.notes, *notes))
@@ -55,7 +46,7 @@ def _read_table(path: Path, stated: Stated | None) -> LandmarkTrajectory:
 _OWN_AXES = (".csv", ".trc", ".c3d")
 """Suffixes of files whose axes, and but for ``.csv`` whose names, may be others than here."""
 
-_READERS: Mapping[str, Callable[[Path, Stated | None], LandmarkTrajectory]] = {
+_READERS: Mapping[str, Callable[[Path, Stated | None], landmarks.LandmarkTrajectory]] = {
     ".npz": _read_archive,
     PART_SUFFIX: _read_archive,
     ".csv": _read_table,
@@ -63,25 +54,21 @@ _READERS: Mapping[str, Callable[[Path, Stated | None], LandmarkTrajectory]] = {
     ".c3d": lambda path, stated: read_c3d(path, stated)[0],
 }
 
-_WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
+_WRITERS: Mapping[str, Callable[[Path, landmarks.LandmarkTrajectory, float], None]] = {
     ".trc": write_trc,
     ".c3d": write_c3d,
     ".bvh": write_bvh,
 }
 """What landmarks can be written as that states a frame rate."""
 
-TRAJECTORY_SUFFIXES: tuple[str, ...] = tuple(_READERS)
-"""What :func:`read_trajectory` reads."""
+TRAJECTORY_SUFFIXES: tuple[str, ...] = tuple(_READERS)  # what :func:`read_trajectory` reads
 
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
 """What a run can be written as by what everybody has; only ``.npz`` keeps all of it."""
 
 
 def run_suffix(path: Path) -> str:
-    """The suffix that says how a run is written.
-
-    InputError for a suffix that is not in :data:`RUN_SUFFIXES`.
-    """
+    """The suffix that says how a run is written; InputError if not in :data:`RUN_SUFFIXES`."""
     return _suffix(path, RUN_SUFFIXES)
 
 
@@ -111,27 +98,21 @@ def write_run(path: Path, run: Run, fps: float | None = None) -> None:
 
 def write_trajectory(
     path: Path,
-    trajectory: LandmarkTrajectory,
+    trajectory: landmarks.LandmarkTrajectory,
     fps: float | None,
     residual: FloatArray | None = None,
 ) -> None:
-    """Write landmarks (.csv, .trc, .c3d, .bvh).
+    """Write landmarks (.csv, .trc, .c3d, .bvh); only ``.csv`` needs no `fps`, frames per second.
 
-    `fps`: frames per second; only ``.csv`` needs none. `residual` (F,), metres, kept by ``.c3d``
-    alone.
-
-    Raises InputError for another suffix, a place that cannot be written to, or a missing frame
-    rate.
+    `residual` (F,), metres, is kept by ``.c3d`` alone. Raises InputError for another suffix, a
+    place that cannot be written to, or a missing frame rate.
     """
     suffix = _suffix(path, (".csv", *_WRITERS))
     if suffix == ".csv":
-        write_landmarks(path, trajectory)
+        landmarks.write_landmarks(path, trajectory)
     elif fps is None:
-        raise InputError(
-            "the frame rate is not known",
-            where=str(path),
-            remedy="Give it, for example with --fps 30, or use .csv, which needs none.",
-        )
+        remedy = "Give it, for example with --fps 30, or use .csv, which needs none."
+        raise InputError("the frame rate is not known", where=str(path), remedy=remedy)
     elif suffix == ".c3d":
         write_c3d(path, trajectory, fps, residual)
     else:
@@ -141,7 +122,7 @@ def write_trajectory(
 def holds_run(path: Path) -> bool:
     """Whether a file holds a run with all of its numbers, by its suffix; not what is in it."""
     suffix = Path(path).suffix.lower()
-    return suffix == PART_SUFFIX or (suffix == ".npz" and not is_reference(path))
+    return suffix == PART_SUFFIX or (suffix == ".npz" and not reference_npz.is_reference(path))
 
 
 def read_run(path: Path) -> Run:
@@ -162,21 +143,17 @@ def read_run(path: Path) -> Run:
         check_run(path, run)
         return run
     if path.suffix.lower() != ".npz":
-        raise InputError(
-            "this file is not a complete run",
-            where=str(path),
-            remedy="Use an .npz file written by `stereotrack track`.",
-        )
+        remedy = "Use an .npz file written by `stereotrack track`."
+        raise InputError("this file is not a complete run", where=str(path), remedy=remedy)
     return read_npz(path)
 
 
-def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTrajectory:
-    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
+def read_trajectory(path: Path, stated: Stated | None = None) -> landmarks.LandmarkTrajectory:
+    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d), at its own
+    rate.
 
-    `stated`: names and axes of a file of another program, axes of a ``.csv``. Frames are those of
-    the file's own rate; :meth:`LandmarkTrajectory.at_rate` takes it to a recording's.
-
-    InputError for an unknown suffix, a damaged file, or something stated about another format.
+    `stated`: names and axes of a file of another program, axes of a ``.csv``. InputError for an
+    unknown suffix, a damaged file, or something stated about another format.
     """
     path = Path(path)
     return _READERS[_suffix(path, TRAJECTORY_SUFFIXES)](path, stated)
@@ -189,40 +166,37 @@ def has_own_axes(path: Path) -> bool:
 
 def unstatable(path: Path) -> InputError:
     """The complaint about names or axes that are stated of a file of this program."""
-    return InputError(
-        "landmark names and axes cannot be given for files of this program",
-        where=str(path),
-        remedy="Omit --name and --axes.",
-    )
+    what = "landmark names and axes cannot be given for files of this program"
+    return InputError(what, where=str(path), remedy="Omit --name and --axes.")
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:
     suffix = path.suffix.lower()
     if suffix not in known:
-        raise InputError(
-            f"unknown suffix {path.suffix!r}" if suffix else "the name has no suffix",
-            where=str(path),
-            remedy=f"Use a name that ends in {', '.join(known[:-1])} or {known[-1]}.",
-        )
+        what = f"unknown suffix {path.suffix!r}" if suffix else "the name has no suffix"
+        remedy = f"Use a name that ends in {', '.join(known[:-1])} or {known[-1]}."
+        raise InputError(what, where=str(path), remedy=remedy)
     return suffix
 
 
 def reference_in(path: Path, stated: Stated | None = None) -> Reference:
     """The reference that a file of a trajectory holds; InputError where it cannot be read."""
-    if is_reference(path):
+    if reference_npz.is_reference(path):
         if stated is not None and stated.about_file:
             raise unstatable(path)
-        return read_reference(path)
+        return reference_npz.read_reference(path)
     trajectory = read_trajectory(path, stated)
     if path.suffix.lower() == ".csv":
-        return _turned(read_reference_table(path), trajectory, stated or Stated())
+        return _turned(reference_npz.read_reference_table(path), trajectory, stated or Stated())
     meta: dict[str, Any] = {"imported_from": path.name}
     if trajectory.fps is not None:
         meta["fps"] = trajectory.fps
     return Reference(trajectory.frame, trajectory.points, meta=meta, notes=trajectory.notes)
 
 
-def _turned(table: Reference, trajectory: LandmarkTrajectory, stated: Stated) -> Reference:
+def _turned(
+    table: Reference, trajectory: landmarks.LandmarkTrajectory, stated: Stated
+) -> Reference:
     """A table's reference in the world that its trajectory was read into."""
     if stated.world_from_file is None:
         return replace(table, notes=trajectory.notes)
@@ -233,18 +207,13 @@ def _turned(table: Reference, trajectory: LandmarkTrajectory, stated: Stated) ->
 
 
 def at_recording(reference: Reference, fps: float, frames: int, where: str) -> Reference:
-    """A file's reference at the frames of a recording, by time; its notes say what was done.
-
-    `fps` and `frames` are the recording's rate and number of frames. InputError where it has none
-    of these frames.
+    """A file's reference at the `frames` of a recording, by time; InputError if it has none of
+    them.
     """
     reference = reference.at_rate(fps, where)
     last = reference.frame.max(initial=-1)
     if not ((reference.frame >= 0) & (reference.frame < frames)).any():
-        raise InputError(
-            f"the reference contains none of the frames 0 to {frames - 1} of the recording; its "
-            f"last one is {last}",
-            where=where,
-            remedy="Check the times in the file: they count from the recording's first frame.",
-        )
+        none = f"the reference contains none of the frames 0 to {frames - 1} of the recording"
+        remedy = "Check the times in the file: they count from the recording's first frame."
+        raise InputError(f"{none}; its last one is {last}", where=where, remedy=remedy)
     return reference.in_recording(frames, where)

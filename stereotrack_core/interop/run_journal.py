@@ -4,8 +4,6 @@ However tracking ends, killed, too, every frame that was tracked is in it. It ca
 file, and ``stereotrack track --resume`` goes on with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
@@ -61,13 +59,10 @@ class Wish:
 
 
 class RunJournal:
-    """Keeps what is tracked at once, so that nothing is lost however the program ends.
+    """Keeps what is tracked at once, in a new file or an unfinished run to go on with.
 
-    `path`: a new file, or an unfinished run to go on with. `seconds`: how long has been worked on
-    the run, for its meta.
-
-    Raises InputError where another program writes to the file, it holds something else, or none can
-    be made there.
+    `seconds`: how long has been worked on the run, for its meta. InputError where another program
+    writes to the file, it holds something else, or none can be made there.
     """
 
     def __init__(self, path: Path, seconds: Callable[[], float], wish: Wish | None = None) -> None:
@@ -77,25 +72,18 @@ class RunJournal:
         try:
             self._file = RecordFile(path, _MAGIC)
         except BlockingIOError:
-            raise InputError(
-                "another program is writing this run",
-                where=str(path),
-                remedy="Wait until it has finished, or choose another output.",
-            ) from None
+            what = "another program is writing this run"
+            remedy = "Wait until it has finished, or choose another output."
+            raise InputError(what, where=str(path), remedy=remedy) from None
         except ValueError:
             raise InputError(_FOREIGN, where=str(path), remedy=_REMEDY) from None
         except OSError as error:
-            raise InputError(
-                f"cannot write a file here ({error.strerror})",
-                where=str(path),
-                remedy="Choose a folder that you may write to.",
-            ) from None
+            what = f"cannot write a file here ({error.strerror})"
+            remedy = "Choose a folder that you may write to."
+            raise InputError(what, where=str(path), remedy=remedy) from None
 
     def keep(self, advance: Advance) -> None:
-        """Write new frames, which are safe from then on, and from time to time the state.
-
-        Raises OSError where the drive is full or gone.
-        """
+        """Write new frames, and at times the state; OSError where the drive is full or gone."""
         run, frames = advance.run, advance.gained.frames
         for frame in frames:
             again = frame.frame <= self._last  # not what a resumed run tracks again
@@ -132,10 +120,7 @@ def has_frames(path: Path) -> bool:
 
 
 def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
-    """What is left of a run that was stopped, and what else it was to be.
-
-    InputError for a file that is missing, cannot be read, or holds something else.
-    """
+    """What is left of a stopped run, and what else it was to be; InputError if unreadable."""
     head: Record | None = None
     frames: dict[int, TrackedFrame] = {}
     checkpoints: dict[int, Checkpoint] = {}
@@ -215,12 +200,7 @@ def _keypoints_in(record: Record) -> Keypoints | None:
 
 def _record_of(frame: TrackedFrame, seconds: float) -> Record:
     estimate, prior = frame.estimate, frame.estimate.prior
-    signs = (
-        estimate.unexplained_fraction,
-        estimate.residual,
-        estimate.innovation,
-        frame.contradicted,
-    )
+    signs = [estimate.unexplained_fraction, estimate.residual, estimate.innovation]
     facts = {
         "frame": frame.frame,
         "tracked": estimate.tracked,
@@ -236,7 +216,7 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
         "rotations": estimate.pose.rotations,
         "x": estimate.x,
         "P": estimate.P,
-        "signs": np.array(signs),
+        "signs": np.array([*signs, frame.contradicted]),
         "limb_sigma_deg": estimate.limb_sigma_deg,
         "limb_lost": estimate.limb_lost,
     }

@@ -1,7 +1,5 @@
 """The run file: a complete run as NumPy's ``.npz``."""
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -59,8 +57,7 @@ _NAMES = ("landmark_names", "state_names", "stage_names")
 _FIELDS = MappingProxyType({"coverage": "unexplained_fraction"})
 """Fields of a run that are named otherwise than their arrays in the file."""
 
-FORMAT = 1
-"""Version of the layout; kept in the meta as ``format``."""
+FORMAT = 1  # version of the layout; kept in the meta as ``format``
 
 _FILE = ArchiveFormat(
     "run file of this program",
@@ -80,11 +77,7 @@ _FOLDER_FROM_RUN = "recording_folder_from_run"
 
 
 def write_npz(path: Path, run: Run) -> None:
-    """Write a complete run; an interrupted write leaves the old file.
-
-    The recording's folder is stored both absolute and relative to the run file, so that both
-    can be moved together.
-    """
+    """Write a complete run, its recording's folder absolute and relative: both can be moved."""
     write_file(path, archive_bytes(_arrays_of(run, _meta_to_store(path, run.meta))))
 
 
@@ -102,19 +95,13 @@ def run_of_bytes(data: bytes, where: str) -> Run:
 
 
 def read_npz(path: Path) -> Run:
-    """Read a run file.
-
-    InputError for a file that is missing, damaged, or not a run of this program.
-    """
+    """Read a run file; InputError for one that is missing, damaged, or not of this program."""
     with open_file(path, _MOST_BYTES) as file:
         return _run_of(path, file, path.absolute().parent)
 
 
 def read_meta(path: Path) -> dict[str, Any]:
-    """What a run file says of its recording and how it was tracked; its numbers are not read.
-
-    InputError for a file that is missing, damaged, or not a run of this program.
-    """
+    """What a run file says of how it was tracked, without its numbers; InputError for no run."""
     with open_file(path, _MOST_BYTES) as file:
         try:
             names = array_names(file)
@@ -220,11 +207,9 @@ def _meta_from_store(path: Path, text: str, folder: Path | None) -> dict[str, An
     meta: dict[str, Any] = parsed_json(text, where)
     check_meta(meta, where, _FILE.remedy)
     if (version := meta.pop("format", FORMAT)) != FORMAT:
-        raise InputError(
-            f"it is a run file of format {version}, and this program reads format {FORMAT}",
-            where=where,
-            remedy="Track the recording again, or use the version that wrote it.",
-        )
+        what = f"it is a run file of format {version}, and this program reads format {FORMAT}"
+        remedy = "Track the recording again, or use the version that wrote it."
+        raise InputError(what, where=where, remedy=remedy)
     from_run = meta.pop(_FOLDER_FROM_RUN, None)
     if isinstance(from_run, str) and folder is not None:
         beside = Path(os.path.normpath(folder / from_run))

@@ -1,7 +1,5 @@
 """Where the recording of a run is."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,18 +12,13 @@ from stereotrack_core.interop.run_npz import read_meta
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION, describe, fingerprint
 
-_MOST_FOLDERS = 60
-"""More recordings beside a run than this are not looked at."""
+_MOST_FOLDERS = 60  # more recordings beside a run than this are not looked at
 
 
 def meta_of_run(path: Path) -> Mapping[str, Any]:
-    """What a run file says about itself.
-
-    Raises InputError where it is no run of this program, or is damaged.
-    """
-    if Path(path).suffix.lower() == PART_SUFFIX:
-        return read_run(path).meta
-    return read_meta(Path(path))
+    """What a run file says about itself; InputError where it is no run, or damaged."""
+    path = Path(path)
+    return read_run(path).meta if path.suffix.lower() == PART_SUFFIX else read_meta(path)
 
 
 def recording_of_run_file(path: Path) -> Path | None:

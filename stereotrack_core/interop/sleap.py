@@ -6,8 +6,6 @@ counts the files, so that a missing number moves all frames behind it. The forma
 is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from io import BytesIO
@@ -21,20 +19,7 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.label_source import (
-    Labels,
-    LabelSource,
-    PicturePlaces,
-    frame_of,
-    pictures_of,
-)
-from stereotrack_core.interop.sleap_file import (
-    SleapFrame,
-    SleapPerson,
-    check_sleap_library,
-    read_sleap_file,
-    sleap_library,
-)
+from stereotrack_core.interop import label_source, sleap_file
 from stereotrack_core.limited_process import write_apart
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
@@ -44,23 +29,18 @@ from stereotrack_core.recording.landmarks import SKELETON
 def write_sleap(
     path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
 ) -> None:
-    """Write the clicks of all cameras; each camera is a video.
-
-    InputError where the file cannot be written, a picture is missing, or sleap-io is not installed.
-    """
-    check_sleap_library(path)
+    """Write clicks, each camera as a video; InputError without sleap-io, or a clicked picture."""
+    sleap_file.check_sleap_library(path)
     placed = (click for click in clicks if click.position is not None)
-    found = pictures_of(placed, landmarks.names, recording, path)
+    found = label_source.pictures_of(placed, landmarks.names, recording, path)
     streams = _streams(recording)
     files = {name: _pictures(recording, streams[name]) for name in {one[0].name for one in found}}
     for camera, frame, _ in found:
-        if _index_of(files[camera.name], frame + _shift(streams[camera.name], recording)) is None:
-            raise InputError(
-                f"the picture of frame {frame} in {camera.name} is missing, so SLEAP cannot hold "
-                "its clicks",
-                where=str(path),
-                remedy="Delete the clicks of this frame, or export them as csv or coco.",
-            )
+        if _index_of(files[camera.name], frame + streams[camera.name].shift(recording.fps)) is None:
+            missing = f"the picture of frame {frame} in {camera.name} is missing"
+            remedy = "Delete the clicks of this frame, or export them as csv or coco."
+            what = f"{missing}, so SLEAP cannot hold its clicks"
+            raise InputError(what, where=str(path), remedy=remedy)
     write = partial(_save, found, recording, landmarks, files)
 
     def is_whole(written: Path) -> bool:
@@ -82,7 +62,7 @@ def _save(
     path: Path,
 ) -> None:
     """Write them in this process, which HDF5 may end later where it could not."""
-    sio = sleap_library(path)
+    sio = sleap_file.sleap_library(path)
     names = landmarks.names
     bones = [(a, b) for a, b in SKELETON if {a, b} <= set(names)]
     skeleton = sio.Skeleton(nodes=list(names), edges=bones, name=landmarks.name)
@@ -100,7 +80,7 @@ def _save(
             seen[names.index(name)] = click.visibility == Visibility.SEEN
         instance = sio.Instance.from_numpy(points, skeleton=skeleton)
         instance.points["visible"] = seen
-        own = _index_of(files[camera.name], frame + _shift(stream, recording))
+        own = _index_of(files[camera.name], frame + stream.shift(recording.fps))
         frames.append(
             sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=[instance])
         )
@@ -111,17 +91,13 @@ def _save(
         raise OSError(str(error)) from error
 
 
-def read_sleap(source: LabelSource) -> Labels:
-    """Read what people have labelled; predictions are left out.
-
-    InputError where the file cannot be read, sleap-io is not installed, or no landmark is
-    known.
-    """
+def read_sleap(source: label_source.LabelSource) -> label_source.Labels:
+    """Read what people have labelled, not predictions; InputError if unreadable or unknown."""
     path = source.path
-    stored = read_sleap_file(path)
+    stored = sleap_file.read_sleap_file(path)
     place_of_labelled = places_of_labelled(stored.frames, source)
 
-    def read(labelled: SleapFrame, known: Mapping[str, str]) -> list[Click]:
+    def read(labelled: sleap_file.SleapFrame, known: Mapping[str, str]) -> list[Click]:
         if labelled.problem is not None:
             raise labelled.problem
         people = labelled.people
@@ -129,11 +105,8 @@ def read_sleap(source: LabelSource) -> Labels:
             return []
         where = f"{path}, frame {labelled.number}"
         if len(people) > 1:
-            raise InputError(
-                f"{len(people)} people are labelled",
-                where=where,
-                remedy="Keep only the instances of one person.",
-            )
+            what = f"{len(people)} people are labelled"
+            raise InputError(what, where=where, remedy="Keep only the instances of one person.")
         place = place_of_labelled(labelled, where)
         return [] if place is None else _clicks(people[0], place, known)
 
@@ -176,37 +149,32 @@ def _missing(files: Mapping[int, Path], before: int) -> int:
     return min(before, max(files) + 1) - min(files) - there
 
 
-def _shift(stream: Stream, recording: Recording) -> int:
-    """The stream's own frame that is frame 0 of the recording."""
-    return stream.first_frame + round(stream.time_offset * recording.fps)
-
-
 def places_of_labelled(
-    frames: Iterable[SleapFrame], source: LabelSource
-) -> Callable[[SleapFrame, str], tuple[int, str] | None]:
-    """Gives frame and camera of a labelled frame; None for one of another camera than stated.
-
-    The function that is given takes the labelled frame and what it is asked for; it raises
-    InputError where they cannot be told.
-    """
+    frames: Iterable[sleap_file.SleapFrame], source: label_source.LabelSource
+) -> Callable[[sleap_file.SleapFrame, str], tuple[int, str] | None]:
+    """Gives frame and camera of a labelled frame; None for one of another camera than stated."""
     recording = source.recording
     streams = _streams(recording)
     files = {name: _pictures(recording, stream) for name, stream in streams.items()}
     videos = list(dict.fromkeys(labelled.video for labelled in frames))
     named = ((video, _camera_of_video(video, streams)) for video in videos)
-    places = PicturePlaces(source, videos, {video: name for video, name in named if name})
+    places = label_source.PicturePlaces(
+        source, videos, {video: name for video, name in named if name}
+    )
 
-    def place(labelled: SleapFrame, where: str) -> tuple[int, str] | None:
+    def place(labelled: sleap_file.SleapFrame, where: str) -> tuple[int, str] | None:
         name = places.camera(labelled.video, where)
         if name is None:
             return None
-        frame = _frame_in_stream(labelled, files[name], where) - _shift(streams[name], recording)
+        own = files[name]
+        if labelled.picture:  # one of several files, by its number
+            frame = label_source.frame_of(labelled.picture, where=where) - min(own, default=0)
+        else:  # of a video, or behind the last picture
+            frame = labelled.number + (_missing(own, max(own) + 1) if own else 0)
+        frame -= streams[name].shift(recording.fps)
         if frame < 0:
-            raise InputError(
-                f"it is {-frame} frames before the start of the recording",
-                where=where,
-                remedy="Delete it.",
-            )
+            what = f"it is {-frame} frames before the start of the recording"
+            raise InputError(what, where=where, remedy="Delete it.")
         return frame, name
 
     return place
@@ -223,15 +191,9 @@ def _camera_of_video(video: str, streams: Mapping[str, Stream]) -> str | None:
     return own.get(parts[-1]) if parts and len(own) == len(paths) else None
 
 
-def _frame_in_stream(labelled: SleapFrame, files: Mapping[int, Path], where: str) -> int:
-    """Frame of a camera's stream, by the number of its picture if it is one of several files."""
-    if not labelled.picture:  # of a video, or behind the last picture
-        return labelled.number + (_missing(files, max(files) + 1) if files else 0)
-    number = frame_of(labelled.picture, where=where)
-    return number - min(files) if files else number
-
-
-def _clicks(person: SleapPerson, place: tuple[int, str], known: Mapping[str, str]) -> list[Click]:
+def _clicks(
+    person: sleap_file.SleapPerson, place: tuple[int, str], known: Mapping[str, str]
+) -> list[Click]:
     clicks = []
     for name, x, y, visible in person.points():
         if name in known:

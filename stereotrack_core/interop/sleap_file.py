@@ -1,7 +1,5 @@
 """What an ``.slp`` file of SLEAP holds, as plain data: read by sleap-io in a process of its own."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -26,13 +24,11 @@ class SleapPerson(NamedTuple):
     """Points of one person in one picture."""
 
     names: tuple[str, ...]
-    x: list[float]
-    """Pixels, not finite where there is no point."""
+    x: list[float]  # pixels, not finite where there is no point
     y: list[float]
     sure: list[float]
     """Scores of what was predicted; of what was labelled 1 where it is visible, else 0."""
-    track: str
-    """Name of the person's track; empty if there is none."""
+    track: str  # name of the person's track; empty if there is none
 
     def points(self) -> Iterator[tuple[str, float, float, float]]:
         """Name, x, y and `sure` of the points that have a place."""
@@ -45,31 +41,23 @@ class SleapPerson(NamedTuple):
 class SleapFrame:
     """A picture and the people in it, labelled or predicted, whichever was asked for."""
 
-    number: int
-    """Frame of its video."""
-    video: str
-    """Path of the video, or of its first picture; ``/`` between folders."""
+    number: int  # frame of its video
+    video: str  # path of the video, or of its first picture; ``/`` between folders
     people: Sequence[SleapPerson]
-    problem: InputError | None = None
-    """Why they cannot be read."""
-    picture: str = ""
-    """Path of the picture, if the video is a list of pictures."""
+    problem: InputError | None = None  # why they cannot be read
+    picture: str = ""  # path of the picture, if the video is a list of pictures
 
 
 @dataclass(frozen=True)
 class SleapFile:
     """All of it that is asked for."""
 
-    nodes: Sequence[str]
-    """Names of the points of all skeletons."""
+    nodes: Sequence[str]  # names of the points of all skeletons
     frames: Sequence[SleapFrame]
 
 
 def read_sleap_file(path: Path, *, predicted: bool = False) -> SleapFile:
-    """What people have labelled, or with `predicted` what SLEAP has.
-
-    InputError where the file cannot be read, or sleap-io is not installed.
-    """
+    """What people have labelled, or with `predicted` SLEAP has; InputError where unreadable."""
     check_sleap_library(path)
     return read_hdf5(path, partial(_stored, predicted=predicted), _WHAT, _REMEDY)
 

@@ -7,8 +7,6 @@ and so is a whole frame of a gap: OpenSim refuses a row whose last values are bl
 as well. Columns are separated by tabs, or by commas or blanks where other programs do so.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 
@@ -17,14 +15,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.landmark_file import (
-    FileAxes,
-    Stated,
-    checked_fps,
-    contiguous,
-    metres_per,
-    world_from_up,
-)
+from stereotrack_core.interop import landmark_file
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.recording.frame_times import on_frames, row_times
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -35,16 +26,11 @@ _Y_UP = np.array([0.0, 1.0, 0.0])
 
 
 def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
-    """Write landmarks in metres; `fps` in frames per second.
-
-    Frames between those of the trajectory are written without a known landmark.
-
-    InputError where there are few frames in a long stretch.
-    """
-    fps = checked_fps(fps)
+    """Write landmarks in metres at `fps`; gaps are frames without a known landmark."""
+    fps = landmark_file.checked_fps(fps)
     first, points = 0, trajectory.points
     if len(trajectory.frame):
-        first, points = contiguous(trajectory, str(path))
+        first, points = landmark_file.contiguous(trajectory, str(path))
     rate, count = f"{fps:.10g}", len(points)
     fields = ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"]
     fields += ["OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"]
@@ -70,47 +56,39 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     write_file(path, "".join("\t".join(row) + "\n" for row in rows))
 
 
-def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks and frame rate of a TRC file, its columns matched by name; times tell frames.
-
-    Landmarks that the file lacks are NaN; columns with other names are left out.
-
-    InputError for a damaged file, an unknown unit, or a file without any of the nine landmarks.
+def read_trc(
+    path: Path, stated: landmark_file.Stated | None = None
+) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks, matched by name and NaN where lacking, and frame rate of a TRC file; times tell
+    frames. InputError for a damaged file, an unknown unit, or none of the nine landmarks.
     """
-    stated = stated or Stated()
+    stated = stated or landmark_file.Stated()
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if lines and "".join(lines[0][:1]).startswith("PathFileType,"):
         lines = read_cells(path, headers=5)
     if len(lines) < 5 or "".join(lines[0][:1]).split()[:1] != ["PathFileType"]:
-        raise InputError(
-            "this is not a TRC file",
-            where=str(path),
-            remedy="Use a file whose first line begins with PathFileType.",
-        )
+        remedy = "Use a file whose first line begins with PathFileType."
+        raise InputError("this is not a TRC file", where=str(path), remedy=remedy)
     facts = _header(lines[1], lines[2])
-    metres = metres_per(facts.get("Units", ""), f"{path}, Units")
+    metres = landmark_file.metres_per(facts.get("Units", ""), f"{path}, Units")
     labels = _labels(lines[3])
     rate = facts.get("DataRate", "")
     try:
-        fps = checked_fps(float(rate))
+        fps = landmark_file.checked_fps(float(rate))
     except ValueError:
-        raise InputError(
-            f"{rate!r} is not a frame rate",
-            where=f"{path}, DataRate",
-            remedy="Write a number of frames per second.",
-        ) from None
+        what = f"{rate!r} is not a frame rate"
+        where = f"{path}, DataRate"
+        raise InputError(what, where=where, remedy="Write a number of frames per second.") from None
     found, times = _frames(path, lines[5:], len(labels))
     count = facts.get("NumFrames", "")
     if count.isdecimal() and len(found) < int(count):
-        raise InputError(
-            f"the file ends after {len(found)} of its {count} frames",
-            where=str(path),
-            remedy="Use another copy of the file, or export it again.",
-        )
+        what = f"the file ends after {len(found)} of its {count} frames"
+        remedy = "Use another copy of the file, or export it again."
+        raise InputError(what, where=str(path), remedy=remedy)
     frames = sorted(found)
     shape = len(frames), len(labels), 3
     points = metres * np.array([found[frame] for frame in frames]).reshape(shape)
-    axes = FileAxes(world_from_up(_Y_UP), "as usual in TRC")
+    axes = landmark_file.FileAxes(landmark_file.world_from_up(_Y_UP), "as usual in TRC")
     world, notes = landmarks_in_world(Markers(labels, points, axes, path, "line 4"), stated)
     number, time = np.array(frames, dtype=np.int64), np.array([times[one] for one in frames])
     rows = row_times(number, time, fps, str(path))
@@ -147,20 +125,15 @@ def _frames(
             line = _separated(line, 2 + 3 * count)
             frame = whole_number(line[0], path, number, "frame")
             if frame in found:
-                raise InputError(
-                    f"line {number} repeats frame {frame}",
-                    where=str(path),
-                    remedy="Delete one of the two lines.",
-                )
+                what = f"line {number} repeats frame {frame}"
+                raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
             try:
                 found[frame] = _row(line, count)
                 times[frame] = float("".join(line[1:2]) or "nan")
             except ValueError as error:
-                raise InputError(
-                    f"line {number} has a value that is not a number ({error})",
-                    where=str(path),
-                    remedy="Write numbers with decimal points. Leave unknown values empty.",
-                ) from None
+                what = f"line {number} has a value that is not a number ({error})"
+                remedy = "Write numbers with decimal points. Leave unknown values empty."
+                raise InputError(what, where=str(path), remedy=remedy) from None
     return found, times
 
 

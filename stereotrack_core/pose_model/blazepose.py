@@ -5,8 +5,6 @@ SsdAnchorsCalculator, TensorsToDetectionsCalculator, NonMaxSuppressionCalculator
 Bazarevsky et al. 2020, DOI 10.48550/arXiv.2006.10204.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 
@@ -15,41 +13,29 @@ import numpy.typing as npt
 
 from stereotrack_core.arrays import Float32Array, FloatArray
 
-FINDER_SIDE = 224
-"""Pixels of the person finder's square input."""
-
-LANDMARK_SIDE = 256
-"""Pixels of the landmark network's square input."""
-
-_GRIDS = ((8, 2), (16, 2), (32, 6))
-"""Pixels of a cell, and anchors in each."""
-
-LEAST_SCORE = 0.5
-"""Score of the finder from which it is MediaPipe's person."""
+FINDER_SIDE = 224  # pixels of the person finder's square input
+LANDMARK_SIDE = 256  # pixels of the landmark network's square input
+_GRIDS = ((8, 2), (16, 2), (32, 6))  # pixels of a cell, and anchors in each
+LEAST_SCORE = 0.5  # score of the finder from which it is MediaPipe's person
 
 _SAME_PERSON = 0.3
 """Overlap of boxes (intersection over union) from which they are of the same person."""
 
 _MOST_LOGIT = 100.0
 
-_REACH = 3
-"""Cells of a heat map on each side of a landmark in which its place is refined."""
-
-_SHOWN = 0.5
-"""Probability in one of these cells without which the landmark stays."""
+_REACH = 3  # cells of a heat map on each side of a landmark in which its place is refined
+_SHOWN = 0.5  # probability in one of these cells without which the landmark stays
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
     """Detections of the person finder, the surest first, in its pixels or a picture's."""
 
-    boxes: FloatArray
-    """(N, 4). Left, top, right and bottom of the head."""
+    boxes: FloatArray  # (N, 4). Left, top, right and bottom of the head.
     points: FloatArray
     """(N, 4, 2). Middle of the hips, a point on the circle around the body, middle of the
     shoulders, a point on the circle around the upper body."""
-    scores: FloatArray
-    """(N,). From 0 to 1."""
+    scores: FloatArray  # (N,). From 0 to 1.
 
     def __len__(self) -> int:
         return len(self.scores)
@@ -80,10 +66,7 @@ def anchors() -> FloatArray:
 
 
 def decode(raw: Float32Array, logits: Float32Array, least_score: float = LEAST_SCORE) -> Candidates:
-    """Detections of the finder's outputs (2254, 12) and (2254,), before suppression.
-
-    Places are pixels of its input, the first pixel's centre being (0, 0).
-    """
+    """Detections of the finder's outputs (2254, 12) and (2254,), in pixels of its input."""
     scores = sigmoid(logits)
     kept = np.flatnonzero(scores >= least_score)
     kept = kept[np.argsort(-scores[kept], kind="stable")]
@@ -115,17 +98,10 @@ def suppress(found: Candidates) -> Candidates:
 
 
 def refined(places: FloatArray, heat: Float32Array) -> FloatArray:
-    """Landmarks moved to the middle of what the network's heat maps show around them.
+    """Landmarks (N, 2) moved to the middle of what heat maps (H, W, M), logits, show around them.
 
-    As RefineLandmarksFromHeatmapCalculator does it. Joints of recordings with truth are 6 to 27 %
-    nearer then, in the median.
-
-    Parameters
-    ----------
-    places : (N, 2) float64
-        Pixels of the network's input, counted from its corner.
-    heat : (H, W, M) float32
-        Logits of at least N maps.
+    As RefineLandmarksFromHeatmapCalculator does it; places are pixels of the input from its corner.
+    Joints of recordings with truth are 6 to 27 % nearer then, in the median.
     """
     height, width = heat.shape[:2]
     scale = np.array([width, height]) / LANDMARK_SIDE

@@ -3,8 +3,6 @@
 In both, (0, 0) is the centre of the top left pixel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2
@@ -17,14 +15,9 @@ _BLAZEPOSE_SIDE = 2.5
 """Side of BlazePose's crop over the radius of the circle around the person: its diameter and a
 margin of a quarter (``RectTransformationCalculator`` of MediaPipe's pose_landmark graph)."""
 
-_AROUND_POINTS = 1.25
-"""Side of a crop over the longer side of the box around a person."""
-
-_BODY_RADIUS = 1.0
-"""Metres from the hips to the circle that holds an adult's body."""
-
-_LEAST_SIDE = 16.0
-"""Side in pixels below which a crop shows nothing."""
+_AROUND_POINTS = 1.25  # side of a crop over the longer side of the box around a person
+_BODY_RADIUS = 1.0  # metres from the hips to the circle that holds an adult's body
+_LEAST_SIDE = 16.0  # side in pixels below which a crop shows nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,20 +31,13 @@ class Crop:
     (256, 256, 3)
     """
 
-    centre: FloatArray
-    """(2,). Pixels of the picture."""
-    side: float
-    """Pixels of the picture along the longer side of what the network sees."""
-    angle: float = 0.0
-    """Clockwise angle in the picture from its top to the crop's top, radians."""
+    centre: FloatArray  # (2,). Pixels of the picture.
+    side: float  # pixels of the picture along the longer side of what the network sees
+    angle: float = 0.0  # clockwise angle in the picture from its top to the crop's top, radians
 
     def model_from_picture(self, size: tuple[int, int]) -> FloatArray:
-        """Affine map (2, 3) from pixels of the picture to those of a network's input.
-
-        Parameters
-        ----------
-        size : (int, int)
-            Width and height of the input.
+        """Affine map (2, 3) from the picture's pixels to those of an input of width and height
+        `size`.
         """
         cos, sin = np.cos(self.angle), np.sin(self.angle)
         A = max(size) / self.side * np.array([[cos, sin], [-sin, cos]])
@@ -104,13 +90,7 @@ class Crop:
 
 
 def whole_picture(shape: tuple[int, ...], turned: int = 0) -> Crop:
-    """Crop that shows all of a picture of a shape (H, W, ...), padded to a square.
-
-    Parameters
-    ----------
-    turned : int
-        Degrees by which the picture is turned clockwise to be upright (``display_rotation``).
-    """
+    """Crop that shows all of a picture (H, W, ...), to be turned clockwise by degrees."""
     height, width = shape[:2]
     centre = np.array([width - 1.0, height - 1.0]) / 2.0
     return Crop(centre, float(max(height, width)), -np.radians(turned))
@@ -121,14 +101,8 @@ def crop_around(
 ) -> Crop:
     """Crop that shows a box to a network with an input of this size.
 
-    Parameters
-    ----------
-    centre : (2,) float64
-        Of the box, pixels of the picture.
-    reach : (2,) float64
-        Width and height of the box.
-    turned : int
-        Degrees, a multiple of 90, by which the picture is turned clockwise to be upright.
+    `centre` (2,) and `reach` (2,), width and height, are in pixels of the picture, which is turned
+    clockwise by `turned` degrees, a multiple of 90, to be upright.
     """
     width, height = (reach[1], reach[0]) if turned % 180 else (reach[0], reach[1])
     scale = min(size[0] / max(width, 1.0), size[1] / max(height, 1.0))
@@ -147,17 +121,11 @@ def crop_from_points(points: FloatArray, turned: int = 0) -> Crop:
 
 
 def crop_from_body(camera: Camera, hips: FloatArray, shoulders: FloatArray) -> Crop | None:
-    """Crop around a tracked body, None if the camera does not see its hips.
+    """Crop around a body whose `hips` and `shoulders` have these middles (3,), world.
 
-    Its size follows from the distance alone, so that a person who bends towards the camera is seen
-    as well. On recordings with truth this crop is right more often than any found one.
-
-    Parameters
-    ----------
-    hips : (3,) float64
-        Middle of the hips, world.
-    shoulders : (3,) float64
-        Middle of the shoulders, world.
+    None if the camera does not see its hips. Its size follows from the distance alone, so that a
+    person who bends towards the camera is seen as well. On recordings with truth this crop is right
+    more often than any found one.
     """
     (x0, y0), (x1, y1) = places = camera.project(np.stack([hips, shoulders]))
     depth = float(camera.camera_from_world.apply(hips)[2])
@@ -170,15 +138,10 @@ def crop_from_body(camera: Camera, hips: FloatArray, shoulders: FloatArray) -> C
 
 
 def crop_from_circle(hips: FloatArray, top: FloatArray) -> Crop:
-    """Crop as BlazePose expects it: the hips in the middle, the person upright.
+    """Crop as BlazePose expects it: the hips (2,) in the middle, the person upright, pixels.
 
-    Parameters
-    ----------
-    hips : (2,) float64
-        Middle of the hips, pixels.
-    top : (2,) float64
-        Point above the head on the circle around the hips that holds the whole body: about 1 m
-        from the hips along the trunk.
+    `top` (2,) is above the head on the circle around the hips that holds the whole body: about 1 m
+    from the hips along the trunk.
     """
     x, y = top - hips
     side = max(_BLAZEPOSE_SIDE * float(np.hypot(x, y)), _LEAST_SIDE)

@@ -1,7 +1,5 @@
 """Run a pose model over a recording: the keypoints of one person in every picture."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -19,26 +17,16 @@ from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of
 from stereotrack_core.recording.person_boxes import Box, person_boxes
 from stereotrack_core.recording.reader import FrameReader
 
-DETECTOR_NAME = "blazepose"
-"""Source of the installed detector's keypoints."""
-
-LEAST_CONFIDENCE = 0.3
-"""Confidence below which keypoints are left out."""
+DETECTOR_NAME = "blazepose"  # source of the installed detector's keypoints
+LEAST_CONFIDENCE = 0.3  # confidence below which keypoints are left out
 
 _AROUND = 1.25
 """Size of what a model of the user sees over that of the person's box, as they are trained."""
 
-_FEWEST = 5
-"""Keypoints without which the person is looked for in the whole box again."""
-
-_LEAST_SIZE = 0.3
-"""Share of where anything moves in the recording that the model sees at least."""
-
-_MARGIN = 0.1
-"""Share by which a person reaches beyond the keypoints."""
-
-_TILES_AGAIN = 15
-"""Pictures after which a person who is not found is looked for in tiles again."""
+_FEWEST = 5  # keypoints without which the person is looked for in the whole box again
+_LEAST_SIZE = 0.3  # share of where anything moves in the recording that the model sees at least
+_MARGIN = 0.1  # share by which a person reaches beyond the keypoints
+_TILES_AGAIN = 15  # pictures after which a person who is not found is looked for in tiles again
 
 
 def detect_keypoints(
@@ -51,25 +39,13 @@ def detect_keypoints(
     on_frame: Callable[[int], object] = lambda _done: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Keypoints:
-    """Keypoints of one person in the reference pictures of views.
+    """Keypoints of one person in the reference pictures of views, all if none are named.
 
     At first the person is looked for, by a model of the user where anything moves in the recording,
-    afterwards followed from picture to picture. Raises InputError where a stream cannot be read, or
-    a model of the user has a number of points that no usual layout has and `layout` does not name
-    one.
-
-    Parameters
-    ----------
-    model : PoseModel or PoseDetector
-        The installed detector, or a model of the user.
-    views : sequence of str, optional
-        All where it is not given.
-    layout : str, optional
-        Name in ``LAYOUTS`` of the order of the user's model's points.
-    on_frame : callable
-        Is told how many frames are done.
-    cancelled : callable
-        Whether to stop; what was found until then is returned.
+    afterwards followed from picture to picture. `layout` names in ``LAYOUTS`` the order of the
+    points of such a model. `on_frame` is told how many frames are done; once `cancelled` says so,
+    what was found is returned. Raises InputError where a stream cannot be read, or the order is
+    unknown.
     """
     chosen = [view for view in recording.views if views is None or view.name in views]
     boxes = person_boxes(recording)

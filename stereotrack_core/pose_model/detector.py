@@ -18,32 +18,23 @@ import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.pose_model.blazepose import (
-    FINDER_SIDE,
-    LANDMARK_SIDE,
-    LEAST_SCORE,
-    decode,
-    refined,
-    sigmoid,
-    suppress,
-)
+from stereotrack_core.pose_model import blazepose
 from stereotrack_core.pose_model.crops import Crop, crop_from_circle, whole_picture
 from stereotrack_core.pose_model.installation import (
     MODEL_FILES,
     installation,
     is_installed,
+    landmark_file,
 )
 from stereotrack_core.pose_model.pictures import as_rgb, as_uint8
 from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33
 
-POINT_NAMES = MEDIAPIPE_33
-"""Names of the 33 points, in their order."""
+POINT_NAMES = MEDIAPIPE_33  # names of the 33 points, in their order
 
 PERSON_SCORE = 0.5
 """Score of landmarks from which they are of a person; the next crop may follow from them."""
 
-_LEAST_HEIGHT = 60.0
-"""Height in pixels of the smallest person that is looked for in tiles."""
+_LEAST_HEIGHT = 60.0  # height in pixels of the smallest person that is looked for in tiles
 
 _FOUND_SHARE = 0.35
 """Height of a person over the side of the finder's crop from which finding is reliable."""
@@ -61,14 +52,11 @@ _LANDMARK_OUTPUTS = ("Identity", "Identity_3", "Identity_1", "Identity_4", "Iden
 class PersonBox:
     """A person that the finder sees, by the circle around the body and the head's box."""
 
-    hips: FloatArray
-    """(2,). Middle of the hips, pixels of the picture."""
+    hips: FloatArray  # (2,). Middle of the hips, pixels of the picture.
     top: FloatArray
     """(2,). Point above the head on the circle around the hips that holds the whole body."""
-    head: FloatArray
-    """(2, 2). Upper left and lower right corner of the box around the head."""
-    score: float
-    """From 0 to 1."""
+    head: FloatArray  # (2, 2). Upper left and lower right corner of the box around the head.
+    score: float  # from 0 to 1
 
     @property
     def radius(self) -> float:
@@ -85,14 +73,10 @@ class PersonBox:
 class DetectedPose:
     """Landmarks of a person in one picture; :data:`POINT_NAMES` names them."""
 
-    points: FloatArray
-    """(33, 2). Pixels of the picture; perhaps beside it."""
-    visibility: FloatArray
-    """(33,). Probability that a point is in the picture and not hidden."""
-    presence: FloatArray
-    """(33,). Probability that a point is in the picture."""
-    score: float
-    """Probability that a person is in the crop."""
+    points: FloatArray  # (33, 2). Pixels of the picture; perhaps beside it.
+    visibility: FloatArray  # (33,). Probability that a point is in the picture and not hidden.
+    presence: FloatArray  # (33,). Probability that a point is in the picture.
+    score: float  # probability that a person is in the crop
     circle: FloatArray
     """(2, 2). Middle of the hips, and the point above the head on the circle around the body."""
     metres: FloatArray
@@ -121,14 +105,9 @@ def required_detector() -> PoseDetector:
 
 
 class PoseDetector:
-    """The two networks, ready to be asked; may be used by several threads, one at a time.
+    """The two networks, whose files are in a folder; may be used by several threads, one at a time.
 
     Raises InputError if the files cannot be run.
-
-    Parameters
-    ----------
-    folder : Path
-        Holds the files of :data:`~.installation.MODEL_FILES`.
 
     Examples
     --------
@@ -139,8 +118,8 @@ class PoseDetector:
     """
 
     def __init__(self, folder: Path) -> None:
-        finder, landmarks = (folder / file.name for file in MODEL_FILES)
-        self._finder, self._landmarks = _Network(finder), _Network(landmarks)
+        self._finder = _Network(folder / MODEL_FILES[0].name)
+        self._landmarks = _Network(folder / landmark_file(folder))
         self._lock = Lock()
 
     def find_people(
@@ -149,23 +128,13 @@ class PoseDetector:
         *,
         turned: int = 0,
         least_height: float = _LEAST_HEIGHT,
-        least_score: float = LEAST_SCORE,
+        least_score: float = blazepose.LEAST_SCORE,
     ) -> list[PersonBox]:
-        """People in a picture, the surest first.
+        """People in a picture, turned clockwise by degrees to be upright, the surest first.
 
         The whole picture is looked at; if nobody is there, overlapping tiles of half its side, then
-        of a quarter, until a person of `least_height` would be seen.
-
-        Parameters
-        ----------
-        picture : array
-            As :func:`~.pictures.as_uint8` takes it.
-        turned : int
-            Degrees by which the picture is turned clockwise to be upright (``display_rotation``).
-        least_height : float
-            Pixels. Infinite: the whole picture alone.
-        least_score : float
-            Below 0.5 most are nobody.
+        of a quarter, until a person of `least_height` pixels would be seen. Below a score of 0.5
+        most are nobody.
         """
         shown = as_uint8(picture)
         whole = whole_picture(shown.shape, turned)
@@ -179,11 +148,11 @@ class PoseDetector:
         return found
 
     def _people(self, shown: ImageArray, crop: Crop, least_score: float) -> list[PersonBox]:
-        size = (FINDER_SIDE, FINDER_SIDE)
+        size = (blazepose.FINDER_SIDE, blazepose.FINDER_SIDE)
         seen = as_rgb(crop.seen(shown, size)).astype(np.float32)
         with self._lock:
             raw, logits = self._finder.run(seen / 127.5 - 1.0, *_FINDER_OUTPUTS)
-        found = suppress(decode(raw, logits[:, 0], least_score))
+        found = blazepose.suppress(blazepose.decode(raw, logits[:, 0], least_score))
         corners = found.boxes[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
         heads = crop.in_picture(corners, size)
         points = crop.in_picture(found.points, size)
@@ -195,16 +164,10 @@ class PoseDetector:
     def landmarks(
         self, picture: ImageArray | Float32Array, crop: Crop, *, mask: bool = False
     ) -> DetectedPose:
-        """Landmarks of the person in the middle of a crop.
-
-        Parameters
-        ----------
-        picture : array
-            As :func:`~.pictures.as_uint8` takes it.
-        mask : bool
-            Whether to say which pixels show the person too.
+        """Landmarks of the person in the middle of a crop; `mask`: and which pixels show the
+        person.
         """
-        size = (LANDMARK_SIDE, LANDMARK_SIDE)
+        size = (blazepose.LANDMARK_SIDE, blazepose.LANDMARK_SIDE)
         seen = as_rgb(crop.seen(as_uint8(picture), size)).astype(np.float32)
         with self._lock:
             points, heat, score, shape, person = self._landmarks.run(
@@ -216,16 +179,18 @@ class PoseDetector:
         metres[:, :2] = metres[:, :2] @ np.array([[cos, sin], [-sin, cos]])
         # The network counts from the corner of its input: landmarks of 80 mirrored pictures agree
         # to 0.0 (0.1) pixels then, refined ones to 0.4 (0.2).
-        rows[:33, :2] = refined(rows[:33, :2], heat)
+        rows[:33, :2] = blazepose.refined(rows[:33, :2], heat)
         places = crop.in_picture(rows[:35, :2] - 0.5, size)
         return DetectedPose(
             places[:33],
-            sigmoid(rows[:33, 3]),
-            sigmoid(rows[:33, 4]),
+            blazepose.sigmoid(rows[:33, 3]),
+            blazepose.sigmoid(rows[:33, 4]),
             float(score[0]),
             places[33:],
             metres,
-            crop.mask_in_picture(sigmoid(person[..., 0]), picture.shape[:2]) if mask else None,
+            crop.mask_in_picture(blazepose.sigmoid(person[..., 0]), picture.shape[:2])
+            if mask
+            else None,
         )
 
 

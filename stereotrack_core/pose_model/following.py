@@ -1,7 +1,5 @@
 """The same person in picture after picture of a view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +25,7 @@ _DOUBTFUL = 0.05
 """Score of the finder from which a person is believed if the landmarks agree: of simulated people
 without a face some have no more, and what is nobody's was refused in some 50 pictures."""
 
-_CERTAIN = 0.9
-"""Score of landmarks from which they make up for that."""
+_CERTAIN = 0.9  # score of landmarks from which they make up for that
 
 _AGREED = 0.3
 """Distance between two findings of the circle, over its radius, below which they agree."""
@@ -38,21 +35,14 @@ _AGREED = 0.3
 class Whereabouts:
     """Where a view probably shows the person, before anybody was found."""
 
-    expected: FloatArray
-    """(2,). Pixel of the place at which the cameras look."""
-    moving: Crop | None = None
-    """Surroundings of all that moves in the recording."""
-    turned: int = 0
-    """Degrees by which the picture is turned clockwise to be upright."""
+    expected: FloatArray  # (2,). Pixel of the place at which the cameras look.
+    moving: Crop | None = None  # surroundings of all that moves in the recording
+    turned: int = 0  # degrees by which the picture is turned clockwise to be upright
 
 
 def whereabouts(recording: Recording, view: View, moving: Box | None = None) -> Whereabouts:
-    """Where a view probably shows the person: what the cameras look at, and where something moves.
-
-    Parameters
-    ----------
-    moving : tuple, optional
-        Of the view in :func:`~stereotrack_core.recording.person_boxes.person_boxes`.
+    """Where a view shows the person: what cameras look at, and where it is `moving`
+    (:func:`person_boxes`).
     """
     camera = recording.reference_camera(view)
     expected = np.array([camera.width - 1.0, camera.height - 1.0]) / 2.0
@@ -76,16 +66,9 @@ def detect_person(
 ) -> DetectedPose | None:
     """Landmarks of the person in a picture, None if nobody is found.
 
-    The person is looked for where `last` was, then in the whole picture, then where something
-    moves, then in tiles of the picture. Of several people the one nearest to `last`, or to the
-    expected place, is taken.
-
-    Parameters
-    ----------
-    last : DetectedPose, optional
-        Of a picture shortly before or after.
-    tiles : bool
-        Whether to look at tiles as well, which takes a second.
+    The person is looked for where `last` was, a pose shortly before or after, then in the whole
+    picture, then where something moves, then in `tiles` of it, which take a second. Of several
+    people the one nearest to `last`, or to the expected place, is taken.
     """
     if last is not None:
         pose = detector.landmarks(picture, next_crop(last))
@@ -114,10 +97,7 @@ def _nearest(
     people: list[PersonBox],
     place: FloatArray,
 ) -> DetectedPose | None:
-    """Landmarks of the person whose hips are nearest to a pixel, in sizes of the person.
-
-    People whom the finder doubts come last.
-    """
+    """Landmarks of whose hips are nearest to a pixel; doubtful people come last."""
     order = sorted(people, key=lambda one: (one.score < LEAST_SCORE, _distance(one, place)))
     for person in order[:_MOST_PEOPLE]:
         pose = detector.landmarks(picture, person.crop)

@@ -4,14 +4,13 @@ They are BlazePose of MediaPipe, which Google published under the Apache licence
 MediaPipe holds them; the package itself needs an old numpy and is not installed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.metadata
 import importlib.util
 import os
 import subprocess
 import sys
+import tarfile
 import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
@@ -27,12 +26,10 @@ from stereotrack_core.reading import decoding, open_file, read_bytes
 WHEEL = "mediapipe==0.10.21"
 LICENCE = "Apache-2.0"
 SOURCE = f"BlazePose of MediaPipe, in the wheel {WHEEL} on PyPI"
-DOWNLOAD_BYTES = 36_000_000
-"""Size of the wheel; a quarter of it is kept."""
+DOWNLOAD_BYTES = 36_000_000  # size of the wheel; a quarter of it is kept
 FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"
 """Environment variable that names another folder of the files."""
-BUNDLED = "files"
-"""Folder beside this module that has them in the stand-alone program."""
+BUNDLED = "files"  # folder beside this module that has them in the stand-alone program
 
 
 @dataclass(frozen=True)
@@ -41,10 +38,8 @@ class ModelFile:
 
     name: str
     purpose: str
-    place: str
-    """Folder in the wheel."""
-    size: int
-    """Bytes."""
+    place: str  # folder in the wheel
+    size: int  # bytes
     sha256: str
 
 
@@ -60,6 +55,13 @@ MODEL_FILES: tuple[ModelFile, ...] = (
     ),
 )  # fmt: skip
 
+# Finds the same landmarks more exactly and takes 2.3 times as long: upper arms of people in four
+# mono views are off by 7 to 8 instead of 12 degrees (docs/accuracy.md). Used where it is installed.
+HEAVY = ModelFile(
+    "pose_landmark_heavy.tflite", "the same, more exact and slower", "package", 27_709_200,
+    "59e42d71bcd44cbdbabc419f0ff76686595fd265419566bd4009ef703ea8e1fe",
+)  # fmt: skip
+
 # Any of these holds the same files; pip takes the first that fits, whatever runs this program.
 _PLATFORMS = ("manylinux_2_28_x86_64", "manylinux2014_x86_64", "win_amd64")
 _PYTHON = "3.11"
@@ -70,7 +72,10 @@ _MANUALLY = (
     f"{_PLATFORMS[0]} --python-version {_PYTHON} {WHEEL}`, copy the wheel here, and run "
     "`stereotrack detector install FILE.whl`."
 )
-_ANOTHER = f"Give the wheel of {WHEEL} from PyPI, or a folder with its .tflite files."
+_ANOTHER = (
+    f"Give the wheel of {WHEEL} from PyPI, a folder with its .tflite files, or the archive that "
+    "`npm pack @mediapipe/pose` fetches, for the larger network."
+)
 
 
 @dataclass(frozen=True)
@@ -78,19 +83,17 @@ class Installation:
     """State of the detector on this machine."""
 
     folder: Path
-    files: Mapping[str, str]
-    """``installed``, ``missing`` or ``damaged``, by the name of the file."""
-    runtime: str
-    """Version of ai-edge-litert; empty if it is not installed."""
+    files: Mapping[str, str]  # ``installed``, ``missing`` or ``damaged``, by the name of the file
+    runtime: str  # version of ai-edge-litert; empty if it is not installed
 
     @property
     def complete(self) -> bool:
         """Whether the detector can be loaded."""
-        return bool(self.runtime) and all(state == "installed" for state in self.files.values())
+        return not self.problem()[0]
 
     def problem(self) -> tuple[str, str]:
         """A clause on what is missing, and a sentence on what to do; empty if nothing is."""
-        if any(state != "installed" for state in self.files.values()):
+        if any(self.files[one.name] != "installed" for one in MODEL_FILES):
             return "the pose detector is not installed", "Run `stereotrack detector install`."
         if not self.runtime:
             what = "the library ai-edge-litert, which runs the pose detector, is not installed"
@@ -120,7 +123,18 @@ def detector_folder() -> Path:
 def installation() -> Installation:
     """Look what is installed; reads the files to check them."""
     folder = detector_folder()
-    return Installation(folder, {one.name: _state(folder, one) for one in MODEL_FILES}, _runtime())
+    files = (*MODEL_FILES, HEAVY) if _is_kept(folder, HEAVY) else MODEL_FILES
+    return Installation(folder, {one.name: _state(folder, one) for one in files}, _runtime())
+
+
+def landmark_file(folder: Path) -> str:
+    """Name of the file in a folder that landmarks are found with."""
+    return (HEAVY if _is_kept(folder, HEAVY) else MODEL_FILES[1]).name
+
+
+def detector_versions() -> dict[str, str]:
+    """What keypoints depend on besides the versions of programs: empty without the larger file."""
+    return {"pose landmarks": "heavy"} if _is_kept(detector_folder(), HEAVY) else {}
 
 
 def is_installed() -> bool:
@@ -129,8 +143,12 @@ def is_installed() -> bool:
 
 
 def _is_filled(folder: Path) -> bool:
+    return all(_is_kept(folder, one) for one in MODEL_FILES)
+
+
+def _is_kept(folder: Path, file: ModelFile) -> bool:
     try:
-        return all((folder / one.name).stat().st_size == one.size for one in MODEL_FILES)
+        return (folder / file.name).stat().st_size == file.size
     except OSError:
         return False
 
@@ -164,18 +182,9 @@ def install(
 ) -> Installation:
     """Put the detector's files into the user's data folder.
 
-    Raises InputError if they cannot be fetched, are not the ones that are known, or cannot be
-    written, and Cancelled; what was installed before stays.
-
-    Parameters
-    ----------
-    source : Path, optional
-        A wheel of MediaPipe, or a folder of the files. The wheel is downloaded with pip if none is
-        given.
-    say : callable
-        Is told each step in a sentence.
-    cancelled : callable
-        Whether to stop the download.
+    `source` is a wheel of MediaPipe or a folder of the files; without one the wheel is downloaded
+    with pip. `say` is told each step in a sentence. Raises InputError if they cannot be fetched,
+    are not the known ones, or cannot be written, and Cancelled; what was installed before stays.
     """
     if source is None:
         with tempfile.TemporaryDirectory(prefix="stereotrack-") as folder:
@@ -183,6 +192,8 @@ def install(
             contents = _from_wheel(_download(Path(folder), cancelled))
     elif source.is_dir():
         contents = _from_folder(source)
+    elif source.suffix == ".tgz":
+        contents = _from_archive(source)
     else:
         contents = _from_wheel(source)
     target = user_folder()
@@ -199,12 +210,28 @@ def install(
 
 def _from_folder(folder: Path) -> dict[str, bytes]:
     contents = {}
-    for file in MODEL_FILES:
+    for file in (*MODEL_FILES, HEAVY):
         path = folder / file.name
-        if not path.is_file():
+        if path.is_file():
+            contents[file.name] = _checked(read_bytes(path, file.size), file, path)
+        elif file is not HEAVY:
             raise _lacks(file, folder)
-        contents[file.name] = _checked(read_bytes(path, file.size), file, path)
     return contents
+
+
+def _from_archive(path: Path) -> dict[str, bytes]:
+    """The larger network, out of the npm package @mediapipe/pose."""
+    with (
+        open_file(path) as file,
+        decoding(path, "this is no archive of an npm package", _ANOTHER),
+        tarfile.open(fileobj=file) as archive,
+    ):
+        for member in archive:
+            if member.name == f"{HEAVY.place}/{HEAVY.name}" and member.size == HEAVY.size:
+                content = archive.extractfile(member)
+                if content is not None:
+                    return {HEAVY.name: _checked(content.read(), HEAVY, path)}
+    raise _lacks(HEAVY, path)
 
 
 def _from_wheel(path: Path) -> dict[str, bytes]:
@@ -242,11 +269,8 @@ def _lacks(file: ModelFile, where: Path) -> InputError:
 
 
 def _differs(file: ModelFile, where: Path) -> InputError:
-    return InputError(
-        f"{file.name} is not the known file: its SHA-256 is not {file.sha256}",
-        where=str(where),
-        remedy=f"Nothing was installed. {_ANOTHER}",
-    )
+    what = f"{file.name} is not the known file: its SHA-256 is not {file.sha256}"
+    return InputError(what, where=str(where), remedy=f"Nothing was installed. {_ANOTHER}")
 
 
 def _download(folder: Path, cancelled: Callable[[], bool]) -> Path:

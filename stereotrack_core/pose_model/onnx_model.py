@@ -5,8 +5,6 @@ arrays, (N, K, W s) and (N, K, H s), the scores of columns and rows, s the subdi
 Heat maps: one array (N, K, h, w). The input is (N, 3, H, W), RGB, normalised as for ImageNet.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -23,8 +21,7 @@ from stereotrack_core.versions import extra_library
 
 _MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
 _SPREAD = np.array([58.395, 57.12, 57.375], dtype=np.float32)
-_USUAL_SIZE = (192, 256)
-"""Width and height of models whose input may have any size."""
+_USUAL_SIZE = (192, 256)  # width and height of models whose input may have any size
 
 _QUARTER = 0.25
 """Part of a pixel of a heat map by which its peak is moved towards the higher neighbour."""
@@ -47,14 +44,9 @@ def _speaking(runtime: ModuleType, do: Callable[..., Any], *given: Any) -> Any:
 
 
 class PoseModel:
-    """A pose model, ready to be asked.
+    """A pose model of an ONNX file, ready to be asked.
 
     Raises InputError where the file is none, or onnxruntime is not installed.
-
-    Parameters
-    ----------
-    path : Path
-        An ONNX file.
 
     Examples
     --------

@@ -1,7 +1,5 @@
 """RGB pictures for networks that learned from photographs."""
 
-from __future__ import annotations
-
 from typing import TypeGuard
 
 import cv2
@@ -9,17 +7,13 @@ import numpy as np
 
 from stereotrack_core.arrays import Float32Array, ImageArray
 
-_EVERY = 4
-"""Only every so many columns and rows are looked at for the brightness."""
+_EVERY = 4  # only every so many columns and rows are looked at for the brightness
 
 _DARK = 120.0
 """Grey value that the brightest hundredth of a picture at least has if it is left as it is."""
 
-_BRIGHT = 220.0
-"""Grey value that it gets otherwise."""
-
-_MOST_GAIN = 12.0
-"""Gain above which a black picture would only show its noise."""
+_BRIGHT = 220.0  # grey value that it gets otherwise
+_MOST_GAIN = 12.0  # gain above which a black picture would only show its noise
 
 _SLOPE = 0.01
 """Step of depth to the next pixel, relative to the depth, at which shaded depth is half dark: that
@@ -27,14 +21,7 @@ of a surface seen at 80 degrees with a focal length of 500 pixels."""
 
 
 def as_uint8(picture: ImageArray | Float32Array) -> ImageArray:
-    """The picture itself, or depth as a picture.
-
-    Parameters
-    ----------
-    picture : array
-        (H, W, 3) BGR or (H, W) grey or infrared uint8, as the reader gives them, or depth (H, W)
-        as float32 in metres, NaN where it is not measured.
-    """
+    """The picture (H, W, 3) BGR or (H, W) grey, uint8, or depth as one: (H, W) metres, float32."""
     return picture if _is_picture(picture) else shaded_depth(picture.astype(np.float32))
 
 

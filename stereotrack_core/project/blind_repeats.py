@@ -1,26 +1,17 @@
 """Frames that are annotated a second time, without showing what was clicked the first time."""
 
-from __future__ import annotations
-
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.counting import counted
 from stereotrack_core.project.project import Project
 
-ROUND = 1
-"""The repetition that is annotated."""
-
+ROUND = 1  # the repetition that is annotated
 _FRAME = "repeats.frame"
 
 
 class BlindRepeats:
-    """Keeps the second reading of a frame apart from the first.
+    """Keeps the second reading of a frame, the `active` one, apart from the first.
 
-    What is under way is kept in the project, so that the first reading stays hidden when the
-    program was closed in between. Edits of the second reading are made by
-    :class:`clicks.BlindRepeat`.
-
-    `active`: the frame that is being annotated again: its clicks, predictions and model stay
-    hidden.
+    What is under way is kept in the project, also while the program is closed.
     """
 
     def __init__(self, project: Project) -> None:

@@ -1,9 +1,4 @@
-"""Clicks in a project: as rows of their tables, read, and edited.
-
-Edits place, move, take away, mark and swap clicks, and accept predictions.
-"""
-
-from __future__ import annotations
+"""Clicks in a project: as rows of their tables, read, and edited."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -96,10 +91,7 @@ class Clicks:
         return count
 
     def seen(self, first: int = 0, end: int = 2**62) -> tuple[Seen, ...]:
-        """Every landmark at every frame from `first` to before `end` that has one.
-
-        Clicks are summed up over the cameras.
-        """
+        """Every landmark at every frame from `first` to before `end`, over all cameras."""
         rows = self._access.rows(
             "SELECT frame, landmark, sum(x IS NOT NULL), max(flag = ?) FROM click"
             " WHERE frame >= ? AND frame < ? AND deleted = 0 GROUP BY frame, landmark",
@@ -203,10 +195,7 @@ def place(click: Click) -> PlaceClicks:
 
 @dataclass(frozen=True)
 class MoveClicks(Edit):
-    """Move existing clicks in their image (drag, nudge), in pixels; moves can become one edit.
-
-    Whatever they came from, they are a person's own then.
-    """
+    """Move existing clicks in their image, in pixels; they are a person's own then."""
 
     kind: ClassVar[str] = "move clicks"
     keys: tuple[ClickKey, ...]
@@ -296,10 +285,7 @@ class MarkClicks(Edit):
 
 @dataclass(frozen=True)
 class SwapLandmarks(Edit):
-    """Exchange the clicks of two landmarks in one image (left and right mixed up).
-
-    A landmark that the image has no click of takes over the other's; the other is deleted then.
-    """
+    """Exchange the clicks of two landmarks in one image; a lone click changes its landmark."""
 
     kind: ClassVar[str] = "swap landmarks"
     frame: int
@@ -360,8 +346,7 @@ class _Reading(State):
 class AcceptPredictions(Edit):
     """Let predictions be clicks, noted as accepted; where a person has clicked, that click stays.
 
-    Of several predictions for one landmark in one image the last one counts. With `even_deleted`,
-    also where somebody has taken a click away; for a single prediction that was looked at.
+    The last of several counts. With `even_deleted`, also where somebody has taken a click away.
     """
 
     kind: ClassVar[str] = "accept predictions"

@@ -1,7 +1,5 @@
 """Connections to the database of a project: the one way to a file that anybody may have made."""
 
-from __future__ import annotations
-
 import os
 import sqlite3
 from collections.abc import Iterable, Iterator
@@ -23,25 +21,18 @@ from stereotrack_core.project.schema import Row, Table
 from stereotrack_core.project.validity import check_schema
 
 BUSY_SECONDS = 5.0
-_PATIENCE_SECONDS = 0.1
-"""How long the window's thread waits for an edit that another one makes; longer is seen."""
-_PAUSE_SECONDS = 1.0
-"""After an edit, before the log is written to the drive: edits follow one another."""
-_MOST_PAUSES = 30
-"""While edits go on, before the log is brought into the file all the same."""
+_PATIENCE_SECONDS = 0.1  # that the window's thread waits for another one's edit
+_PAUSE_SECONDS = 1.0  # after an edit, before the log is written: edits follow one another
+_MOST_PAUSES = 30  # while edits go on, before the log is brought into the file all the same
 
 
 def connect(path: Path) -> sqlite3.Connection:
     """Connection for reading and writing.
 
-    Every commit is on the drive, in the one file, when it returns (``synchronous = FULL``), so
-    that neither the end of the program nor a power failure takes back what was acknowledged, and a
-    copy of the file alone has all of it. The rollback journal stays beside it while it is open,
-    overwritten with zeros between edits: to make and delete it for every edit takes several times
-    as long.
-
-    Raises InputError where the file is no project, or not one as this program makes them;
-    ProjectDamaged where it contradicts itself.
+    Every commit is on the drive, in the one file, when it returns (``synchronous = FULL``). The
+    rollback journal stays beside it while it is open, overwritten with zeros: to make and delete it
+    for every edit takes several times as long. Raises InputError where the file is no project of
+    this program; ProjectDamaged.
     """
     database = _checked(path, "rw", ("synchronous = FULL", "foreign_keys = ON"))
     with suppress(sqlite3.OperationalError):  # somebody still reads what was left with a log
@@ -50,11 +41,10 @@ def connect(path: Path) -> sqlite3.Connection:
 
 
 def connect_for_reading(path: Path) -> sqlite3.Connection:
-    """Connection that cannot write. Sees what another program writes to the project meanwhile.
+    """Connection that cannot write. Sees what another program writes meanwhile.
 
-    Raises sqlite3.OperationalError where an unfinished edit would have to be taken back first; a
-    copy can be read then; InputError where the file is no project, or not one as this program makes
-    them; ProjectDamaged where it contradicts itself.
+    Raises sqlite3.OperationalError where an unfinished edit would have to be taken back first;
+    InputError, ProjectDamaged.
     """
     return _checked(path, "ro")
 
@@ -89,12 +79,10 @@ def _connected(path: Path, mode: str) -> sqlite3.Connection:
 
 
 def log_edits(database: sqlite3.Connection) -> bool:
-    """Append edits to a log beside the file from now on, without waiting for the drive.
+    """Append edits to a log beside the file, without waiting for the drive (0.4 ms, not 13).
 
-    For a person who must not wait: a commit takes 0.4 ms instead of the four waits for the drive
-    (13 ms) of the rollback journal. All of it is in the hands of the operating system when it
-    returns: a killed program loses nothing, and after a power failure the edits since
-    :class:`LogWriter` has last written are missing. False where the drive cannot do this.
+    A killed program loses nothing; after a power failure the edits since :class:`LogWriter` has
+    last written are missing. False where the drive cannot do this.
     """
     if database.execute("PRAGMA journal_mode = WAL").fetchone()[0] != "wal":
         return False
@@ -107,8 +95,7 @@ def log_edits(database: sqlite3.Connection) -> bool:
 class LogWriter:
     """Writes the log of a project to the drive, and then into its file, in a thread.
 
-    To the drive after a moment; into the file when no edit is made for a moment, as the next edit
-    after that has to wait for the drive once, or when it was not for long.
+    Into the file when no edit is made for a moment, as the next one has to wait for the drive then.
     """
 
     def __init__(self, path: Path) -> None:
@@ -137,24 +124,21 @@ class LogWriter:
                 if self._end.wait(_PAUSE_SECONDS):
                     return
                 pauses += 1
-                self._write_log()
+                with suppress(OSError):  # it was moved; who writes next is told
+                    file = os.open(self._log, os.O_RDWR)
+                    try:
+                        os.fsync(file)
+                    finally:
+                        os.close(file)
             with suppress(sqlite3.Error):  # the log still has it, and is tried again
                 self._database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
-
-    def _write_log(self) -> None:
-        with suppress(OSError):  # it was moved; who writes next is told
-            file = os.open(self._log, os.O_RDWR)
-            try:
-                os.fsync(file)
-            finally:
-                os.close(file)
 
 
 class Access:
     """One thread at a time; what the database complains about becomes an ``InputError``.
 
-    `identity`: device and number of the file, by which it is known before every write. `reader`: a
-    second connection, where edits go to a log: it reads what is there while another thread writes.
+    `identity`: device and number of the file; `reader`: a second connection, where edits go to a
+    log.
     """
 
     def __init__(

@@ -1,9 +1,4 @@
-"""The database of a project as a file: made, known by its first bytes, copied, changed at once.
-
-What SQLite complains about is said in words for the person whose project it is.
-"""
-
-from __future__ import annotations
+"""The database of a project as a file: made, known by its first bytes, copied, changed at once."""
 
 import glob
 import os
@@ -78,10 +73,7 @@ def how_to_restore(path: Path) -> str:
 
 
 class ProjectDamaged(InputError):
-    """The file is a project, but parts of it cannot be read.
-
-    `detail` says what is wrong in a few words, `first` what to do before a backup is used.
-    """
+    """The project cannot be read; `detail` says why, `first` what to do before a backup is used."""
 
     def __init__(self, path: Path, detail: str, first: str = "") -> None:
         super().__init__(
@@ -103,11 +95,7 @@ def code_of(error: sqlite3.Error) -> int:
 
 @contextmanager
 def speaking(path: Path) -> Iterator[None]:
-    """Turn failures of the database within the block into sentences about `path`.
-
-    Raises ProjectDamaged where the file contradicts itself; InputError for everything else that the
-    drive or another program is the reason of.
-    """
+    """Turn failures of the database into sentences about `path`: ProjectDamaged, InputError."""
     try:
         yield
     except UnicodeDecodeError as error:  # in a message about a list of tables that is rubbish
@@ -124,10 +112,7 @@ def speaking(path: Path) -> Iterator[None]:
 
 @contextmanager
 def making_sense(path: Path) -> Iterator[None]:
-    """Take values that nothing can be made of for what they are: damage.
-
-    Raises ProjectDamaged for whatever the block meets in the file's values.
-    """
+    """Take senseless values of the file for damage. Raises ProjectDamaged."""
     with speaking(path):
         try:
             yield
@@ -140,18 +125,21 @@ def making_sense(path: Path) -> Iterator[None]:
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
 _VERSION_AT, _APPLICATION_AT = 60, 68
-_PAGE_SIZE = 8192
-"""Bytes; the list of tables is on the first page then, and no other page's damage hides tables."""
+_PAGE_SIZE = 8192  # bytes; the list of tables is on the first page, safe from other pages' damage
 
 
 def make_database(path: Path, recording: Row | None = None) -> None:
-    """Make an empty project and its folder; either all of it is there afterwards, or nothing.
+    """Make an empty project and its folder, or nothing. Raises InputError.
 
     `recording` has the name, relative path, absolute path and fingerprint.
-
-    InputError where something of that name exists, or the place cannot be written to.
     """
-    check_free(path)
+    if path.exists():
+        raise InputError(
+            "a file of this name already exists",
+            where=str(path),
+            remedy="Open it, or choose another name for the new project.",
+        )
+    _check_nothing_beside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -165,37 +153,18 @@ def make_database(path: Path, recording: Row | None = None) -> None:
         speaking(path),
         closing(sqlite3.connect(temporary, isolation_level=None)) as database,
     ):
-        make_tables(database, recording)
-
-
-def make_tables(database: sqlite3.Connection, recording: Row | None = None) -> None:
-    """Make a project of a database without any table; see :func:`make_database`."""
-    database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
-    with transaction(database):
-        for statement in STATEMENTS:
-            database.execute(statement)
-        if recording is not None:
-            database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
-        database.execute(f"PRAGMA user_version = {FORMAT}")
-        database.execute(f"PRAGMA application_id = {APPLICATION}")
-
-
-def check_free(path: Path) -> None:
-    """Refuse a place where a new project would lose something. Raises InputError."""
-    if path.exists():
-        raise InputError(
-            "a file of this name already exists",
-            where=str(path),
-            remedy="Open it, or choose another name for the new project.",
-        )
-    _check_nothing_beside(path)
+        database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
+        with transaction(database):
+            for statement in STATEMENTS:
+                database.execute(statement)
+            if recording is not None:
+                database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
+            database.execute(f"PRAGMA user_version = {FORMAT}")
+            database.execute(f"PRAGMA application_id = {APPLICATION}")
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """Files beside a project of an edit that was not finished: a journal, or another's log.
-
-    A journal that begins with a zero is that of an edit that was finished.
-    """
+    """Files beside a project of an unfinished edit: a log, a journal not begun by zero."""
     sidecars = [path.with_name(path.name + suffix) for suffix in ("-journal", "-wal")]
 
     def begins_with_text(path: Path) -> bool:
@@ -223,10 +192,9 @@ def _check_nothing_beside(path: Path) -> None:
 
 
 def check_header(path: Path) -> None:
-    """See from the first bytes alone that the file is a project that this program knows.
+    """See from the first bytes that this program knows the project.
 
-    Raises InputError where there is no file, it is not a project, or another program or version
-    wrote it; ProjectDamaged where it was cut off.
+    Raises InputError; ProjectDamaged where it was cut off.
     """
     if not os.path.lexists(path):
         raise InputError(
@@ -239,15 +207,16 @@ def check_header(path: Path) -> None:
         header = file.read(_HEADER)
     if not header:
         raise InputError("the file is empty", where=str(path), remedy="Create a new project.")
-    if not header.startswith(_MAGIC[: len(header)]):
-        raise _no_project(path)
-    if len(header) < _HEADER:
+    ours = header.startswith(_MAGIC[: len(header)])
+    if ours and len(header) < _HEADER:
         raise ProjectDamaged(path, f"the file ends after {len(header)} bytes")
-    (version,) = struct.unpack_from(">i", header, _VERSION_AT)
-    (application,) = struct.unpack_from(">i", header, _APPLICATION_AT)
-    if application != APPLICATION:
-        raise _no_project(path)
-    check_version(path, version)
+    if not ours or struct.unpack_from(">i", header, _APPLICATION_AT) != (APPLICATION,):
+        raise InputError(
+            "this is not a stereotrack project",
+            where=str(path),
+            remedy="Open a file that ends in .stereotrack.",
+        )
+    check_version(path, struct.unpack_from(">i", header, _VERSION_AT)[0])
 
 
 def resolved(path: Path) -> Path:
@@ -292,12 +261,9 @@ def lend_missing(database: sqlite3.Connection) -> None:
 
 
 def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
-    """Give a project of an older format what it lacks; where its copy is, None where it lacks none.
+    """Give a project of an older format what it lacks; where its copy is, if any is made.
 
-    The copy, ``NAME.format1.stereotrack``, is made first, and is what earlier versions of the
-    program open.
-
-    InputError where the copy cannot be written; nothing was changed then.
+    The copy, ``NAME.format1.stereotrack``, is what earlier versions open. Raises InputError.
     """
     version = version_of(database)
     if version == FORMAT:
@@ -312,20 +278,8 @@ def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
     return copy
 
 
-def _no_project(path: Path) -> InputError:
-    """The complaint about a file that is something else."""
-    return InputError(
-        "this is not a stereotrack project",
-        where=str(path),
-        remedy="Open a file that ends in .stereotrack.",
-    )
-
-
 def copy_whole(database: sqlite3.Connection, path: Path) -> None:
-    """Copy a project to another file and read the copy back; all of it is there, or nothing.
-
-    InputError where the copy cannot be written or is not whole.
-    """
+    """Copy a project to another file, or nothing, and read the copy back. Raises InputError."""
     _check_nothing_beside(path)
     with replacing(path) as temporary:
         with closing(sqlite3.connect(temporary, isolation_level=None)) as target:
@@ -342,10 +296,7 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
 
 
 def is_in_place(path: Path, identity: tuple[int, int] | None) -> bool:
-    """Whether the file of this device and number is still the one of that path.
-
-    None for the identity: where drives do not keep numbers, any file there is taken for it.
-    """
+    """Whether the file of this device and number, if these are known, is still in its place."""
     try:
         there = path.stat()
     except FileNotFoundError:

@@ -1,7 +1,5 @@
 """Import of a detector's files into a project: planned and told first, then done."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,24 +26,17 @@ from stereotrack_core.project.selection import Selection, outside_gaps
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF, layout_named
-from stereotrack_core.recording.keypoints import (
-    Keypoints,
-    keypoints_of,
-    of_one_person,
-    rows_of,
-)
+from stereotrack_core.recording.keypoints import Keypoints, keypoints_of, of_one_person, rows_of
 
-_TAKEN = (FIT, PROPOSED)
-"""Names under which the program keeps predictions of its own."""
+_TAKEN = (FIT, PROPOSED)  # names under which the program keeps predictions of its own
 
 
 def keypoints_in(
     path: Path, recording: Recording, layout: str | None = None, person: str | None = None
 ) -> FoundKeypoints:
-    """Keypoints of one person, of a project (.stereotrack) or of a detector's file or folder.
+    """Keypoints of one person, the surest or `person`, of a project or a detector's files.
 
-    `layout` names the order of points without names, `person` is a name or number; without it the
-    surest person of all frames is taken. Raises InputError where there are no keypoints.
+    `layout` names the order of points without names. Raises InputError where there are none.
     """
     if path.suffix.lower() != SUFFIX:
         named = None if layout is None else layout_named(layout)
@@ -72,21 +63,14 @@ def keypoints_in(
 class DetectorImport:
     """Planned import of a detector's files into a project; nothing is written yet."""
 
-    keypoints: Keypoints
-    """Keypoints to keep."""
-    left_out: Mapping[str, int]
-    """Keypoints that are not, by the reason in words."""
-    notes: tuple[str, ...]
-    """Decisions about them: the order of points, which person."""
-    people: tuple[str, ...]
-    """Names or numbers of all people in the files."""
-    replaced: int
-    """Keypoints of the project that go, because these come in their place."""
-    proposed: int
-    """Landmarks that are proposed as clicks."""
+    keypoints: Keypoints  # keypoints to keep
+    left_out: Mapping[str, int]  # keypoints that are not, by the reason in words
+    notes: tuple[str, ...]  # decisions about them: the order of points, which person
+    people: tuple[str, ...]  # names or numbers of all people in the files
+    replaced: int  # keypoints of the project that go, because these come in their place
+    proposed: int  # landmarks that are proposed as clicks
     before: DetectorState
-    after: DetectorState
-    """Content of the project by the detectors, without and with the files."""
+    after: DetectorState  # content of the project by the detectors, without and with the files
 
     def facts(self) -> dict[str, Any]:
         """Numbers and names, for a person or a program."""
@@ -119,11 +103,9 @@ def plan_import(
 ) -> DetectorImport:
     """Read files of a detector and work out what they change; the project stays as it is.
 
-    They take the place of what the project has of the same detector in the same cameras. One
-    `person` is kept, the surest of all frames if no name or number is given, or `all_people`.
-    Unless landmarks are proposed as clicks, earlier proposals of the detector stay. `frames` is the
-    number of frames of the recording. Raises InputError where a file cannot be read, or the
-    detector's name is taken.
+    They replace what the project has of the same detector in the same cameras; unless landmarks are
+    proposed, earlier proposals stay. One `person` is kept, or `all_people`; `frames` is the
+    recording's number. Raises InputError.
     """
     every = joined([read_keypoints(source, frames) for source in sources])
     people = [
@@ -165,22 +147,16 @@ class DetectorFill:
     """Change of a project by a detection in some of its frames."""
 
     before: DetectorState
-    after: DetectorState
-    """Keypoints of the detector in the project before and after."""
-    proposed: int
-    """Landmarks of the selection that are proposed as clicks."""
+    after: DetectorState  # keypoints of the detector in the project before and after
+    proposed: int  # landmarks of the selection that are proposed as clicks
 
 
 def plan_fill(
-    project: Project,
-    keypoints: Keypoints,
-    predictions: Iterable[Prediction],
-    selection: Selection,
+    project: Project, keypoints: Keypoints, predictions: Iterable[Prediction], selection: Selection
 ) -> DetectorFill:
     """Work out what a detection in a selection changes; the project stays as it is.
 
-    Keypoints and predictions take the place of the same detector's in the selected frames alone.
-    Landmarks that are not selected keep their proposals, and gaps are left empty.
+    It replaces the same detector's in the selected frames; other landmarks keep their proposals.
     """
     before = project.keypoints.state(tuple(sorted(set(keypoints.source.tolist()))))
     new = outside_gaps(project, (one for one in predictions if selection.has(one.landmark)))
@@ -194,9 +170,7 @@ def _joined(
     proposed: Sequence[Prediction] | None,
     selection: Selection | None = None,
 ) -> DetectorState:
-    """The detectors' rows with `new` in place of those of the same cameras, perhaps in a selection
-    alone.
-    """
+    """The detectors' rows with `new` for those of the same cameras, perhaps in a selection."""
     here = set(zip(new.source.tolist(), new.camera.tolist(), strict=True))
     here |= {(one.source, one.camera) for one in proposed or ()}
 

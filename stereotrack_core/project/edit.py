@@ -1,12 +1,10 @@
 """Edits: values that say in words what they do, and do it row by row."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stereotrack_core.errors import InputError
@@ -18,19 +16,12 @@ _VALUES = (str, int, float, type(None))
 
 @dataclass(frozen=True)
 class Change:
-    """Change of one row by an edit.
-
-    `before` and `after`: values of the row; None where there is no such row.
-    """
+    """Change of one row by an edit; None where there is no such row."""
 
     table: Table
     key: Row
     before: Row | None
     after: Row | None
-
-    def reversed(self) -> Change:
-        """The change that takes this one back."""
-        return Change(self.table, self.key, self.after, self.before)
 
 
 def change_of(table: Table, key: str, before: str | None, after: str | None) -> Change:
@@ -106,22 +97,14 @@ class State:
         """The change that leads to `after`."""
         return Change(table, key, self.row(table, key), after)
 
-    def keys(self, table: Table, where: str, values: Row) -> Iterator[Row]:
-        """Keys of the rows that satisfy a condition (a constant of the program)."""
-        columns = ", ".join(table.key)
-        statement = f"SELECT {columns} FROM {table.name} WHERE {where}"  # noqa: S608 - constants
-        yield from self.database.execute(statement, values).fetchall()
-
 
 class Edit(ABC):
     """A command; subclasses are frozen dataclasses.
 
-    The project asks an edit for its changes once, when it is made, and keeps the rows before and
-    after in the history. To undo is to write the rows before.
+    An edit is asked for its changes once; the rows before and after are kept in the history.
     """
 
-    kind: ClassVar[str]
-    """A word for edits of this kind, kept in the history."""
+    kind: ClassVar[str]  # a word for edits of this kind, kept in the history
 
     @abstractmethod
     def words(self) -> str:
@@ -129,10 +112,7 @@ class Edit(ABC):
 
     @abstractmethod
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows that it changes.
-
-        InputError where it makes no sense in the present state; nothing is changed then.
-        """
+        """The rows that it changes. Raises InputError where it makes no sense."""
 
     def contents(self) -> Iterable[bytes]:
         """Large immutable data that its rows name by :func:`entries.hash_of`."""
@@ -145,7 +125,7 @@ class Together(Edit):
 
     kind: ClassVar[str] = "together"
     text: str
-    edits: tuple[Edit, ...] = field(default=())
+    edits: tuple[Edit, ...] = ()
 
     def words(self) -> str:
         """The text that it was given."""

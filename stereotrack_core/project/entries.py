@@ -1,9 +1,4 @@
-"""Named things of a project: references, subjects, sets of landmarks and parameters.
-
-Large data are kept by their hash; how the person looks at the project is kept beside them.
-"""
-
-from __future__ import annotations
+"""Named things of a project: references, subjects, sets of landmarks and parameters."""
 
 import hashlib
 import json
@@ -31,11 +26,7 @@ from stereotrack_core.project.schema import (
     Row,
     Table,
 )
-from stereotrack_core.recording.description import (
-    LENGTHS,
-    Subject,
-    subject_in,
-)
+from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
 
 
 def hash_of(data: bytes) -> str:
@@ -50,10 +41,7 @@ def store(database: sqlite3.Connection, contents: Iterable[bytes]) -> None:
 
 
 def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
-    """Content of that hash, verified.
-
-    Raises ProjectDamaged where it is missing or is not what was stored.
-    """
+    """Content of that hash, verified. Raises ProjectDamaged."""
     row = database.execute("SELECT bytes FROM content WHERE hash = ?", (name,)).fetchone()
     if row is None or hash_of(row[0]) != name:
         raise ProjectDamaged(path, f"the stored data {name} are missing or damaged")
@@ -104,10 +92,7 @@ class Entries:
         return entry
 
     def data(self, name: str) -> bytes:
-        """The large data that belong to the one of that name.
-
-        InputError where there is none of that name, or it has no data.
-        """
+        """The large data of the one of that name. Raises InputError without any."""
         entry = self.get(name)
         if entry.content is None:
             raise InputError(
@@ -121,11 +106,7 @@ class Entries:
 
 @dataclass(frozen=True)
 class SaveEntry(Edit):
-    """Save a named thing in a table of entries; one of that name is replaced only where that is
-    said.
-
-    Its facts are a JSON object, its data may be large.
-    """
+    """Save a named thing; one of that name is replaced only where that is said."""
 
     kind: ClassVar[str] = "save"
     table: str
@@ -214,20 +195,13 @@ def facts_as_json(facts: Mapping[str, Any]) -> str:
 
 def _entry(name: Any, values: Row) -> Entry:
     facts, content, who, at, deleted = values
-    return Entry(
-        name=str(name),
-        facts=facts_of(str(facts)),
-        content=None if content is None else str(content),
-        who=str(who),
-        at=str(at),
-        deleted=bool(deleted),
-    )
+    data = None if content is None else str(content)
+    return Entry(str(name), facts_of(str(facts)), data, str(who), str(at), bool(deleted))
 
 
 def _missing(table: Table, name: str) -> InputError:
     return InputError(
-        f"the project has no {table.word} {name!r}",
-        remedy="Choose one of those listed.",
+        f"the project has no {table.word} {name!r}", remedy="Choose one of those listed."
     )
 
 
@@ -242,11 +216,7 @@ class ViewSettings:
         self._access = access
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Value of that name, or `default`.
-
-        The default is returned as well where the value is of another kind than that, or nothing
-        can be made of it: nothing is lost with how somebody looked at the project.
-        """
+        """Value of that name; `default` where there is none of its kind."""
         row = self._access.row("SELECT value FROM view_setting WHERE name = ?", (name,))
         try:
             value = None if row is None else json.loads(row[0], parse_constant=_refuse)
@@ -284,22 +254,14 @@ def save_reference(name: str, reference: Reference, *, replacing: bool = False) 
 
 
 def load_reference(references: Entries, name: str) -> Reference:
-    """A reference of the project, bit by bit as it was saved.
-
-    Raises InputError where there is none of that name; ProjectDamaged where its data are not what
-    was stored.
-    """
+    """A reference of the project, bit by bit as saved. Raises InputError, ProjectDamaged."""
     data = references.data(name)
     with making_sense(references.path):
         return reference_of_bytes(data, name)
 
 
 def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
-    """The edit that keeps a subject's proportions under the subject's name.
-
-    The origin is ``entered``, ``measured from clicks``, ``found by the tracker`` or
-    ``personalised``.
-    """
+    """The edit that keeps a subject; `origin`: ``measured from clicks``, ``personalised`` ..."""
     facts = {**asdict(subject), "origin": origin}
     return SaveEntry(SUBJECT.name, subject.name, facts_as_json(facts), replacing=True)
 
@@ -350,10 +312,7 @@ def save_landmark_set(landmarks: LandmarkSet) -> SaveEntry:
 
 
 def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
-    """A set of landmarks of the project, the nine without a name.
-
-    InputError where there is none of that name.
-    """
+    """A set of landmarks of the project, the nine without a name. Raises InputError."""
     if name is None or (name == NINE.name and name not in sets.names()):
         return NINE
     facts = sets.get(name).facts

@@ -1,7 +1,5 @@
 """The body fitted to a project's clicks: as a reference of the project, and what is said of it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -45,8 +43,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import check_calibrated
 from stereotrack_core.worker_processes import Asker
 
-FITTED = "fitted to clicks"
-"""Name of the reference that the window makes."""
+FITTED = "fitted to clicks"  # name of the reference that the window makes
 
 
 def fit_elsewhere(fit: Callable[..., TrajectoryFit], asker: Asker) -> TrajectoryFit:
@@ -63,11 +60,7 @@ def fit_project(
 ) -> Reference:
     """Fit the body to all clicks of some frames, by the project's landmarks, subject and gaps.
 
-    `do`: calls :func:`fit_reference`, given with all that it needs but ``on_frame``, in another
-    process perhaps.
-
-    Raises InputError where there is no click to fit to, or the cameras are guessed; Cancelled when
-    stopped.
+    `do` calls :func:`fit_reference`, given with all but ``on_frame``. Raises InputError, Cancelled.
     """
     check_calibrated(recording)
     begun, landmarks = time.monotonic(), project.landmark_set()
@@ -99,10 +92,7 @@ def keep_fitted(project: Project, reference: Reference, frames: range | None) ->
 
 
 def frames_around(frames: range, clicked: tuple[int, ...], last: int) -> range:
-    """Frames with what they hang on: from the clicked frame before to the one after.
-
-    `clicked`: frames with clicks. `last`: the recording's last frame.
-    """
+    """Frames from the clicked one before to the one after, up to the recording's last."""
     before = [frame for frame in clicked if frame < frames.start]
     after = [frame for frame in clicked if frame >= frames.stop]
     return range(
@@ -119,8 +109,7 @@ class ShownReference:
     fit: TrajectoryFit | None  # None where it was not fitted to the project's landmarks
     words: str  # how good it is
     outliers: tuple[ClickKey, ...] = ()  # clicks that look like outliers
-    clicks: FittedClicks | None = None
-    """Clicks that it was fitted to, and where they have changed; None if not known."""
+    clicks: FittedClicks | None = None  # that it was fitted to, and changes; None if unknown
 
 
 def read_reference(project: Project, recording: Recording, name: str) -> ShownReference:

@@ -1,11 +1,8 @@
 """Every edit that was ever made, from which undo and redo work without limit.
 
-What happens to runs is not noted: a run goes into the project by itself when it is complete, at a
-moment nobody chose, and a run that was removed is restored. Files of earlier versions have noted
-it, and it is passed over.
+Runs are not noted: they come when they are complete, and are restored after a removal. Earlier
+versions have noted them, which is passed over.
 """
-
-from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable
@@ -28,8 +25,7 @@ from stereotrack_core.project.entries import store
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
 from stereotrack_core.project.validity import makes_sense
 
-How: TypeAlias = Literal["done", "undone", "dropped"]
-"""State of an edit: in effect, taken back, or taken back and then followed by another edit."""
+How: TypeAlias = Literal["done", "undone", "dropped"]  # in effect, taken back, or then dropped
 
 
 @dataclass(frozen=True)
@@ -91,12 +87,9 @@ class History:
         """The edit that redo would make again."""
         return self._next("undone")
 
-    def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
-        """The newest edits first, of those whose number is less than `before`."""
-        rows = self._access.rows(
-            f"{_EDITS} AND number < ? ORDER BY number DESC LIMIT ?",
-            (2**62 if before is None else before, limit),
-        )
+    def entries(self, limit: int = 200) -> tuple[Entry, ...]:
+        """The newest edits first."""
+        rows = self._access.rows(f"{_EDITS} ORDER BY number DESC LIMIT ?", (limit,))
         return tuple(Entry(*row) for row in rows)
 
     def changes_of(self, number: int) -> tuple[Change, ...]:
@@ -116,8 +109,7 @@ class History:
     def apply(self, edit: Edit, stamp: Stamp, *, continues: bool = False) -> Changed | None:
         """Make an edit and note it, both or neither; None where it changes nothing.
 
-        One that continues the last edit, being of the same kind and rows, becomes one with it
-        (nudging a click ten times is undone at once).
+        One that continues the last edit, of the same kind and rows, becomes one with it.
         """
         with self._access.writing() as database:
             with making_sense(self._access.path):
@@ -150,15 +142,14 @@ class History:
         return self._turn("undone")
 
     def _turn(self, state: Literal["done", "undone"]) -> Changed | None:
-        with self._access.alone():
-            entry = self._next(state)
-            return None if entry is None else self._turned(entry, undoing=state == "done")
-
-    def _turned(self, entry: Entry, *, undoing: bool) -> Changed:
+        undoing = state == "done"
         with self._access.writing() as database:
+            if (entry := self._next(state)) is None:
+                return None
             changes = self.changes_of(entry.number)
             if undoing:
-                changes = tuple(change.reversed() for change in reversed(changes))
+                reverse = (Change(c.table, c.key, c.after, c.before) for c in reversed(changes))
+                changes = tuple(reverse)
             for change in changes:
                 if change.table.read(database, change.key) != change.before:
                     raise ProjectDamaged(
@@ -196,11 +187,7 @@ class History:
         )
 
     def _continued(
-        self,
-        database: sqlite3.Connection,
-        kind: str,
-        changes: tuple[Change, ...],
-        stamp: Stamp,
+        self, database: sqlite3.Connection, kind: str, changes: tuple[Change, ...], stamp: Stamp
     ) -> bool:
         """Let the last edit lead to the rows after these changes; False where it is another."""
         last = self._next("done")

@@ -1,7 +1,5 @@
 """Flags on frames, and frames that shall be annotated."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,16 +8,12 @@ from stereotrack_core.project.connection import Access
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME, Row
 
-GAP, REVIEW = "gap", "review"
-"""Kinds of flags: nothing is interpolated over these frames; to be looked at again."""
+GAP, REVIEW = "gap", "review"  # flags: nothing is interpolated there; to be looked at again
 
 
 @dataclass(frozen=True)
 class FrameFlag:
-    """A flag on a frame, for one landmark or, without its name, for the whole frame.
-
-    `who` and `at`: filled in by the project.
-    """
+    """A flag on a frame, for one landmark or, without its name, for the whole frame."""
 
     frame: int
     landmark: str = ""  # empty: the whole frame
@@ -35,8 +29,6 @@ class Keyframe:
 
     frame: int
     done: bool = False
-    who: str = ""
-    at: str = ""
 
 
 class Marks:
@@ -56,9 +48,9 @@ class Marks:
     def keyframes(self) -> tuple[Keyframe, ...]:
         """Keyframes, ascending."""
         rows = self._access.rows(
-            "SELECT frame, done, who, at FROM keyframe WHERE deleted = 0 ORDER BY frame"
+            "SELECT frame, done FROM keyframe WHERE deleted = 0 ORDER BY frame"
         )
-        return tuple(Keyframe(row[0], bool(row[1]), row[2], row[3]) for row in rows)
+        return tuple(Keyframe(frame, bool(done)) for frame, done in rows)
 
 
 @dataclass(frozen=True)
@@ -93,10 +85,7 @@ class SetFlags(Edit):
 
 @dataclass(frozen=True)
 class SetKeyframes(Edit):
-    """Say of frames that they shall be annotated, that they are done, or neither.
-
-    `state` {"wanted", "done", "none"}.
-    """
+    """Say of frames that they shall be annotated (``wanted``), are ``done``, or ``none``."""
 
     kind: ClassVar[str] = "keyframes"
     frames: tuple[int, ...]

@@ -1,7 +1,5 @@
 """Clicks of a file or another project beside the own: new ones are taken, the others as decided."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from math import sqrt
@@ -18,15 +16,9 @@ from stereotrack_core.project.project import Project
 
 Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 
-_MERGED = "merged"  # origin of a click that is the mean of two
-
 
 def _mean_click(conflict: Difference) -> Click | None:
-    """The place between two clicks; None where one of them has no place.
-
-    It is as visible and as sure as the worse of both says; where both state how sure they are,
-    the mean of two independent clicks is surer.
-    """
+    """The place between two clicks, as visible as the worse and surer; None without both places."""
     mine, theirs = conflict.first, conflict.second
     if conflict.apart is None or mine is None or theirs is None or mine.position is None:
         return None
@@ -40,7 +32,7 @@ def _mean_click(conflict: Difference) -> Click | None:
         visibility=min(mine.visibility, theirs.visibility),
         flag=mine.flag or theirs.flag,
         sigma=sigma,
-        origin=_MERGED,
+        origin="merged",
     )
 
 
@@ -48,9 +40,7 @@ def _mean_click(conflict: Difference) -> Click | None:
 class Incoming:
     """Clicks from elsewhere beside those of the project; what contradicts is decided by a person.
 
-    The project says nothing about the new ones, and the same as some. Where it says something else,
-    also that a click was deleted, nothing happens until then: ``first`` of a conflict is the
-    project's click, ``second`` the other; one of them may be deleted.
+    In conflicts, ``first`` is the project's click, ``second`` the other; one may be deleted.
     """
 
     source: str
@@ -61,13 +51,17 @@ class Incoming:
     def edit(self, decision: Decision | None = None, *, with_new: bool = True) -> PlaceClicks:
         """The one edit that takes in what is new, and for all conflicts what was decided.
 
-        `with_new`: whether clicks that the project says nothing about are taken in. Where there is
-        no mean of both, the project's click stays.
-
-        Raises InputError where there are conflicts and no decision.
+        Where there is no mean, the project's click stays. Raises InputError without a decision.
         """
         if decision is None and self.conflicts:
-            raise self._undecided(self.conflicts[0])
+            frame, camera, landmark = self.conflicts[0].key
+            several = len(self.conflicts) > 1
+            raise InputError(
+                f"{len(self.conflicts)} click{'s' if several else ''} already in the project "
+                f"differ{'' if several else 's'}, such as {landmark} in {camera}, frame {frame}",
+                where=self.source,
+                remedy="Choose whether to keep the project's clicks or to use the others.",
+            )
         taken = list(self.new) if with_new else []
         between = ""
         if decision == "theirs":
@@ -79,24 +73,13 @@ class Incoming:
         words = f"merge {counted(len(taken), 'click')}{between} from {self.source}"
         return PlaceClicks(tuple(taken), words)
 
-    def _undecided(self, conflict: Difference) -> InputError:
-        frame, camera, landmark = conflict.key
-        several = len(self.conflicts) > 1
-        return InputError(
-            f"{len(self.conflicts)} click{'s' if several else ''} already in the project "
-            f"differ{'' if several else 's'}, such as {landmark} in {camera}, frame {frame}",
-            where=self.source,
-            remedy="Choose whether to keep the project's clicks or to use the others.",
-        )
-
 
 def incoming(
     mine: Iterable[Click], theirs: Iterable[Click], source: str, *, unstated: Collection[str] = ()
 ) -> Incoming:
     """Compare clicks from elsewhere with those of the project, both with the deleted ones.
 
-    Where a deleted click meets nothing, nothing comes of it. What is `unstated` the source cannot
-    say, as a clicks file flag and sigma, and leaves alone: names of fields of :class:`Click`.
+    Fields of :class:`Click` that are `unstated` the source cannot say, and leaves alone.
     """
     ours = {click.key: click for click in mine}
     others = list(theirs)
@@ -128,10 +111,7 @@ def _completed(theirs: Click, mine: Click, unstated: Collection[str]) -> Click:
 def clicks_of_project(
     path: Path, project: Project
 ) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
-    """All clicks of another project of the same recording, deleted ones too, and notes about it.
-
-    Raises InputError where it is this project, is of another recording, or cannot be read.
-    """
+    """All clicks of another project of the recording, and notes about it. Raises InputError."""
     if resolved(path) == project.path:
         raise InputError(
             "this project is already open", where=str(path), remedy="Choose another project."

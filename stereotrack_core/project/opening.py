@@ -1,9 +1,4 @@
-"""Open a project file: who may, on which drive, in which format, and what to tell about it.
-
-One program at a time writes; a crashed one is not in the way.
-"""
-
-from __future__ import annotations
+"""Open a project file: who may, on which drive, in which format, and what to tell about it."""
 
 import ctypes
 import os
@@ -12,7 +7,7 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -76,15 +71,11 @@ _NETWORK_TYPES = frozenset(
 )
 """File systems whose shared memory is not shared between the machines that write to them."""
 
-Mount = tuple[str, str]
-"""Where a file system is mounted, and its type."""
+Mount = tuple[str, str]  # where a file system is mounted, and its type
 
 
 def network_type(path: Path, mounts: Sequence[Mount] | None = None) -> str | None:
-    """Type of the network file system that holds `path`; None for a drive of this machine.
-
-    The path need not exist. `mounts` has mount points and types; the machine's own without it.
-    """
+    """Type of the network file system of a path, by `mounts`; None for the machine's own."""
     place = os.path.realpath(path)
     if mounts is None and sys.platform == "win32":
         return _windows_type(place)
@@ -155,11 +146,8 @@ class Opened:
     read_only: bool
     notes: tuple[Finding, ...]  # what the person should know
     resources: ExitStack  # closes everything
-    identity: tuple[int, int] | None = None
-    """Device and number of the file, by which it is known; None on network drives, which do not
-    keep numbers."""
-    logs: bool = False
-    """Whether edits go to a log beside it."""
+    identity: tuple[int, int] | None = None  # device and number; None on network drives
+    logs: bool = False  # whether edits go to a log beside it
 
 
 def open_for_writing(
@@ -169,23 +157,33 @@ def open_for_writing(
     interactive: bool = False,
     mounts: Sequence[Mount] | None = None,
 ) -> Opened:
-    """Open the file as its only writer.
+    """Open the file as its only writer. Raises InputError, ProjectDamaged.
 
     With `take_over`, also a project on a network drive that another machine has not given back;
-    with `interactive` edits go to a log (:func:`log_edits`) if the drive is of this machine. For
-    `mounts` see :func:`network_type`.
-
-    Raises InputError where another program has it, it is no project, or one of another version;
-    ProjectDamaged where it contradicts itself.
+    with `interactive` edits go to a log (:func:`log_edits`) if the drive is of this machine.
     """
     check_header(path)
     locked = lock_path(path).exists()
     with ExitStack() as stack:
-        lock = _locked(path)
+        try:
+            lock = FileLock(path)
+        except BlockingIOError:
+            raise in_use(path) from None
+        except OSError as error:
+            raise InputError(
+                f"cannot write beside the project ({error.strerror})",
+                where=str(path.parent),
+                remedy="Open the project read-only, or copy it elsewhere.",
+            ) from error
         stack.callback(lock.release)
         network = network_type(path, mounts)
         with making_sense(path):
-            _try_what_was_left(path)
+            if beside(path):  # an edit is taken back in a copy first: it may be of another file
+                with (
+                    tempfile.TemporaryDirectory() as folder,
+                    closing(connect(_copy(path, Path(folder)))) as tried,
+                ):
+                    check_whole(tried, path, closed=False)
             database = connect(path)
             stack.callback(database.close)
             left = owner_of(database)
@@ -200,32 +198,15 @@ def open_for_writing(
             earlier = bring_up_to_date(database, path)
             write_owner(database, Owner.myself())
             logs = interactive and network is None and log_edits(database)
-        notes = (*_notes_of_end(path, left, locked), *_notes_of_format(path, earlier))
+        notes = tuple(_notes(path, left, locked, earlier))
         return Opened(path, database, False, notes, stack.pop_all(), identity, logs)
     raise AssertionError  # the stack swallows no exception
-
-
-def _locked(path: Path) -> FileLock:
-    try:
-        return FileLock(path)
-    except BlockingIOError:
-        raise in_use(path) from None
-    except OSError as error:
-        raise InputError(
-            f"cannot write beside the project ({error.strerror})",
-            where=str(path.parent),
-            remedy="Open the project read-only, or copy it elsewhere.",
-        ) from error
 
 
 def open_for_reading(path: Path) -> Opened:
     """Open the file without a way to write to it, also while another program writes.
 
-    Where an unfinished edit would have to be taken back first, a temporary copy is read; the file
-    itself stays as it is.
-
-    Raises InputError where it is no project, cannot be read, or is one of another version;
-    ProjectDamaged where it contradicts itself.
+    Of an unfinished edit a temporary copy is read. Raises InputError, ProjectDamaged.
     """
     check_header(path)
     locked, held = lock_path(path).exists(), is_held(path, unsure=True)
@@ -244,16 +225,15 @@ def open_for_reading(path: Path) -> Opened:
         left = None if held else owner_of(database)
         lend_missing(database)
         check_whole(database, path, closed=closed and left is None)
-        return Opened(path, database, True, _notes_of_end(path, left, locked), stack.pop_all())
+        return Opened(path, database, True, tuple(_notes(path, left, locked)), stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 
 def _give_back(database: sqlite3.Connection, path: Path, identity: tuple[int, int] | None) -> None:
     """Say that nobody has it, and leave a single file.
 
-    Where that fails, because somebody is reading or the drive is full, nothing is lost: the next
-    program takes it for a crash. A file that was moved away is left alone: the journal would lie
-    where it was, beside whatever has its name now.
+    Where that fails nothing is lost: the next program takes it for a crash. A file that was moved
+    away is left alone, as the journal would lie where it was.
     """
     if not is_in_place(path, identity):
         return
@@ -281,38 +261,19 @@ def _copy(path: Path, folder: Path) -> Path:
     return copy
 
 
-def _try_what_was_left(path: Path) -> None:
-    """See what taking back an unfinished edit leads to on a copy, before it happens to the file.
-
-    The journal that says how may be of another file: one that was here before a backup was put in
-    its place, or moved away and back again.
-    """
-    if not beside(path):
-        return
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        closing(connect(_copy(path, Path(folder)))) as tried,
-    ):
-        check_whole(tried, path, closed=False)
-
-
-def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding, ...]:
-    """Note on a file that was not closed, or copied while it was open."""
-    if left is None:
-        return ()
-    who = f"process {left.process} on {left.host}"
-    what = f"{who} did not close it; all edits are saved"
-    remedy = "No action is needed. Undo works as before."
-    if not locked:
-        what = f"it was copied or moved while {who} had it open; all edits until then are saved"
-        remedy = "No action is needed. Later edits made elsewhere are not in this file."
-    return (Finding("note", str(path), what, remedy),)
-
-
-def _notes_of_format(path: Path, earlier: Path | None) -> tuple[Finding, ...]:
-    """Note on a file of an older format, of which a copy was made."""
-    if earlier is None:
-        return ()
-    what = "it was made by an earlier version of the program and now has the present format"
-    remedy = f"No action is needed. The earlier version opens the copy {earlier.name}."
-    return (Finding("note", str(path), what, remedy),)
+def _notes(
+    path: Path, left: Owner | None, locked: bool, earlier: Path | None = None
+) -> Iterator[Finding]:
+    """Notes on a file that was not closed, copied while open, or brought up to date."""
+    if left is not None:
+        who = f"process {left.process} on {left.host}"
+        what = f"{who} did not close it; all edits are saved"
+        remedy = "No action is needed. Undo works as before."
+        if not locked:
+            what = f"it was copied or moved while {who} had it open; all edits until then are saved"
+            remedy = "No action is needed. Later edits made elsewhere are not in this file."
+        yield Finding("note", str(path), what, remedy)
+    if earlier is not None:
+        what = "it was made by an earlier version of the program and now has the present format"
+        remedy = f"No action is needed. The earlier version opens the copy {earlier.name}."
+        yield Finding("note", str(path), what, remedy)

@@ -1,7 +1,5 @@
 """Keypoints of detectors and predictions of landmarks, as a project keeps them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -44,11 +42,8 @@ class Predictions:
     ) -> int:
         """Let these be all predictions of a source, in these frames or altogether; how many.
 
-        None is kept where a person has said anything (a click, that it is outside, that a click
-        was wrong), and none that is nowhere near an image.
-
-        Raises InputError where the project cannot be written to; ValueError where one of them is of
-        another source, or another frame.
+        None is kept where a person has said anything, or far from an image. Raises InputError;
+        ValueError for other sources or frames.
         """
         predictions = tuple(predictions)
         if any(one.source != source for one in predictions):
@@ -94,11 +89,9 @@ def _row(one: Prediction) -> Row:
 class DetectorState:
     """All that a project keeps of some detectors."""
 
-    sources: tuple[str, ...]
-    """Names of the detectors."""
+    sources: tuple[str, ...]  # names of the detectors
     keypoints: Keypoints
-    proposed: tuple[Prediction, ...]
-    """Landmarks that they propose as clicks."""
+    proposed: tuple[Prediction, ...]  # landmarks that they propose as clicks
 
 
 class StoredKeypoints:
@@ -132,11 +125,7 @@ class StoredKeypoints:
         return DetectorState(tuple(sources), rows, proposed)
 
     def put(self, state: DetectorState) -> None:
-        """Let this be all that is kept of some detectors; all of it, or nothing is written.
-
-        Nothing is proposed where a person has said anything. Raises InputError where the project
-        cannot be written to.
-        """
+        """Let this be all of some detectors, without what a person has clicked; or do nothing."""
         own = [(source,) for source in state.sources]
         with self._access.writing() as database:
             for table in (KEYPOINT, "prediction"):

@@ -1,11 +1,8 @@
 """Predictions for what nobody has clicked: proposals from clicks, a fit, a run.
 
-They are made for a selection, kept under the word of their source, and accepted by an edit. None of
-them is a click before a person says so, so there is nothing to undo before; none is made where a
-person has said anything already, be it that there is nothing.
+None of them is a click before a person says so, so there is nothing to undo before; none is made
+where a person has said anything already.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -87,8 +84,7 @@ class Filling:
 
     sources: tuple[str, ...]  # the words under which they are kept
     words: str  # what a person calls it: ``the fit``
-    make: Callable[[range], Iterable[Prediction]]
-    """Gives those of some frames; others that it gives are left out."""
+    make: Callable[[range], Iterable[Prediction]]  # those of some frames
     at_once: int = _AT_ONCE
 
 
@@ -129,10 +125,9 @@ def fill_in(
     on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> str:
-    """Keep predictions for what is selected and nobody has clicked; says so in words.
+    """Keep predictions for what is selected and not clicked, outside gaps; in words.
 
-    Gaps are left empty. Raises InputError where the project cannot be written to; Cancelled when
-    stopped; nothing is kept then.
+    Raises InputError; Cancelled, with nothing kept.
     """
     frames = selection.frames
     found: list[Prediction] = []
@@ -155,10 +150,7 @@ def fill_in(
 def _keep_predictions(
     project: Project, source: str, found: Iterable[Prediction], selection: Selection
 ) -> int:
-    """Let these be the predictions of a source in a selection; how many were kept.
-
-    What the source says of other landmarks stays.
-    """
+    """Let these be the predictions of a source in a selection; how many were kept."""
     frames, kept = selection.frames, project.predictions.of_source(source)
     here = [one for one in found if one.frame in frames and selection.has(one.landmark)]
     others = [one for one in kept if one.frame in frames and not selection.has(one.landmark)]
@@ -181,10 +173,7 @@ def set_accepted_sigma(project: Project, limit: float) -> None:
 def accept(
     project: Project, predictions: Sequence[Prediction], cameras: Mapping[str, Camera]
 ) -> Acceptance:
-    """Choose the predictions that are within the project's limit of sigma.
-
-    They are seen as in the nearest clicked frames; see :func:`acceptable`.
-    """
+    """Choose the predictions within the project's limit of sigma; see :func:`acceptable`."""
     frames = {one.frame for one in predictions}
     around = project.clicks.all()
     if len(frames) == 1:
@@ -199,11 +188,9 @@ def accept_predictions(
     called: str,
     cameras: Mapping[str, Camera] = MappingProxyType({}),
 ) -> AcceptPredictions:
-    """The edit that makes clicks of what sources have found in the selection.
+    """The edit that makes clicks of what sources, `called` so, have found in the selection.
 
-    Of several sources the one counts that is surest of a place. What is less certain than the
-    project's limit of sigma stays open; `cameras` scale that limit to the size of their images.
-    Raises InputError where there is nothing to take; `called` says what that would be.
+    The surest of several counts; uncertain ones stay open. Raises InputError without any.
     """
     found: list[Prediction] = []
     for source in sources:
@@ -232,10 +219,9 @@ def propose_selection(
     on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> str:
-    """Propose what is not clicked in the selection from the clicks in it and around it.
+    """Propose what is not clicked in the selection, from clicks in and around it; in words.
 
-    Returns a sentence on it. Raises InputError where there is no click to begin with, or the
-    project cannot be written to; Cancelled when stopped; nothing is kept then.
+    Raises InputError without a click to begin with; Cancelled, with nothing kept.
     """
     frames = selection.frames
     near = project.clicks.between(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)

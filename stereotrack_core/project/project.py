@@ -8,7 +8,7 @@ from dataclasses import astuple
 from pathlib import Path
 
 from stereotrack_core.annotation.agreement import click_sigmas
-from stereotrack_core.annotation.click import USUAL_SIGMA, Progress, progress
+from stereotrack_core.annotation.click import USUAL_SIGMA, Progress
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import now, user
@@ -16,20 +16,10 @@ from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.connection import Access, LogWriter, connect_for_reading
 from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
-from stereotrack_core.project.entries import (
-    Entries,
-    ViewSettings,
-    load_landmark_set,
-    load_subject,
-)
+from stereotrack_core.project.entries import Entries, ViewSettings, load_landmark_set, load_subject
 from stereotrack_core.project.history import Changed, History
 from stereotrack_core.project.marks import Marks
-from stereotrack_core.project.opening import (
-    Mount,
-    Opened,
-    open_for_reading,
-    open_for_writing,
-)
+from stereotrack_core.project.opening import Mount, Opened, open_for_reading, open_for_writing
 from stereotrack_core.project.predictions import Predictions, StoredKeypoints
 from stereotrack_core.project.schema import (
     CHOICE,
@@ -39,13 +29,11 @@ from stereotrack_core.project.schema import (
     REFERENCE,
     RUN,
     SUBJECT,
-    Table,
 )
 from stereotrack_core.project.whereabouts import (
     RecordingPlace,
     Whereabouts,
     find_recording,
-    no_recording,
     place_of,
 )
 from stereotrack_core.recording.description import Subject
@@ -71,7 +59,12 @@ class Project:
         self.read_only = opened.read_only
         self.who = who or user()
         self._resources = opened.resources
-        self._access = self._access_to(opened)
+        reader, log = None, None
+        if opened.logs:
+            reader, log = connect_for_reading(opened.path), LogWriter(opened.path)
+            self._resources.callback(reader.close)
+            self._resources.callback(log.close)
+        self._access = Access(opened.database, opened.path, opened.identity, reader, log)
         self.history = History(self._access)
         self._listeners: list[Listener] = []
         self.clicks = Clicks(self._access)
@@ -79,24 +72,13 @@ class Project:
         self.keypoints = StoredKeypoints(self._access)
         self.marks = Marks(self._access)
         self.view_settings = ViewSettings(self._access)
-        self.references = self._entries(REFERENCE)
-        self.runs = self._entries(RUN)
-        self.subjects = self._entries(SUBJECT)
-        self.landmark_sets = self._entries(LANDMARK_SET)
-        self.parameter_sets = self._entries(PARAMETER_SET)
-        self.descriptions = self._entries(DESCRIPTION)
+        self.references = Entries(REFERENCE, self._access)
+        self.runs = Entries(RUN, self._access)
+        self.subjects = Entries(SUBJECT, self._access)
+        self.landmark_sets = Entries(LANDMARK_SET, self._access)
+        self.parameter_sets = Entries(PARAMETER_SET, self._access)
+        self.descriptions = Entries(DESCRIPTION, self._access)
         self.notes: tuple[Finding, ...] = (*opened.notes, *self._unusable())
-
-    def _access_to(self, opened: Opened) -> Access:
-        if not opened.logs:
-            return Access(opened.database, opened.path, opened.identity)
-        reader, log = connect_for_reading(opened.path), LogWriter(opened.path)
-        self._resources.callback(reader.close)
-        self._resources.callback(log.close)
-        return Access(opened.database, opened.path, opened.identity, reader, log)
-
-    def _entries(self, table: Table) -> Entries:
-        return Entries(table, self._access)
 
     def _unusable(self) -> Iterable[Finding]:
         """Warnings about chosen entries that cannot be used."""
@@ -125,11 +107,7 @@ class Project:
         interactive: bool = False,
         mounts: Sequence[Mount] | None = None,
     ) -> Project:
-        """Make a project of a recording folder and open it.
-
-        Raises InputError where the folder is no usable recording, or the project cannot be written
-        there.
-        """
+        """Make a project of a recording folder and open it. Raises InputError."""
         path = resolved(path)
         place = place_of(recording, path)
         make_database(path, astuple(place))
@@ -174,13 +152,10 @@ class Project:
         self.close()
 
     def apply(self, edit: Edit, *, continues: bool = False) -> Changed | None:
-        """Make an edit; it is on the drive when this returns. None where it changes nothing.
+        """Make an edit; it is saved when this returns. None where it changes nothing.
 
-        One that continues becomes one with the last edit where that is of the same kind and rows,
-        as when a click is nudged again.
-
-        Raises InputError where the edit makes no sense, or cannot be saved; nothing has changed
-        then.
+        One that continues the last edit becomes one with it, as when a click is nudged again.
+        Raises InputError where it makes no sense or cannot be saved.
         """
         stamp = Stamp(self.who, now())
         return self._changing(lambda: self.history.apply(edit, stamp, continues=continues))
@@ -196,8 +171,7 @@ class Project:
     def on_change(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after every change; the function returned ends that.
 
-        What a listener raises comes out of the edit, which is saved all the same, after all other
-        listeners were called.
+        What it raises comes out of the edit, which is saved, after all others were called.
         """
         self._listeners.append(listener)
 
@@ -229,23 +203,18 @@ class Project:
             return NINE
 
     def click_sigmas(self, usual: float = USUAL_SIGMA) -> dict[str, float]:
-        """Standard deviation of a click in pixels per axis, for each landmark of the chosen set.
-
-        Measured by frames that were annotated again; `usual` is assumed while these are few.
-        """
+        """Sigma of a click, pixels per axis, by landmark, measured by repeats, else `usual`."""
         return click_sigmas(self.clicks.repeat_differences(), self.landmark_set().names, usual)
 
     def progress(self) -> Progress:
         """Keyframes done and flagged; "214 of 300 keyframes, 3 flagged"."""
         keyframes = {one.frame: one.done for one in self.marks.keyframes()}
         flagged = {one.frame for one in self.marks.flags()} | self.clicks.doubted_frames()
-        return progress(keyframes, flagged, self.clicks.count())
+        flags = len(keyframes.keys() & flagged)
+        return Progress(len(keyframes), sum(keyframes.values()), flags, self.clicks.count())
 
     def recording_place(self) -> RecordingPlace:
-        """Where the recording was when the project saw it last.
-
-        InputError where the project was made without one.
-        """
+        """Where the project saw its recording last. Raises InputError without one."""
         place = self._place()
         if place is None:
             raise InputError(
@@ -263,7 +232,9 @@ class Project:
         """Look for the recording, in these folders too; a new place is remembered."""
         place = self._place()
         if place is None:
-            return no_recording(self.path)
+            what = "the recording of the project is not known"
+            remedy = "Choose the recording's folder."
+            return Whereabouts(None, Finding("error", str(self.path), what, remedy))
         found = find_recording(place, self.path, folders)
         if found.folder is not None and not self.read_only:
             new = place_of(found.folder, self.path)
@@ -272,11 +243,7 @@ class Project:
         return found
 
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
-        """Take the recording from this folder from now on.
-
-        InputError where it is no usable recording, or another one and that was not allowed
-        for.
-        """
+        """Take the recording from this folder from now on. Raises InputError."""
         place = place_of(folder, self.path)
         known = self._place()
         if not (even_another or known is None or place.fingerprint == known.fingerprint):
@@ -288,10 +255,7 @@ class Project:
         self._remember(place)
 
     def save_copy(self, path: Path) -> None:
-        """Write the project as it is to another file; works even where its own file has vanished.
-
-        InputError where that cannot be written, or is the project itself.
-        """
+        """Write the project to another file, even if its own has vanished. Raises InputError."""
         path = resolved(path)
         if path == self.path:
             raise InputError(

@@ -1,7 +1,5 @@
 """Runs in a project: kept complete, listed and compared without reading them, named."""
 
-from __future__ import annotations
-
 import contextlib
 import glob
 from collections.abc import Iterable, Mapping
@@ -17,13 +15,7 @@ from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.locks import take_lock
 from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
-from stereotrack_core.project.entries import (
-    DeleteEntry,
-    Entries,
-    SaveEntry,
-    facts_as_json,
-    row_of,
-)
+from stereotrack_core.project.entries import DeleteEntry, Entries, SaveEntry, facts_as_json, row_of
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import Run
@@ -34,26 +26,19 @@ _META = ("preset", "seed", "views", "init", "smoothed", "wall_seconds", "made")
 
 @dataclass(frozen=True)
 class RunFacts:
-    """A run in a list; what is not known is empty or None.
-
-    `frames` and `tracked`: frames that it has, and those of them with a pose. `first` and `last`:
-    the first and the last frame.
-    """
+    """A run in a list, with its frames and those tracked; unknown is empty or None."""
 
     frames: int = 0
     tracked: int = 0
     first: int | None = None
     last: int | None = None
     preset: str = ""
-    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
-    """Parameters that are not the preset's, as they were when the run was kept: name to the
-    preset's value and the run's."""
+    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)  # preset's, run's
     seed: int | None = None
     views: tuple[str, ...] = ()
     init: str = ""  # where the first pose came from
     smoothed: bool = False
-    detector: str = ""
-    """Pose detector that looked at the pictures, or detectors whose keypoints were used."""
+    detector: str = ""  # that looked at the pictures, or whose keypoints were used
     wall_seconds: float | None = None
     made: str = ""  # when it was tracked, ISO 8601, UTC
 
@@ -76,10 +61,7 @@ _READERS: Mapping[str, Any] = {
 
 
 def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dict[str, Any]:
-    """Facts for :func:`run_facts`, JSON-serialisable.
-
-    From a run's meta, its frame numbers (F,) and how many of them have a pose.
-    """
+    """Facts for :func:`run_facts` from a run's meta, frames (F,), and number of poses."""
     facts: dict[str, Any] = {"frames": len(frame), "tracked": tracked}
     facts |= {key: meta[key] for key in _META if key in meta}
     if len(frame):
@@ -94,10 +76,7 @@ def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dic
 
 
 def run_facts(stored: Mapping[str, Any]) -> RunFacts:
-    """Read facts as they were kept; runs that others wrote have fewer.
-
-    Raises ValueError, TypeError, OverflowError, LookupError where they make no sense.
-    """
+    """Read facts as they were kept, perhaps by others. Raises ValueError and the like."""
     there = {name: read for name, read in _READERS.items() if stored.get(name) is not None}
     return RunFacts(**{name: read(stored[name]) for name, read in there.items()})
 
@@ -113,10 +92,7 @@ def _text(value: Any) -> str:
 
 @dataclass(frozen=True)
 class KeptRun:
-    """A run of a project, without its numbers: who kept it, and when.
-
-    The hash of its numbers tells runs apart whatever they are called.
-    """
+    """A run of a project without its numbers, whose hash tells runs apart."""
 
     name: str
     content: str
@@ -126,10 +102,7 @@ class KeptRun:
 
 
 def keep_run(name: str, run: Run, *, replacing: bool = False) -> SaveEntry:
-    """The edit that puts a complete run into the project.
-
-    A run of that name is replaced only where that is said; see :func:`free_name`.
-    """
+    """The edit that puts a complete run into the project, under a :func:`free_name` if wanted."""
     facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
     return SaveEntry(RUN.name, name, facts_as_json(facts), run_bytes(run), replacing)
 
@@ -164,21 +137,14 @@ class RestoreRun(Edit):
 
 
 def load_run(runs: Entries, name: str) -> Run:
-    """A run of the project, bit by bit as it was kept.
-
-    Raises InputError where there is none of that name, or its data are no run; ProjectDamaged where
-    its data are not what was stored.
-    """
+    """A run of the project, bit by bit as it was kept. Raises InputError, ProjectDamaged."""
     data = runs.data(name)
     with making_sense(runs.path):
         return run_of_bytes(data, name)
 
 
 def kept_runs(runs: Entries) -> tuple[KeptRun, ...]:
-    """All runs of a project, oldest first; their numbers are not read.
-
-    Raises ProjectDamaged where facts make no sense.
-    """
+    """All runs of a project without their numbers, oldest first. Raises ProjectDamaged."""
     entries = [entry for entry in runs.all() if entry.content is not None]
     with making_sense(runs.path):
         return tuple(
@@ -251,10 +217,9 @@ class TakenIn:
 
 
 def take_in(project: Project, path: Path) -> TakenIn | None:
-    """Keep a run that was under way, and remove its file; None where there is nothing to keep.
+    """Keep a run that was under way and remove its file, or None without frames.
 
-    InputError where the file holds something else, or the project cannot be written to; it
-    stays then.
+    Raises InputError where it holds something else or cannot be kept; it stays then.
     """
     if not has_frames(path):  # killed before the first one
         path.unlink(missing_ok=True)

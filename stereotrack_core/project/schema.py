@@ -1,10 +1,4 @@
-"""The tables of a project file.
-
-What people do and what programs compute stand in different tables: ``click`` is written by edits
-alone, ``prediction`` by programs alone.
-"""
-
-from __future__ import annotations
+"""The tables of a project file; ``click`` is written by edits, ``prediction`` by programs."""
 
 import sqlite3
 from dataclasses import dataclass
@@ -71,15 +65,9 @@ class Table:
             database.execute(f"{statement} VALUES ({', '.join('?' * len(row))})", row)
 
 
-FORMAT = 2
-"""Version of the layout; kept in the file's ``user_version``."""
-
-OLDEST_FORMAT = 1
-"""The oldest layout that is read; opened for writing, such a file gets what it lacks."""
-
-KEYPOINT = "keypoint"
-"""Table of what 2-D detectors have predicted."""
-
+FORMAT = 2  # version of the layout; kept in the file's ``user_version``
+OLDEST_FORMAT = 1  # opened for writing, an older file gets what it lacks
+KEYPOINT = "keypoint"  # table of what 2-D detectors have predicted
 ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
     2: (
         f"""CREATE TABLE {KEYPOINT} (
@@ -95,9 +83,7 @@ ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
 }
 """Statements that bring a project of the format before up to date."""
 
-APPLICATION = 0x53745470
-"""Kept in the file's ``application_id``, which tells what a database is for: ``StTp``."""
-
+APPLICATION = 0x53745470  # ``application_id``, which tells what a database is for: ``StTp``
 _STAMP = ("who", "at", "deleted")
 _CLICK_VALUES = ("x", "y", "visibility", "flag", "sigma", "origin", *_STAMP)
 _ENTRY = (("name",), ("facts", "content", *_STAMP))

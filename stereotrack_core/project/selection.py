@@ -1,11 +1,12 @@
 """Edits of all that is selected: frames, and landmarks where some are chosen."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from stereotrack_core.annotation.click import Prediction
+from stereotrack_core.arrays import stretches_of
 from stereotrack_core.counting import frames_in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks
@@ -50,10 +51,7 @@ def set_flags(_project: Project, selection: Selection, kind: str = REVIEW) -> Ed
 
 
 def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
-    """Clear the selection's flags of a kind, or without one all but gaps.
-
-    Raises InputError where nothing selected is flagged by itself.
-    """
+    """Clear flags of a kind, or all but gaps, in a selection. Raises InputError without any."""
     found = tuple(
         flag
         for flag in project.marks.flags()
@@ -68,9 +66,7 @@ def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
 
 
 def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
-    """Let the selected keyframes be ``done``, ``wanted`` (not done), or ``none``: no longer any.
-
-    A single frame becomes a keyframe where it is done or not done.
+    """Let keyframes be ``done``, ``wanted`` or ``none``; a single frame becomes one.
 
     Raises InputError where no keyframe is selected.
     """
@@ -84,14 +80,10 @@ def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
 
 def gaps_of(project: Project) -> tuple[range, ...]:
     """Stretches of frames that are wholly marked as gaps, ascending."""
-    frames = sorted({f.frame for f in project.marks.flags() if f.kind == GAP and not f.landmark})
-    gaps: list[range] = []
-    for frame in frames:
-        if gaps and gaps[-1].stop == frame:
-            gaps[-1] = range(gaps[-1].start, frame + 1)
-        else:
-            gaps.append(range(frame, frame + 1))
-    return tuple(gaps)
+    frames = [one.frame for one in project.marks.flags() if one.kind == GAP and not one.landmark]
+    marked = np.zeros(max(frames, default=-1) + 1, dtype=np.bool_)
+    marked[frames] = True
+    return tuple(stretches_of(marked))
 
 
 def landmark_gaps_of(project: Project) -> dict[str, frozenset[int]]:

@@ -4,8 +4,6 @@ A project can come from a stranger. It is plain SQLite: other tables, triggers a
 unasked, so a file that has any is refused before anything else of it is used.
 """
 
-from __future__ import annotations
-
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing
@@ -25,9 +23,7 @@ from stereotrack_core.project.schema import (
     Table,
 )
 
-LARGEST_REAL = 1e9
-"""Far beyond every image, and below what drawing cannot deal with."""
-
+LARGEST_REAL = 1e9  # far beyond every image, and below what drawing cannot deal with
 _CONDITIONS = {
     "INTEGER": "typeof({0}) = 'integer' AND {0} BETWEEN 0 AND 9007199254740992",
     "REAL": f"typeof({{0}}) = 'real' AND abs({{0}}) <= {LARGEST_REAL}",
@@ -63,10 +59,7 @@ def _expected(version: int) -> frozenset[tuple[str, ...]]:
 
 
 def check_schema(database: sqlite3.Connection, path: Path) -> None:
-    """See that there is nothing but the tables and indexes of a project.
-
-    Raises InputError where there is something else; ProjectDamaged where a table is missing.
-    """
+    """See that there are a project's tables and no others. Raises InputError, ProjectDamaged."""
     expected, found = _expected(version_of(database)), _objects(database)
     for kind, name, *_ in sorted(found - expected):
         raise InputError(
@@ -108,10 +101,7 @@ def makes_sense(database: sqlite3.Connection, table: Table, key: Row) -> bool:
 def check_whole(database: sqlite3.Connection, path: Path, *, closed: bool) -> None:
     """See that the file is whole: its pages, its values and, if it was not closed, its history.
 
-    A copy that was made in the middle of an edit has some pages of before and some of after. Pages
-    that do not fit together are found by SQLite; edits of which it has a part, by their history.
-
-    Raises ProjectDamaged where something is missing or makes no sense.
+    A copy made in the middle of an edit has pages of before and of after. Raises ProjectDamaged.
     """
     database.execute("BEGIN")  # one state, also while another program writes
     try:
@@ -146,10 +136,7 @@ def _invalid_row(database: sqlite3.Connection) -> str:
 
 
 def contradiction(database: sqlite3.Connection) -> str:
-    """Contradiction between a table and the history, in words; empty if they agree.
-
-    The history knows nothing of runs.
-    """
+    """Contradiction between a table, not of runs, and the history, in words; or empty."""
     numbers = {row[0] for row in database.execute("SELECT number FROM edit")}
     changed = {row[0] for row in database.execute("SELECT DISTINCT edit FROM edit_change")}
     if numbers != changed or (numbers and numbers != set(range(1, max(numbers) + 1))):
@@ -174,10 +161,7 @@ def _keys_since_first_edit(database: sqlite3.Connection, table: Table) -> Iterat
 
 
 def _latest_rows(database: sqlite3.Connection) -> dict[tuple[str, Row], Row | None]:
-    """Row after the last edit in effect, by table and key.
-
-    Raises ValueError, LookupError where the history keeps something else.
-    """
+    """Row after the last edit in effect, by table and key. Raises ValueError, LookupError."""
     changes = database.execute(
         "SELECT changed_table, changed_key, after FROM edit_change JOIN edit ON number = edit"
         " WHERE state = 'done' ORDER BY edit, place"

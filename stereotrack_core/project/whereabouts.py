@@ -1,7 +1,5 @@
 """Find a project's recording again when folders have moved; where a new project goes."""
 
-from __future__ import annotations
-
 import os
 import sqlite3
 from collections.abc import Iterable
@@ -25,18 +23,14 @@ class RecordingPlace:
     """Where a project's recording was, and how to know it again."""
 
     name: str
-    relative: str
-    """From the project's folder, with ``/``; empty where there is no such way (another drive)."""
+    relative: str  # to the project's folder, with ``/``; empty on another drive
     absolute: str
     fingerprint: str
 
 
 @dataclass(frozen=True)
 class Whereabouts:
-    """Result of looking for a recording, with a remark for the person.
-
-    Without a folder, the person has to be asked for it.
-    """
+    """Result of looking for a recording; without a folder, the person has to be asked."""
 
     folder: Path | None
     finding: Finding | None = None
@@ -67,9 +61,7 @@ def find_recording(
 ) -> Whereabouts:
     """Look where the recording was, relative and absolute, then around there and in `folders`.
 
-    A folder in its old place is taken even where its content has changed (with a warning);
-    elsewhere it is known by its fingerprint alone: renamed in its old folder, moved beside the
-    project, or among or just below `folders`.
+    In its old place it is taken even if changed (with a warning), elsewhere by its fingerprint.
     """
     base = project.resolve().parent
     stated = [base / place.relative] if place.relative else []
@@ -101,11 +93,7 @@ def find_recording(
 
 
 def _recordings(place: RecordingPlace, folders: Iterable[Path]) -> Iterable[Path]:
-    """Folders among these, and one level below, that may hold the recording.
-
-    Those that give themselves another name are left out: to know them by their fingerprints would
-    mean to open every recording of a large collection.
-    """
+    """Folders among these, and one level below, whose recording has that name or none."""
     for folder in folders:
         try:
             below = sorted(path for path in folder.iterdir() if path.is_dir())
@@ -127,22 +115,13 @@ def _fingerprint_of(folder: Path) -> str | None:
         return None
 
 
-def no_recording(project: Path) -> Whereabouts:
-    """Result for a project without the row of its recording."""
-    what = "the recording of the project is not known"
-    return Whereabouts(None, Finding("error", str(project), what, "Choose the recording's folder."))
-
-
 def documents_folder() -> Path:
     """Where projects go whose recording is in a folder that cannot be written to."""
     return platformdirs.user_documents_path() / "stereotrack"
 
 
 def projects_of(folder: Path, documents: Path | None = None) -> tuple[Path, ...]:
-    """Projects of a recording beside it and in the user's documents; the newest first.
-
-    Files that cannot be read are passed over.
-    """
+    """Readable projects of a recording beside it and in the user's documents, newest first."""
     folder = folder.resolve()
     places = (folder.parent, documents or documents_folder())
     files = [path for place in places for path in place.glob(f"*{SUFFIX}")]
@@ -151,10 +130,7 @@ def projects_of(folder: Path, documents: Path | None = None) -> tuple[Path, ...]
 
 
 def stated_folders(project: Path) -> tuple[Path, ...]:
-    """Where a project says its recording is: relative to the project, and absolute.
-
-    None for a file that cannot be read, or states no recording.
-    """
+    """Where a project says its recording is, relative and absolute; empty if it does not."""
     try:
         with closing(connect_for_reading(project)) as database, making_sense(project):
             row = database.execute("SELECT relative, absolute FROM recording").fetchone()
@@ -167,10 +143,7 @@ def stated_folders(project: Path) -> tuple[Path, ...]:
 
 
 def project_path_for(folder: Path, documents: Path | None = None, home: Path | None = None) -> Path:
-    """Where a new project of a recording goes: beside it, or else into the user's documents.
-
-    `documents` is taken for the user's documents, `home` for a folder of all new projects.
-    """
+    """Where a new project goes: beside the recording, in the user's documents, or `home`."""
     folder = folder.resolve()
     if home is None:
         writable = os.access(folder.parent, os.W_OK)

@@ -1,7 +1,5 @@
 """Read and write ``calibration.toml``: the cameras and their places in the world."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,10 +21,7 @@ _IMPORT = "If another tool made it, run `stereotrack calibrate import`."
 
 
 def read_calibration(path: Path) -> dict[str, Camera]:
-    """Cameras by name, lengths in metres.
-
-    Raises InputError at the first thing that is wrong: no file, no units, no or unusable cameras.
-    """
+    """Cameras by name, lengths in metres; InputError at the first thing that is wrong."""
     complaints: list[InputError] = []
     cameras, _ = parse_calibration(path, complaints)
     if complaints:
@@ -44,10 +39,9 @@ def parse_calibration(
     try:
         content = load_toml(path)
     except InputError as error:
-        foreign = path.suffix.lower() != ".toml" and path.is_file()
-        complaints.append(
-            InputError(error.what, where=error.where, remedy=_IMPORT) if foreign else error
-        )
+        if path.suffix.lower() != ".toml" and path.is_file():
+            error = InputError(error.what, where=error.where, remedy=_IMPORT)
+        complaints.append(error)
         return {}, None
     metres = _metres_per_unit(content, path, complaints)
     cameras: dict[str, Camera] = {}
@@ -60,20 +54,13 @@ def parse_calibration(
         if camera is None:
             continue
         if camera.name in cameras:
-            table.complain(
-                "name", f"there are two cameras named {camera.name!r}", "Rename one of them."
-            )
-            continue
-        cameras[camera.name] = camera
+            what = f"there are two cameras named {camera.name!r}"
+            table.complain("name", what, "Rename one of them.")
+        cameras.setdefault(camera.name, camera)
     if not cameras and not complaints:
-        complaints.append(
-            InputError(
-                "it contains no camera",
-                where=str(path),
-                remedy="Add a section with name, size, matrix, distortions, rotation, translation. "
-                + _IMPORT,
-            )
-        )
+        keys = "name, size, matrix, distortions, rotation, translation"
+        remedy = f"Add a section with {keys}. {_IMPORT}"
+        complaints.append(InputError("it contains no camera", where=str(path), remedy=remedy))
     return cameras, frozenset(str(one["name"]) for one in sections.values() if "name" in one)
 
 
@@ -82,16 +69,10 @@ def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[In
     units = metadata.get("units") if isinstance(metadata, Mapping) else None
     if isinstance(units, str) and units in _METRES_PER_UNIT:
         return _METRES_PER_UNIT[units]
-    what = (
-        "the unit of the translations is not stated" if units is None else f"unknown unit {units!r}"
-    )
-    complaints.append(
-        InputError(
-            what,
-            where=f"{path}, [metadata] units",
-            remedy='Add a section [metadata] with units = "m" or units = "mm". ' + _IMPORT,
-        )
-    )
+    unstated = "the unit of the translations is not stated"
+    what = unstated if units is None else f"unknown unit {units!r}"
+    remedy = 'Add a section [metadata] with units = "m" or units = "mm". ' + _IMPORT
+    complaints.append(InputError(what, where=f"{path}, [metadata] units", remedy=remedy))
     return 1.0
 
 
@@ -129,15 +110,11 @@ def _numbers(
     if (shape is not None and array.shape != shape) or array.ndim != len(shape or (0,)):
         table.complain(key, f"this is not {expected}", f"Write {key} = {expected}.")
         return None
-    if not np.isfinite(array).all():
-        table.complain(
-            key, "it contains a value that is not finite", "Calibrate this camera again."
-        )
-        return None
-    if (np.abs(array) > LARGEST).any():
-        table.complain(key, "it contains a value that is too large", "Calibrate this camera again.")
-        return None
-    return array
+    if (np.abs(array) <= LARGEST).all():
+        return array
+    wrong = "too large" if np.isfinite(array).all() else "not finite"
+    table.complain(key, f"it contains a value that is {wrong}", "Calibrate this camera again.")
+    return None
 
 
 def _size(table: Table) -> tuple[int, int] | None:
@@ -155,22 +132,16 @@ def _matrix(table: Table) -> FloatArray | None:
     if matrix is None:
         return None
     if not (np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0):
-        transposed = np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0
-        table.complain(
-            "matrix",
-            "the matrix is transposed: the principal point is in its last row"
-            if transposed
-            else "the last row is not 0, 0, 1 or there is a number below fx",
-            "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
-        )
+        what = "the last row is not 0, 0, 1 or there is a number below fx"
+        if np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
+            what = "the matrix is transposed: the principal point is in its last row"
+        table.complain("matrix", what, "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].")
         return None
     if matrix[0, 0] < 1 or matrix[1, 1] < 1:
-        table.complain(
-            "matrix",
-            f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px are invalid: the matrix "
-            "is singular or mirrors the image",
-            "Focal lengths are positive and in pixels. Calibrate this camera again.",
-        )
+        lengths = f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px"
+        what = f"{lengths} are invalid: the matrix is singular or mirrors the image"
+        remedy = "Focal lengths are positive and in pixels. Calibrate this camera again."
+        table.complain("matrix", what, remedy)
         return None
     return matrix
 
@@ -180,11 +151,8 @@ def _distortions(table: Table, fisheye: bool) -> FloatArray | None:
     text = "4 coefficients" if fisheye else "4, 5, 8, 12 or 14 coefficients in OpenCV's order"
     coefficients = _numbers(table, "distortions", None, text)
     if coefficients is not None and coefficients.size not in allowed:
-        table.complain(
-            "distortions",
-            f"it has {coefficients.size} coefficients",
-            f"Write {text}. Use zeros if there is no distortion.",
-        )
+        what = f"it has {coefficients.size} coefficients"
+        table.complain("distortions", what, f"Write {text}. Use zeros if there is no distortion.")
         return None
     return coefficients
 
@@ -199,10 +167,7 @@ def is_guess(path: Path) -> bool:
 
 
 def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: bool = False) -> None:
-    """Write cameras so that :func:`read_calibration` gives them again; lengths in metres.
-
-    `guessed`: whether to say in it that nobody has measured them.
-    """
+    """Write cameras, lengths in metres; `guessed`: whether to state that nobody measured them."""
     content: dict[str, Any] = {
         f"cam_{i}": _section(camera, 1.0) for i, camera in enumerate(cameras.values())
     }
@@ -225,10 +190,7 @@ def _section(camera: Camera, metres: float) -> dict[str, Any]:
 
 
 def edited_calibration(path: Path, cameras: Mapping[str, Camera]) -> str:
-    """The text of a calibration in which these cameras are changed, and whatever else it says.
-
-    Raises InputError where it cannot be read.
-    """
+    """The text of a calibration with these cameras changed; InputError where it cannot be read."""
     content = load_toml(path)
     complaints: list[InputError] = []
     metres = _metres_per_unit(content, path, complaints)

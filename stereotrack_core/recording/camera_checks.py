@@ -1,7 +1,5 @@
 """Checks of the cameras: intrinsics, places, stereo pairs, gaze, units."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations
@@ -9,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Correction, Finding
+from stereotrack_core.errors import Correction, Finding, Severity
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
@@ -61,54 +59,44 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
     width = camera.width
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     if not 0.8 < fx / fy < 1.25:
-        yield Finding(
-            "warning",
-            where,
-            f"the focal lengths {fx:.0f} and {fy:.0f} px differ by more than a fifth",
-            "This is correct only for non-square pixels; otherwise calibrate again.",
-        )
+        what = f"the focal lengths {fx:.0f} and {fy:.0f} px differ by more than a fifth"
+        remedy = "This is correct only for non-square pixels; otherwise calibrate again."
+        yield Finding("warning", where, what, remedy)
     angle = np.degrees(2 * np.arctan2(width / 2, fx))
     if not camera.fisheye and not _FIELD_OF_VIEW_DEG[0] < angle < _FIELD_OF_VIEW_DEG[1]:
-        yield Finding(
-            "warning",
-            where,
-            f"a focal length of {fx:.0f} px gives a field of view of {angle:.1f} degrees",
-            "The focal length must be in pixels, not in millimetres.",
-        )
-    yield from _check_distortion(camera)
+        what = f"a focal length of {fx:.0f} px gives a field of view of {angle:.1f} degrees"
+        remedy = "The focal length must be in pixels, not in millimetres."
+        yield Finding("warning", where, what, remedy)
+    if (folded := _folded_share(camera)) > _MOST_FOLDED:
+        share = f"{100 * folded:.0f} % of the image border"
+        what = f"they fold {share} back into the image, which no real lens does"
+        remedy = "Calibrate this camera again, with the board reaching the corners of the image."
+        yield Finding("warning", f"{CALIBRATION}, camera {camera.name}, distortions", what, remedy)
 
 
 def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
     width, height = camera.width, camera.height
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
     resized = _of_another_size(camera)
+    centre = f"the principal point ({cx:.1f}, {cy:.1f})"
+    image = f"the image of {width} x {height} pixels"
     if not (0 <= cx <= width - 1 and 0 <= cy <= height - 1):
         turned = 0 <= cx <= height - 1 and 0 <= cy <= width - 1
-        yield Finding(
-            "error",
-            where,
-            f"the principal point ({cx:.1f}, {cy:.1f}) lies outside the image of"
-            f" {width} x {height} pixels",
-            "It fits the image rotated by 90 degrees. Calibrate with the images as they are stored."
-            if turned
-            else resized or "Use the calibration for this image size.",
-        )
+        what = f"{centre} lies outside {image}"
+        remedy = resized or "Use the calibration for this image size."
+        if turned:
+            fits = "It fits the image rotated by 90 degrees."
+            remedy = f"{fits} Calibrate with the images as they are stored."
+        yield Finding("error", where, what, remedy)
     elif _centre_exchanged(camera):
-        yield Finding(
-            "warning",
-            where,
-            f"c_x and c_y are exchanged: ({cy:.1f}, {cx:.1f}) is near the centre of the image of "
-            f"{width} x {height} pixels, the principal point ({cx:.1f}, {cy:.1f}) is not",
-            "Exchange c_x and c_y, or check that the matrix belongs to these images.",
-        )
+        near = f"({cy:.1f}, {cx:.1f}) is near the centre of {image}"
+        what = f"c_x and c_y are exchanged: {near}, {centre} is not"
+        remedy = "Exchange c_x and c_y, or check that the matrix belongs to these images."
+        yield Finding("warning", where, what, remedy)
     elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
-        yield Finding(
-            "warning",
-            where,
-            f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
-            f"{width} x {height} pixels",
-            resized or "This is correct only for cropped images; otherwise calibrate again.",
-        )
+        what = f"{centre} is far from the centre of {image}"
+        remedy = resized or "This is correct only for cropped images; otherwise calibrate again."
+        yield Finding("warning", where, what, remedy)
 
 
 def _centre_exchanged(camera: Camera) -> bool:
@@ -131,18 +119,6 @@ def _of_another_size(camera: Camera) -> str:
     return ""
 
 
-def _check_distortion(camera: Camera) -> Iterator[Finding]:
-    folded = _folded_share(camera)
-    if folded > _MOST_FOLDED:
-        yield Finding(
-            "warning",
-            f"{CALIBRATION}, camera {camera.name}, distortions",
-            f"they fold {100 * folded:.0f} % of the image border back into the image, which no "
-            "real lens does",
-            "Calibrate this camera again, with the board reaching the corners of the image.",
-        )
-
-
 def _folded_share(camera: Camera) -> float:
     """Share of the image's border at which the distortion cannot be undone."""
     x = np.linspace(0.0, camera.width - 1.0, 33)
@@ -161,34 +137,24 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
         return
     where = f"{CALIBRATION}, [metadata] units"
     farthest = max(float(np.linalg.norm(place)) for place in places)
+    cameras = cameras_of_views(recording)
     if farthest > _FARTHEST_CAMERA_M:
-        yield Finding(
-            "error",
-            where,
-            f"a camera is {farthest:,.0f} m from the world origin, which corresponds to a person "
-            f"{1.7 * farthest / _USUAL_DISTANCE_M / 1000:.1f} km tall",
-            'If the translations are in millimetres, state units = "mm".',
-            Correction("scale_translation", _far_away(recording), 0.001),
-        )
+        low, high = _USUAL_DISTANCES_M
+        away = {name: float(np.linalg.norm(one.position_world)) for name, one in cameras.items()}
+        some_usual = any(low < distance < high for distance in away.values())
+        wrong = tuple(name for name in away if not some_usual or away[name] >= high)
+        tall = f"a person {1.7 * farthest / _USUAL_DISTANCE_M / 1000:.1f} km tall"
+        what = f"a camera is {farthest:,.0f} m from the world origin, which corresponds to {tall}"
+        remedy = 'If the translations are in millimetres, state units = "mm".'
+        correction = Correction("scale_translation", wrong, 0.001)
+        yield Finding("error", where, what, remedy, correction)
     spans = [float(np.linalg.norm(a - b)) for a, b in combinations(places, 2)]
     if spans and max(spans) < _LEAST_SPAN_M:
-        yield Finding(
-            "error",
-            where,
-            f"all views are within {1000 * max(spans):.1f} mm, which corresponds to a person "
-            f"{1700 * max(spans) / _USUAL_DISTANCE_M:.1f} mm tall",
-            'If the translations are in metres, state units = "m".',
-            Correction("scale_translation", tuple(cameras_of_views(recording)), 1000.0),
-        )
-
-
-def _far_away(recording: Recording) -> tuple[str, ...]:
-    """Cameras that are not where people build them; all where none is."""
-    cameras = cameras_of_views(recording)
-    low, high = _USUAL_DISTANCES_M
-    away = {name: float(np.linalg.norm(one.position_world)) for name, one in cameras.items()}
-    usual = [name for name, distance in away.items() if low < distance < high]
-    return tuple(name for name in away if not usual or away[name] >= high)
+        tall = f"a person {1700 * max(spans) / _USUAL_DISTANCE_M:.1f} mm tall"
+        what = f"all views are within {1000 * max(spans):.1f} mm, which corresponds to {tall}"
+        remedy = 'If the translations are in metres, state units = "m".'
+        correction = Correction("scale_translation", tuple(cameras), 1000.0)
+        yield Finding("error", where, what, remedy, correction)
 
 
 def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
@@ -202,37 +168,24 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
     baseline = float(np.linalg.norm(offset))
     if not _BASELINE_M[0] < baseline < _BASELINE_M[1]:
         apart = f"{1000 * baseline:.1f} mm" if baseline < 1 else f"{baseline:.2f} m"
-        yield Finding(
-            "error" if baseline < 1e-6 or baseline > 20 else "warning",
-            where,
-            f"the two cameras of the stereo pair are {apart} apart",
-            "State the correct units in calibration.toml, and use two cameras that belong "
-            "together.",
-        )
+        severity: Severity = "error" if baseline < 1e-6 or baseline > 20 else "warning"
+        what = f"the two cameras of the stereo pair are {apart} apart"
+        units = "State the correct units in calibration.toml"
+        yield Finding(severity, where, what, f"{units}, and use two cameras that belong together.")
     if baseline < 1e-6:
         return
     if offset[0] > 0.5 * baseline:
-        yield Finding(
-            "error",
-            where,
-            f"left and right are swapped: camera {left.name} is to the right of {right.name}",
-            "Swap left and right of this view in recording.toml.",
-        )
+        what = f"left and right are swapped: camera {left.name} is to the right of {right.name}"
+        yield Finding("error", where, what, "Swap left and right of this view in recording.toml.")
     elif abs(offset[0]) < 0.8 * baseline:
-        yield Finding(
-            "warning",
-            where,
-            "the two cameras are not side by side as seen in the images",
-            "Check which cameras belong to this view, and their rotations.",
-        )
+        what = "the two cameras are not side by side as seen in the images"
+        remedy = "Check which cameras belong to this view, and their rotations."
+        yield Finding("warning", where, what, remedy)
     turn = np.arccos(np.clip((np.trace(right_from_left.rotation) - 1) / 2, -1, 1))
     if turn > _WIDEST_STEREO_TURN:
-        yield Finding(
-            "warning",
-            where,
-            f"the viewing directions of the stereo pair differ by {np.degrees(turn):.0f} degrees",
-            "Check which cameras belong to this view, and their rotations.",
-        )
+        what = f"the viewing directions of the stereo pair differ by {np.degrees(turn):.0f} degrees"
+        remedy = "Check which cameras belong to this view, and their rotations."
+        yield Finding("warning", where, what, remedy)
 
 
 _LEAST_VIEWS = 3  # with fewer nobody can tell which one is wrong
@@ -240,6 +193,10 @@ _STEEP = 0.85  # cosine to the vertical above which a camera has no upright
 _LEAST_UPRIGHT = 0.5  # cosine between up in the image and the world's z, seen in the image
 _AT_ORIGIN = 0.01  # of the rig's size, by which the world's own camera may miss the origin
 _AS_THE_WORLD = 0.95  # cosine to the world's axes within which a camera has them
+_NOT_UPRIGHT = "is not upright: the world's {axis} does not point up in its image"
+_CHECK_PLACE = (
+    "Check its rotation and translation (x_camera = R x_world + t) and its display_rotation."
+)
 _MARGIN = 0.5  # of the image size, by which the common centre may miss the image
 
 
@@ -290,10 +247,7 @@ def _assumed(recording: Recording, likely: LikelyUp) -> str:
 
 
 def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, None, bool]:
-    """Findings about rotations; the generator's value says whether the whole rig is wrong.
-
-    `upright`: whether the world's z should point up in the images.
-    """
+    """Findings about rotations; whether the rig is wrong. `upright`: z should point up."""
     cameras = view_cameras(recording)
     turns = {view.name: view.display_rotation for view in recording.views if upright}
     likely = up_of_cameras(recording)
@@ -306,30 +260,24 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
         for way, change in _WAYS.items():
             changed = {name: change(camera) for name, camera in cameras.items()}
             if not at_one_place(changed) and not _misfits(changed, turns):
-                yield Finding(
-                    "error",
-                    f"{CALIBRATION}, rotation and translation",
-                    f"the cameras only look at a common place, upright, if they are {way}",
-                    "They must map the world to the camera: x_camera = R x_world + t.",
-                    _transposition(way, tuple(cameras_of_views(recording))),
-                )
+                what = f"the cameras only look at a common place, upright, if they are {way}"
+                remedy = "They must map the world to the camera: x_camera = R x_world + t."
+                correction = _transposition(way, tuple(cameras_of_views(recording)))
+                where = f"{CALIBRATION}, rotation and translation"
+                yield Finding("error", where, what, remedy, correction)
                 return True
     misfits = _misfits(cameras, turns, world)
-    for name, what in misfits.items():
+    for name, fault in misfits.items():
         camera = cameras[name]
         fits = [
             w for w, c in _WAYS.items() if not _misfits({**cameras, name: c(camera)}, turns, world)
         ]
-        yield Finding(
-            "warning",
-            f"{CALIBRATION}, camera {camera.name}, rotation",
-            f"view {name} {what}",
-            f"It would fit if it were {fits[0]}: x_camera = R x_world + t."
-            if fits
-            else "Check its rotation and translation (x_camera = R x_world + t) and its"
-            " display_rotation.",
-            _transposition(fits[0], recording.view(name).cameras()) if fits else None,
-        )
+        remedy, correction = _CHECK_PLACE, None
+        if fits:
+            remedy = f"It would fit if it were {fits[0]}: x_camera = R x_world + t."
+            correction = _transposition(fits[0], recording.view(name).cameras())
+        where = f"{CALIBRATION}, camera {camera.name}, rotation"
+        yield Finding("warning", where, f"view {name} {fault}", remedy, correction)
     return False
 
 
@@ -343,14 +291,11 @@ def _check_upright(
             continue
         fits = [way for way, change in _WAYS.items() if _is_upright(change(camera), turn, world)]
         if fits:
-            yield Finding(
-                "warning",
-                f"{CALIBRATION}, camera {camera.name}, rotation",
-                f"view {name} is not upright: the world's {world.axis} does not point up in its "
-                "image",
-                f"It would be if it were {fits[0]}: x_camera = R x_world + t. Check its "
-                "display_rotation, too.",
-            )
+            what = _NOT_UPRIGHT.format(axis=world.axis)
+            way = f"It would be if it were {fits[0]}: x_camera = R x_world + t."
+            remedy = f"{way} Check its display_rotation, too."
+            where = f"{CALIBRATION}, camera {camera.name}, rotation"
+            yield Finding("warning", where, f"view {name} {what}", remedy)
 
 
 def transposed(camera: Camera) -> Camera:
@@ -393,8 +338,7 @@ def _misfits(
         if not _shows(camera, common_centre(cameras)) and not _shows(camera, common_centre(others)):
             found[name] = "does not look towards the place that the other views look at"
         elif name in turns and not _is_upright(camera, turns[name], world):
-            axis = world.axis
-            found[name] = f"is not upright: the world's {axis} does not point up in its image"
+            found[name] = _NOT_UPRIGHT.format(axis=world.axis)
     return found
 
 

@@ -4,8 +4,6 @@ Asks points that were seen by several views: clicks, a detector's output or the 
 calibration board that lie beside the recording, and its reference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -116,22 +114,17 @@ def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -
         return
     if not found.camera:
         both = " and ".join(found.others)
-        yield Finding(
-            "warning",
-            f"calibration.toml, views {both}",
-            f"they disagree: the median distance of the points of {file} is {found.off_px:.0f} "
-            "px, and it cannot be told which of them is wrong",
-            "Check calibration and synchronisation of both. A third view would help to find out "
-            "which is wrong.",
-        )
+        off = f"the median distance of the points of {file} is {found.off_px:.0f} px"
+        what = f"they disagree: {off}, and it cannot be told which of them is wrong"
+        third = "A third view would help to find out which is wrong."
+        remedy = f"Check calibration and synchronisation of both. {third}"
+        yield Finding("warning", f"calibration.toml, views {both}", what, remedy)
         return
-    yield Finding(
-        "warning",
-        f"calibration.toml, view {found.camera}",
-        f"it disagrees with the other cameras: points of {file} on which they agree within "
-        f"{found.agreement_px:.0f} px are {found.off_px:.0f} px off in its image (median)",
-        "Leave this view out where accuracy matters, or calibrate it again.",
-    )
+    agreed = f"points of {file} on which they agree within {found.agreement_px:.0f} px"
+    off = f"are {found.off_px:.0f} px off in its image (median)"
+    what = f"it disagrees with the other cameras: {agreed} {off}"
+    remedy = "Leave this view out where accuracy matters, or calibrate it again."
+    yield Finding("warning", f"calibration.toml, view {found.camera}", what, remedy)
 
 
 def _check_time(
@@ -142,15 +135,12 @@ def _check_time(
     shift, gain, name = max(verdicts, key=lambda verdict: verdict[1])
     if abs(shift) < _LEAST_SHIFT or gain < LEAST_GAIN:
         return
-    yield Finding(
-        "warning",
-        f"recording.toml, view {name}, time_offset",
-        "it is not synchronised with the other views: it shows the same instant "
-        f"{1000 * abs(shift) / fps:.0f} ms ({abs(shift):.2f} frames) "
-        f"{'later' if shift > 0 else 'earlier'}; corrected for this, the points of {file} fit "
-        f"{100 * gain:.0f} % better",
-        f"Set time_offset = {shift / fps:.3f} for its stream, or synchronise the cameras.",
-    )
+    off = f"{1000 * abs(shift) / fps:.0f} ms ({abs(shift):.2f} frames)"
+    shows = f"it shows the same instant {off} {'later' if shift > 0 else 'earlier'}"
+    better = f"corrected for this, the points of {file} fit {100 * gain:.0f} % better"
+    what = f"it is not synchronised with the other views: {shows}; {better}"
+    remedy = f"Set time_offset = {shift / fps:.3f} for its stream, or synchronise the cameras."
+    yield Finding("warning", f"recording.toml, view {name}, time_offset", what, remedy)
 
 
 def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tuple[float, float]:

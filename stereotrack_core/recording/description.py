@@ -1,7 +1,5 @@
 """Description of a recording folder: views, cameras, subject and segments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -28,6 +26,10 @@ class Stream:
     background: str | None = None  # image or video of the empty scene
     first_frame: int = 0  # the stream's own frame that is frame 0 of the recording
     time_offset: float = 0.0  # seconds by which the stream shows the scene later
+
+    def shift(self, fps: float) -> int:
+        """Its own frame at frame 0 of a recording of that rate."""
+        return self.first_frame + round(self.time_offset * fps)
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Subject:
-    """One person's body: lengths, and where the bones lie in it.
-
-    Lengths are in metres between joint centres; None where not measured.
-    """
+    """One person's body: lengths in metres, None if not measured, and where bones lie in it."""
 
     name: str = ""
     shoulder_width: float | None = None
@@ -131,10 +130,7 @@ _FARTHEST = 0.2  # metres; no bone lies farther from where the surface puts it
 
 
 def read_subject(path: Path) -> Subject:
-    """The subject; lengths in metres, None where not measured.
-
-    Raises InputError at the first thing that is wrong.
-    """
+    """The subject, lengths in metres or None; InputError at the first thing that is wrong."""
     return subject_in(load_toml(path), str(path))
 
 
@@ -176,26 +172,17 @@ def _offsets(table: Table | None) -> dict[str, tuple[float, float, float]]:
 
 def write_subject(path: Path, subject: Subject) -> None:
     """Write a subject so that :func:`read_subject` gives it again."""
-    write_file(path, tomli_w.dumps(subject_values(subject)))
-
-
-def subject_values(subject: Subject) -> dict[str, Any]:
-    """A subject as plain data; :func:`subject_in` makes it again."""
     known = {key: value for key, value in asdict(subject).items() if value is not None}
-    if not known.pop("offsets"):
-        return known
-    return {**known, "offsets": {name: list(xyz) for name, xyz in subject.offsets.items()}}
+    if known.pop("offsets"):
+        known["offsets"] = {name: list(place) for name, place in subject.offsets.items()}
+    write_file(path, tomli_w.dumps(known))
 
 
 COLUMNS = ("segment", "first", "end")
 
 
 def read_segments(path: Path) -> tuple[Segment, ...]:
-    """Segments in the file's order.
-
-    Raises InputError when the file cannot be read or a segment has no name or ends before it
-    begins.
-    """
+    """Segments in the file's order; InputError for an unreadable file, no name or no frames."""
     segments = []
     for line, cells in read_rows(path, COLUMNS):
         first = whole_number(cells["first"], path, line, "first")
@@ -205,11 +192,9 @@ def read_segments(path: Path) -> tuple[Segment, ...]:
                 f"the segment in line {line} has no name", where=str(path), remedy="Give it a name."
             )
         if not 0 <= first < end:
-            raise InputError(
-                f"segment {cells['segment']!r} in line {line} goes from {first} to {end}",
-                where=str(path),
-                remedy="Write 0 <= first < end. The frame `end` is not part of the segment.",
-            )
+            what = f"segment {cells['segment']!r} in line {line} goes from {first} to {end}"
+            remedy = "Write 0 <= first < end. The frame `end` is not part of the segment."
+            raise InputError(what, where=str(path), remedy=remedy)
         segments.append(Segment(cells["segment"], first, end))
     return tuple(segments)
 

@@ -1,7 +1,5 @@
 """Detections of head and hands, at any time."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -35,10 +33,7 @@ class Detection:
 
 
 class Detections:
-    """Detections in the order of their times; those of the same time stay in theirs.
-
-    `source` is the file that they come from; empty where there is none.
-    """
+    """Detections in the order of their times; `source` is their file, empty where there is none."""
 
     def __init__(self, detections: Iterable[Detection] = (), source: str = "") -> None:
         self.source = source
@@ -63,8 +58,7 @@ class Detections:
         return self._all[first:end]
 
 
-OWN_FILE = "detections.csv"
-"""File in a recording's folder that holds what a detector has seen."""
+OWN_FILE = "detections.csv"  # file in a recording's folder that holds what a detector has seen
 
 COLUMNS = ("frame", "view", "kind", "x", "y", "z", "sigma", "confidence")
 
@@ -85,10 +79,7 @@ def read_detections(path: Path, recording: Recording) -> Detections:
 
 
 def own_detections(recording: Recording) -> Detections | None:
-    """Detections beside a recording, in :data:`OWN_FILE`; None without that file.
-
-    Raises InputError: see :func:`read_detections`.
-    """
+    """Detections beside a recording, None without the file; InputError: :func:`read_detections`."""
     path = recording.folder / OWN_FILE
     return read_detections(path, recording) if path.is_file() else None
 
@@ -98,33 +89,23 @@ def _detection(
 ) -> Detection | None:
     view, kind = cells["view"], cells["kind"]
     if kind not in _DETECTION_KINDS:
-        raise InputError(
-            f"line {line} has {kind!r} as kind",
-            where=str(path),
-            remedy=f"Write one of {', '.join(_DETECTION_KINDS)}.",
-        )
+        remedy = f"Write one of {', '.join(_DETECTION_KINDS)}."
+        raise InputError(f"line {line} has {kind!r} as kind", where=str(path), remedy=remedy)
     if view and view not in cameras:
-        raise InputError(
-            f"line {line} names the view {view!r}, which the recording does not have",
-            where=str(path),
-            remedy=f"Leave it empty for metres, or write one of {', '.join(cameras)}.",
-        )
+        what = f"line {line} names the view {view!r}, which the recording does not have"
+        remedy = f"Leave it empty for metres, or write one of {', '.join(cameras)}."
+        raise InputError(what, where=str(path), remedy=remedy)
     confidence = (
         finite_number(cells["confidence"], path, line, "confidence") if cells["confidence"] else 1.0
     )
     sigma = finite_number(cells["sigma"], path, line, "sigma")
     if not sigma > 0.0 or not 0.0 <= confidence <= 1.0:
-        raise InputError(
-            f"line {line} has sigma {cells['sigma']!r} and confidence {cells['confidence']!r}",
-            where=str(path),
-            remedy="Give a sigma above 0 and a confidence from 0 to 1.",
-        )
+        what = f"line {line} has sigma {cells['sigma']!r} and confidence {cells['confidence']!r}"
+        remedy = "Give a sigma above 0 and a confidence from 0 to 1."
+        raise InputError(what, where=str(path), remedy=remedy)
     if view and cells["z"]:
-        raise InputError(
-            f"line {line} has both a view and a z",
-            where=str(path),
-            remedy="Positions in pixels have no z; positions in metres have no view.",
-        )
+        remedy = "Positions in pixels have no z; positions in metres have no view."
+        raise InputError(f"line {line} has both a view and a z", where=str(path), remedy=remedy)
     time = finite_number(cells["frame"], path, line, "frame")
     place = [finite_number(cells[axis], path, line, axis) for axis in ("xy" if view else "xyz")]
     if confidence == 0.0:

@@ -1,7 +1,5 @@
 """Everything that is worth telling about a recording folder, at once."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -61,13 +59,12 @@ def _check(
     recording: Recording, *, readable: bool, paced: bool, deep: bool, compare: bool
 ) -> Iterator[Finding]:
     if recording.guessed:
-        yield Finding(
-            "warning",
-            "calibration.toml, [metadata] guess",
-            "the cameras are guessed from the size of the images",
+        what = "the cameras are guessed from the size of the images"
+        remedy = (
             "Landmarks can be clicked. For 3-D positions, fitting and tracking, replace it with a "
-            "calibration of these cameras.",
+            "calibration of these cameras."
         )
+        yield Finding("warning", "calibration.toml, [metadata] guess", what, remedy)
     else:
         yield from check_cameras(recording)
     yield from _check_subject(recording)
@@ -92,12 +89,7 @@ def _check(
 
 
 def _check_stream(
-    recording: Recording,
-    view: View,
-    key: str,
-    stream: Stream,
-    lasting: dict[str, int],
-    paced: bool,
+    recording: Recording, view: View, key: str, stream: Stream, lasting: dict[str, int], paced: bool
 ) -> Iterator[Finding]:
     where = f"recording.toml, view {view.name}, {key}"
     try:
@@ -105,18 +97,15 @@ def _check_stream(
     except InputError:
         return  # told when the recording was read
     try:
-        shift = stream.first_frame + round(stream.time_offset * recording.fps)
-        lasting[f"{view.name} {key}"] = source.count() - shift
+        lasting[f"{view.name} {key}"] = source.count() - stream.shift(recording.fps)
         if isinstance(source, VideoStream):
             yield from _check_video(where, stream, source, recording.fps if paced else None)
         elif missing := source.missing():
-            yield Finding(
-                "warning",
-                f"{where}.frames",
-                f"{len(missing)} images are missing between the first and the last of "
-                f"{stream.frames!r} (the first missing one is number {missing[0]})",
-                "Add them. Without them the view has no image in these frames.",
-            )
+            between = f"between the first and the last of {stream.frames!r}"
+            first = f"(the first missing one is number {missing[0]})"
+            what = f"{len(missing)} images are missing {between} {first}"
+            remedy = "Add them. Without them the view has no image in these frames."
+            yield Finding("warning", f"{where}.frames", what, remedy)
     finally:
         source.close()
 
@@ -126,20 +115,12 @@ def _check_video(
 ) -> Iterator[Finding]:
     times = video.times
     if times.damage:
-        yield Finding(
-            "warning",
-            f"{where}.frames",
-            f"{stream.frames!r} ends early after {times.count()} frames ({times.damage})",
-            "Copy it again from the source.",
-        )
+        what = f"{stream.frames!r} ends early after {times.count()} frames ({times.damage})"
+        yield Finding("warning", f"{where}.frames", what, "Copy it again from the source.")
     if not times.ordered:
-        yield Finding(
-            "warning",
-            f"{where}.frames",
-            f"{stream.frames!r} has no usable time stamps. Its frames are counted from the start, "
-            "which makes seeking slow",
-            "Convert it to MP4 or Matroska.",
-        )
+        slow = "Its frames are counted from the start, which makes seeking slow"
+        what = f"{stream.frames!r} has no usable time stamps. {slow}"
+        yield Finding("warning", f"{where}.frames", what, "Convert it to MP4 or Matroska.")
         return
     seconds = np.array(times.times(), dtype=np.float64) * video.seconds_per_tick
     yield from check_times(f"{where}.frames", seconds, fps)
@@ -148,13 +129,12 @@ def _check_video(
 def _check_background(view: View) -> Iterator[Finding]:
     if view.left is None or (view.left.background and view.image.background):
         return
-    yield Finding(
-        "note",
-        f"recording.toml, view {view.name}",
-        "one or both cameras have no background image",
+    what = "one or both cameras have no background image"
+    remedy = (
         "The background is learned from the sequence. Set `background` to an image of the empty "
-        "scene for better results.",
+        "scene for better results."
     )
+    yield Finding("note", f"recording.toml, view {view.name}", what, remedy)
 
 
 PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
@@ -175,22 +155,15 @@ def _check_lengths(lasting: Mapping[str, int]) -> Iterator[Finding]:
         return
     shortest, longest = min(lasting.values()), max(lasting.values())
     if shortest < 1:
-        yield Finding(
-            "error",
-            "recording.toml",
-            "the streams have no frame in common",
-            "Check first_frame and time_offset, and that the files belong together.",
-        )
+        remedy = "Check first_frame and time_offset, and that the files belong together."
+        yield Finding("error", "recording.toml", "the streams have no frame in common", remedy)
     elif shortest != longest:
         names = ", ".join(f"{place} {count}" for place, count in lasting.items())
-        yield Finding(
-            "warning",
-            "recording.toml",
-            f"the streams have different lengths ({names} frames); the first {shortest} frames "
-            "are used",
-            "Check that all streams start at the same instant. Set first_frame for those that do "
-            "not.",
-        )
+        used = f"the first {shortest} frames are used"
+        what = f"the streams have different lengths ({names} frames); {used}"
+        start = "Check that all streams start at the same instant."
+        remedy = f"{start} Set first_frame for those that do not."
+        yield Finding("warning", "recording.toml", what, remedy)
 
 
 def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Finding]:
@@ -200,24 +173,20 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
         return
     usual = float(np.median(steps))
     if fps is not None and usual > 0 and abs(1 / usual - fps) > 0.05 * fps:
-        yield Finding(
-            "warning",
-            where,
-            f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}",
+        what = f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}"
+        remedy = (
             "The value of the recording is used. Write "
-            f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit).",
+            f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit)."
         )
+        yield Finding("warning", where, what, remedy)
     uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
     if uneven.size:
         k = int(uneven[0])
-        yield Finding(
-            "warning",
-            where,
-            f"the time stamps are irregular at {uneven.size} of {len(steps)} steps: frame"
-            f" {k + 1} comes {1000 * steps[k]:.0f} ms after frame {k} instead of"
-            f" {1000 * usual:.0f} ms",
-            "Frames may be missing. Compare with the other views at that frame.",
-        )
+        late = f"{1000 * steps[k]:.0f} ms after frame {k} instead of {1000 * usual:.0f} ms"
+        places = f"{uneven.size} of {len(steps)} steps"
+        what = f"the time stamps are irregular at {places}: frame {k + 1} comes {late}"
+        remedy = "Frames may be missing. Compare with the other views at that frame."
+        yield Finding("warning", where, what, remedy)
 
 
 def _check_subject(recording: Recording) -> Iterator[Finding]:
@@ -229,14 +198,11 @@ def _check_subject(recording: Recording) -> Iterator[Finding]:
         if length is None or low <= length <= high:
             continue
         millimetres = low <= length / 1000 <= high
-        yield Finding(
-            "error" if millimetres else "warning",
-            f"subject.toml, {key}",
-            f"{length:g} m is not a body length",
-            f"Lengths are in metres: write {length / 1000:g}."
-            if millimetres
-            else f"Measure it again. Usual values are {low} to {high} m.",
-        )
+        what = f"{length:g} m is not a body length"
+        remedy = f"Measure it again. Usual values are {low} to {high} m."
+        if millimetres:
+            remedy = f"Lengths are in metres: write {length / 1000:g}."
+        yield Finding("error" if millimetres else "warning", f"subject.toml, {key}", what, remedy)
 
 
 def _check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
@@ -246,12 +212,9 @@ def _check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]
             span = f"ends at frame {segment.end}"
             if segment.first >= frame_count:
                 span = f"starts at frame {segment.first}"
-            yield Finding(
-                "warning",
-                f"segments.csv, {segment.name}",
-                f"it {span}, but the recording has {frame_count} frames",
-                "Correct the segment, or check whether a stream is too short.",
-            )
+            what = f"it {span}, but the recording has {frame_count} frames"
+            remedy = "Correct the segment, or check whether a stream is too short."
+            yield Finding("warning", f"segments.csv, {segment.name}", what, remedy)
 
 
 def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]:
@@ -262,7 +225,10 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
     where = "reference.csv"
     yield from reference.notes
     with suppress(InputError):  # told when the recording was read
-        yield from _check_names(recording.folder / where)
+        others = unknown_landmarks(recording.folder / where)
+        what = f"unknown landmarks are ignored: {', '.join(others)}"
+        if others:
+            yield Finding("note", where, what, f"The nine landmarks are {', '.join(LANDMARKS)}.")
     if not np.isfinite(reference.points).all(axis=2).any():
         yield Finding(
             "warning", where, "it contains no landmarks", "Add rows frame,landmark,x,y,z in metres."
@@ -270,28 +236,15 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
         return
     outside = int(((reference.frame < 0) | (reference.frame >= frame_count)).sum())
     if outside:
-        yield Finding(
-            "warning",
-            where,
-            f"{outside} of its {len(reference.frame)} frames are not in the recording, which has"
-            f" {frame_count}",
-            "Check whether a stream is too short, or whether the reference counts frames "
-            "differently.",
-        )
+        frames = f"{outside} of its {len(reference.frame)} frames"
+        what = f"{frames} are not in the recording, which has {frame_count}"
+        counts = "or whether the reference counts frames differently"
+        remedy = f"Check whether a stream is too short, {counts}."
+        yield Finding("warning", where, what, remedy)
     if not (yield from check_size(reference)):
         has_north = up_of_cameras(recording).axis == UP_AXES[0]
         yield from _check_sides(_by_name(reference), has_north=has_north)
         yield from _check_visible(recording, reference)
-
-
-def _check_names(path: Path) -> Iterator[Finding]:
-    if path.is_file() and (others := unknown_landmarks(path)):
-        yield Finding(
-            "note",
-            path.name,
-            f"unknown landmarks are ignored: {', '.join(others)}",
-            f"The nine landmarks are {', '.join(LANDMARKS)}.",
-        )
 
 
 def _median(values: FloatArray) -> float:
@@ -320,13 +273,10 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
             continue
         tall = 1.7 * length / ((low + high) / 2)
         size = f"{tall / 1000:.2g} km" if tall > 500 else f"{tall:.2g} m"
-        yield Finding(
-            "error",
-            "reference.csv",
-            f"its {key.replace('_', ' ')} is {length:.4g} m, which corresponds to a person "
-            f"{size if tall > 0.02 else f'{1000 * tall:.2g} mm'} tall",
-            "The reference must be in metres.",
-        )
+        size = size if tall > 0.02 else f"{1000 * tall:.2g} mm"
+        own = f"its {key.replace('_', ' ')} is {length:.4g} m"
+        what = f"{own}, which corresponds to a person {size} tall"
+        yield Finding("error", "reference.csv", what, "The reference must be in metres.")
         return True
     return False
 
@@ -335,12 +285,9 @@ def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterat
     across = points["right_shoulder"] - points["left_shoulder"]
     at_hips = points["right_hip"] - points["left_hip"]
     if _median(np.einsum("ij,ij->i", across, at_hips)) < 0:
-        yield Finding(
-            "error",
-            "reference.csv",
-            "left and right are swapped at the hips or at the shoulders",
-            "Left and right are those of the person. Swap the names of one pair.",
-        )
+        what = "left and right are swapped at the hips or at the shoulders"
+        remedy = "Left and right are those of the person. Swap the names of one pair."
+        yield Finding("error", "reference.csv", what, remedy)
         return
     far = []
     for side, other in (("left", "right"), ("right", "left")):
@@ -349,22 +296,16 @@ def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterat
         opposite = np.linalg.norm(elbow - points[f"{other}_shoulder"], axis=1)
         far.append(_median(own - opposite))
     if min(far) > 0:
-        yield Finding(
-            "error",
-            "reference.csv",
-            "each elbow is closer to the shoulder of the other side",
-            "Left and right are those of the person. Swap the names of the elbows or of the "
-            "shoulders.",
-        )
+        what = "each elbow is closer to the shoulder of the other side"
+        swap = "Swap the names of the elbows or of the shoulders."
+        remedy = f"Left and right are those of the person. {swap}"
+        yield Finding("error", "reference.csv", what, remedy)
     first = across[np.isfinite(across).all(axis=1)][:1]
     if has_north and first.size and first[0, 0] < -0.5 * np.linalg.norm(first[0]):
-        yield Finding(
-            "warning",
-            "reference.csv",
-            "at the start the person's right shoulder points west: the person faces south, or "
-            "left and right are swapped",
-            "In the initial pose the person faces north, and the right hand points east.",
-        )
+        causes = "the person faces south, or left and right are swapped"
+        what = f"at the start the person's right shoulder points west: {causes}"
+        remedy = "In the initial pose the person faces north, and the right hand points east."
+        yield Finding("warning", "reference.csv", what, remedy)
 
 
 def _check_visible(recording: Recording, reference: LandmarkTrajectory) -> Iterator[Finding]:
@@ -379,10 +320,9 @@ def _check_visible(recording: Recording, reference: LandmarkTrajectory) -> Itera
         x, y = camera.project(points).T
         inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
         if inside.mean() < 0.05:
-            yield Finding(
-                "warning",
-                f"reference.csv, view {view.name}",
-                f"only {100 * inside.mean():.0f} % of the reference is within this view's image",
+            what = f"only {100 * inside.mean():.0f} % of the reference is within this view's image"
+            remedy = (
                 "Check the calibration of this camera, the units, and the world frame of the "
-                "reference.",
+                "reference."
             )
+            yield Finding("warning", f"reference.csv, view {view.name}", what, remedy)

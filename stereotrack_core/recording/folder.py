@@ -1,7 +1,5 @@
 """Open a recording folder: everything it says about itself, checked, and how it is known again."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import os
@@ -16,15 +14,8 @@ import numpy as np
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera, is_padded
 from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
+from stereotrack_core.recording import description
 from stereotrack_core.recording.calibration import is_guess, parse_calibration
-from stereotrack_core.recording.description import (
-    Recording,
-    Stream,
-    View,
-    ViewKind,
-    read_segments,
-    read_subject,
-)
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks
 from stereotrack_core.recording.stream_files import inside, picture_size
@@ -42,7 +33,7 @@ _EXAMPLE = 'camera = "...", frames = "..."'
 _LARGEST_UNIT_M = 1.0
 
 
-def parse_view(table: Table) -> View | None:
+def parse_view(table: Table) -> description.View | None:
     """The view, or None where something essential is missing (with complaints)."""
     name = table.text("name", required=True)
     kind = table.text("kind", required=True)
@@ -57,19 +48,15 @@ def parse_view(table: Table) -> View | None:
     second = streams[1] if len(streams) > 1 else None
     if image is None or (len(streams) > 1 and second is None):
         return None
-    return View(
-        name=name,
-        kind=cast(ViewKind, kind),
-        image=image,
-        left=second if kind == "stereo" else None,
-        depth=second if kind == "depth" else None,
-        depth_unit=_depth_unit(table) if kind == "depth" else 0.001,
-        mask=mask,
-        display_rotation=_display_rotation(table),
-    )
+    own: dict[str, Any] = {"left": second} if kind == "stereo" else {}
+    if kind == "depth":
+        own = {"depth": second, "depth_unit": _depth_unit(table), "mask": mask}
+    turn = _display_rotation(table)
+    named = cast(description.ViewKind, kind)
+    return description.View(name, named, image, display_rotation=turn, **own)
 
 
-def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
+def _stream(view: Table, key: str, *, required: bool = True) -> description.Stream | None:
     table = view.table(key, required=required, example=_EXAMPLE)
     if table is None:
         return None
@@ -84,7 +71,7 @@ def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
     time_offset = table.number("time_offset", 0.0)
     if frames is None or (camera is None and key != "mask"):
         return None
-    return Stream(
+    return description.Stream(
         camera=camera or "",
         frames=frames,
         background=table.text("background"),
@@ -95,22 +82,18 @@ def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
 
 def _depth_unit(view: Table) -> float:
     table = view.table("depth")
-    unit = 0.001 if table is None else table.number("unit", 0.001)
-    if unit is not None and not 0 < unit <= _LARGEST_UNIT_M:
-        view.complain(
-            "depth.unit", f"{unit:g} metres per count is not possible", "Write e.g. 0.001."
-        )
-    return unit if unit is not None and 0 < unit <= _LARGEST_UNIT_M else 0.001
+    unit = None if table is None else table.number("unit", 0.001)
+    if unit is None or 0 < unit <= _LARGEST_UNIT_M:
+        return unit or 0.001
+    view.complain("depth.unit", f"{unit:g} metres per count is not possible", "Write e.g. 0.001.")
+    return 0.001
 
 
 def _display_rotation(table: Table) -> int:
     rotation = table.whole_number("display_rotation", 0)
     if rotation not in (0, 90, 180, 270):
-        table.complain(
-            "display_rotation",
-            f"{rotation} degrees is not possible",
-            "Use 0, 90, 180 or 270 (clockwise).",
-        )
+        what = f"{rotation} degrees is not possible"
+        table.complain("display_rotation", what, "Use 0, 90, 180 or 270 (clockwise).")
         return 0
     return rotation
 
@@ -122,7 +105,7 @@ DESCRIPTION = "recording.toml"
 T = TypeVar("T")
 
 
-def open_recording(folder: Path) -> Recording:
+def open_recording(folder: Path) -> description.Recording:
     """Read the description of a recording folder; no picture is decoded.
 
     Raises InputError at the first thing that is wrong; :func:`findings.examine` tells all of them.
@@ -143,11 +126,8 @@ def open_recording(folder: Path) -> Recording:
 
 def describe(
     folder: Path, complaints: list[InputError], content: Mapping[str, Any] | None = None
-) -> Recording | None:
-    """The recording as far as it is usable; everything wrong is appended to `complaints`.
-
-    `content` is taken in place of what ``recording.toml`` says.
-    """
+) -> description.Recording | None:
+    """The usable part of a recording; complaints are appended, `content` replaces the TOML's."""
     folder = Path(folder)
     if not folder.is_dir():
         what, remedy = "there is no such folder", "Correct the path."
@@ -174,15 +154,15 @@ def describe(
     views = _views(table)
     for view in views:
         _check_streams(folder, table, view, cameras, unusable)
-    return Recording(
+    return description.Recording(
         folder=folder,
         name=name,
         fps=rate,
         views=views,
         cameras=cameras,
-        subject=_optional(folder, table, "subject", read_subject),
+        subject=_optional(folder, table, "subject", description.read_subject),
         reference=_optional(folder, table, "reference", partial(_read_reference, fps=rate)),
-        segments=_optional(folder, table, "segments", read_segments) or (),
+        segments=_optional(folder, table, "segments", description.read_segments) or (),
         guessed=guessed,
     )
 
@@ -207,20 +187,14 @@ def _check_format(table: Table) -> None:
     if version is None:
         table.complain("format", "the key is missing", f"Add format = {FORMAT}.")
     elif version != FORMAT or isinstance(version, bool):
-        table.complain(
-            "format",
-            f"unknown format {version!r}",
-            f"This version reads format = {FORMAT}. Use a newer version for later formats.",
-        )
+        remedy = f"This version reads format = {FORMAT}. Use a newer version for later formats."
+        table.complain("format", f"unknown format {version!r}", remedy)
 
 
 def _cameras(
     folder: Path, table: Table
 ) -> tuple[Mapping[str, Camera], frozenset[str] | None, bool]:
-    """The usable cameras, the names of the others, and whether they are guessed.
-
-    None for the names where nobody knows them.
-    """
+    """The usable cameras, names of the others (None: unknown), whether they are guessed."""
     relative = table.text("calibration", required=True)
     if relative is None:
         return {}, None, False
@@ -244,7 +218,7 @@ def _optional(folder: Path, table: Table, key: str, read: Callable[[Path], T]) -
         return None
 
 
-def _views(table: Table) -> tuple[View, ...]:
+def _views(table: Table) -> tuple[description.View, ...]:
     entries: Any = table.values.get("views")
     if not isinstance(entries, list) or not entries:
         table.complain("views", "there are no views", "Add at least one section [[views]].")
@@ -252,30 +226,25 @@ def _views(table: Table) -> tuple[View, ...]:
     if len(entries) > MOST_VIEWS:
         table.complain("views", f"there are {len(entries)} views", f"Use at most {MOST_VIEWS}.")
         return ()
-    views: list[View] = []
+    views: list[description.View] = []
     for i, entry in enumerate(entries):
-        place = f"{table.where}, views[{i}]"
         if not isinstance(entry, Mapping):
             table.complain(f"views[{i}]", "this is not a section", "Write it as [[views]].")
             continue
-        if entry.get("name"):
-            place = f"{table.where}, view {entry['name']}"
-        view = parse_view(Table(entry, place, table.complaints))
-        if view is None:
-            continue
-        if any(other.name == view.name for other in views):
-            table.complain(
-                "views", f"there are two views named {view.name!r}", "Rename one of them."
-            )
-            continue
-        views.append(view)
+        place = f"view {entry['name']}" if entry.get("name") else f"views[{i}]"
+        view = parse_view(Table(entry, f"{table.where}, {place}", table.complaints))
+        if view is not None and view.name in (other.name for other in views):
+            what = f"there are two views named {view.name!r}"
+            table.complain("views", what, "Rename one of them.")
+        elif view is not None:
+            views.append(view)
     return tuple(views)
 
 
 def _check_streams(
     folder: Path,
     table: Table,
-    view: View,
+    view: description.View,
     cameras: Mapping[str, Camera],
     unusable: frozenset[str] | None,
 ) -> None:
@@ -285,13 +254,9 @@ def _check_streams(
         told = unusable is None or stream.camera in unusable
         if stream.camera and stream.camera not in cameras and not told:
             known = ", ".join(cameras) or "none"
-            table.complaints.append(
-                InputError(
-                    f"the camera {stream.camera!r} is not in the calibration",
-                    where=f"{where}.camera",
-                    remedy=f"Its cameras are: {known}.",
-                )
-            )
+            what = f"the camera {stream.camera!r} is not in the calibration"
+            remedy = f"Its cameras are: {known}."
+            table.complaints.append(InputError(what, where=f"{where}.camera", remedy=remedy))
         camera = cameras.get(stream.camera or view.image.camera)
         for file_key, file in (("frames", stream.frames), ("background", stream.background)):
             if file is None:
@@ -306,20 +271,19 @@ def _check_streams(
 
 
 def _wrong_size(where: str, file: str, size: tuple[int, int], camera: Camera) -> InputError:
-    return InputError(
-        f"the images of {file!r} have {size[0]} x {size[1]} pixels, but the calibration of "
-        f"{camera.name!r} is for {camera.width} x {camera.height}",
-        where=where,
-        remedy=f"The calibration is of padded images: write size = [{size[0]}, {size[1]}] into it."
-        if is_padded((camera.width, camera.height), size)
-        else "Use a calibration made with images of this size, or the original images.",
-    )
+    images = f"the images of {file!r} have {size[0]} x {size[1]} pixels"
+    own = f"the calibration of {camera.name!r} is for {camera.width} x {camera.height}"
+    remedy = "Use a calibration made with images of this size, or the original images."
+    if is_padded((camera.width, camera.height), size):
+        wanted = f"write size = [{size[0]}, {size[1]}] into it"
+        remedy = f"The calibration is of padded images: {wanted}."
+    return InputError(f"{images}, but {own}", where=where, remedy=remedy)
 
 
 _FIRST_BYTES = 65536
 
 
-def fingerprint(recording: Recording) -> str:
+def fingerprint(recording: description.Recording) -> str:
     """Hash (32 hexadecimal digits) of the description, and of sizes and beginnings of the streams.
 
     It does not depend on where the folder is, nor on reference, subject or segments, which may
@@ -339,7 +303,7 @@ def fingerprint(recording: Recording) -> str:
     return digest.hexdigest()
 
 
-def calibration_fingerprint(recording: Recording) -> str:
+def calibration_fingerprint(recording: description.Recording) -> str:
     """Hash (32 hexadecimal digits) of all cameras, and of which stream shows which, and when.
 
     It is made of the numbers themselves, with whatever corrects the recording's files, and tells

@@ -4,8 +4,6 @@ A file may number its frames from 1, from the start of a part of a trial, or at 
 the recording. Its times tell which instant a row belongs to, so they go before its numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,14 +17,9 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.tables import LARGEST, finite_number
 
-_SAME = 0.5
-"""Frames by which times and numbers may differ: times are often printed with few digits."""
-
-_ON_FRAME = 0.1
-"""Frames by which an instant may miss a whole frame and still belong to it."""
-
-_ON_SAMPLE = 1e-3
-"""Frames by which a frame may miss a sample and still take its values as they are."""
+_SAME = 0.5  # frames by which times and numbers may differ: times are often printed with few digits
+_ON_FRAME = 0.1  # frames by which an instant may miss a whole frame and still belong to it
+_ON_SAMPLE = 1e-3  # frames by which a frame may miss a sample and still take its values as they are
 
 _CLOCK_SECONDS = 1e6
 """Seconds beyond which a time is that of a clock and not since the start of a recording."""
@@ -53,10 +46,7 @@ def stated_fps(meta: Mapping[str, Any]) -> float | None:
 
 
 def stated_time(cells: Mapping[str, str], path: Path, line: int) -> float:
-    """Seconds that a row of a table states, its cells by column; NaN if it states none.
-
-    InputError for a cell that is no number.
-    """
+    """Seconds that a row states, its cells by column, or NaN; InputError for no number."""
     for name, seconds in TIME_COLUMNS.items():
         if text := cells.get(name, ""):
             return seconds * finite_number(text, path, line, name)
@@ -98,11 +88,9 @@ def row_times(number: IntArray, time: FloatArray, fps: float | None, where: str)
         return by_number
     position: FloatArray = np.asarray(time * own_rate)
     if (abs(position) > LARGEST).any():
-        raise InputError(
-            f"the time {time[abs(position).argmax()]:g} s is no frame at {own_rate:g} Hz",
-            where=where,
-            remedy="Write times in seconds since the first frame of the recording.",
-        )
+        what = f"the time {time[abs(position).argmax()]:g} s is no frame at {own_rate:g} Hz"
+        remedy = "Write times in seconds since the first frame of the recording."
+        raise InputError(what, where=where, remedy=remedy)
     notes: list[Finding] = []
     if fps is not None and own_rate != fps:
         what = f"it states {fps:g} frames per second, but its times have {own_rate:.6g}"
@@ -126,13 +114,11 @@ def _unused(rows: RowTimes, where: str, why: str) -> RowTimes:
 def _renumbered(number: IntArray, position: FloatArray, time: FloatArray, where: str) -> Finding:
     first = abs(position - number).argmax() if position[0] == number[0] else 0
     usual = bool((position == number - 1).all()) and position[0] == 0
-    return Finding(
-        "note" if usual else "warning",
-        where,
+    what = (
         f"its row of frame {number[first]} has the time {time[first]:g} s, which is frame "
-        f"{position[first]:.4g} counted from 0",
-        "The times are used.",
+        f"{position[first]:.4g} counted from 0"
     )
+    return Finding("note" if usual else "warning", where, what, "The times are used.")
 
 
 def _rate_of(number: IntArray, time: FloatArray, stated: float | None) -> float | None:
@@ -200,20 +186,15 @@ def _bridge(own: float, fps: float) -> float:
 def _at_frames(
     position: FloatArray, points: FloatArray, longest: float, where: str
 ) -> tuple[IntArray, FloatArray]:
-    """Whole frames near known samples, and the landmarks there.
-
-    `position` (R,), ascending, and `longest`, the bridge, in frames.
-    """
+    """Whole frames near known samples, and landmarks; `position` (R,), `longest` in frames."""
     near = np.rint(position)
     near = near[abs(position - near) <= _ON_SAMPLE]
     first, last = np.ceil(position[:-1]), np.floor(position[1:])
     count = np.where(np.diff(position) <= longest, np.maximum(last - first + 1.0, 0.0), 0.0)
     if not count.sum() <= _MOST_FRAMES or not (abs(position) <= LARGEST).all():
-        raise InputError(
-            f"its frame rate makes more than {_MOST_FRAMES:,} frames",
-            where=where,
-            remedy="Correct the frame rate or the times that the file states.",
-        )
+        what = f"its frame rate makes more than {_MOST_FRAMES:,} frames"
+        remedy = "Correct the frame rate or the times that the file states."
+        raise InputError(what, where=where, remedy=remedy)
     counts = count.astype(np.int64)
     start = np.repeat(np.cumsum(counts) - counts, counts)
     between = np.repeat(first, counts) + np.arange(counts.sum()) - start

@@ -1,7 +1,5 @@
 """Checks of the images themselves; decodes all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,8 +22,7 @@ _FOREIGN_BACKGROUND = 40.0
 
 _FROZEN_FRAMES = 5
 _GAIN_RATIO = 1.2
-STEP = 4
-"""Only every so many pixels in each direction are looked at."""
+STEP = 4  # only every so many pixels in each direction are looked at
 
 
 @dataclass
@@ -72,23 +69,19 @@ def check_images(recording: Recording) -> Iterator[Finding]:
             if empty is not None:
                 one.background = empty[0] if key == "left" else empty[1]
     for view, sentences in problems.items():
-        yield Finding(
-            "error",
-            f"view {view}",
-            f"{len(sentences)} frames cannot be decoded; the first: {sentences[0].rstrip('.')}",
-            "Copy the file again from the source. Otherwise the view has no image in these frames.",
-        )
+        first = sentences[0].rstrip(".")
+        what = f"{len(sentences)} frames cannot be decoded; the first: {first}"
+        otherwise = "Otherwise the view has no image in these frames."
+        remedy = f"Copy the file again from the source. {otherwise}"
+        yield Finding("error", f"view {view}", what, remedy)
     for (view, key), one in watched.items():
         yield from _check_darkness(f"view {view}, {key}", one)
         yield from _check_background(f"view {view}, {key}", one)
     for (view, _), one in watched.items():
         if one.like_left and all(one.like_left) and one.shows_something:
-            yield Finding(
-                "error",
-                f"view {view}",
-                "the left and right images are identical, so there is no depth",
-                "Give each camera of the stereo pair its own file.",
-            )
+            what = "the left and right images are identical, so there is no depth"
+            remedy = "Give each camera of the stereo pair its own file."
+            yield Finding("error", f"view {view}", what, remedy)
     yield from _check_frozen(watched)
     yield from _check_gain(watched)
     yield from _check_depth(watched)
@@ -111,29 +104,18 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
     brightness = np.array(one.highlights)
     usual = float(np.median(brightness))
     if usual < _DARK_LEVEL:
-        yield Finding(
-            "warning",
-            where,
-            f"the images are dark (98 percent of the pixels are at most {usual:.0f} of 255)",
-            "Use a longer exposure or a wider aperture. The matcher needs contrast.",
-        )
+        what = f"the images are dark (98 percent of the pixels are at most {usual:.0f} of 255)"
+        remedy = "Use a longer exposure or a wider aperture. The matcher needs contrast."
+        yield Finding("warning", where, what, remedy)
         return
     if np.median(one.brightness) > _BRIGHT_LEVEL:
-        yield Finding(
-            "warning",
-            where,
-            "the images are overexposed and show nothing",
-            "Use a shorter exposure or a smaller aperture.",
-        )
+        what = "the images are overexposed and show nothing"
+        yield Finding("warning", where, what, "Use a shorter exposure or a smaller aperture.")
         return
     dark = (brightness < _DARK_SHARE * usual) & (brightness < _DARK_LEVEL)
     for part in stretches_of(dark):
-        yield Finding(
-            "warning",
-            where,
-            f"the view is dark from frame {one.frames[part[0]]} to {one.frames[part[-1]]}",
-            "Exclude these frames or this view.",
-        )
+        what = f"the view is dark from frame {one.frames[part[0]]} to {one.frames[part[-1]]}"
+        yield Finding("warning", where, what, "Exclude these frames or this view.")
 
 
 def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
@@ -141,12 +123,9 @@ def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
         return
     empty = one.background[::STEP, ::STEP].astype(np.float64)
     if float(np.median(np.abs(empty - one.last))) > _FOREIGN_BACKGROUND:
-        yield Finding(
-            "warning",
-            f"{where}, background",
-            "the background image does not match the scene of the images",
-            "Take it with this camera, from the same position and with the same exposure.",
-        )
+        what = "the background image does not match the scene of the images"
+        remedy = "Take it with this camera, from the same position and with the same exposure."
+        yield Finding("warning", f"{where}, background", what, remedy)
 
 
 def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
@@ -179,22 +158,18 @@ def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
         levels = [float(np.median(w.brightness)) for w in (left, right)]
         if min(levels) > 0 and max(levels) / min(levels) > _GAIN_RATIO:
             darker = "left" if levels[0] < levels[1] else "right"
-            yield Finding(
-                "note",
-                f"view {view}",
-                f"the {darker} image is darker by a factor of {max(levels) / min(levels):.2f}",
+            what = f"the {darker} image is darker by a factor of {max(levels) / min(levels):.2f}"
+            remedy = (
                 "The matcher's low-pass filter compensates for this, but equal gain and exposure "
-                "are better.",
+                "are better."
             )
+            yield Finding("note", f"view {view}", what, remedy)
 
 
 def _check_depth(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
     for (view, _), one in watched.items():
         share = np.array(one.depth_share)
         for part in stretches_of(share == 0) if share.size == len(one.frames) else ():
-            yield Finding(
-                "warning",
-                f"view {view}, depth",
-                f"there is no depth from frame {one.frames[part[0]]} to {one.frames[part[-1]]}",
-                "Check the depth files: 0 means no value.",
-            )
+            what = f"there is no depth from frame {one.frames[part[0]]} to {one.frames[part[-1]]}"
+            remedy = "Check the depth files: 0 means no value."
+            yield Finding("warning", f"view {view}, depth", what, remedy)

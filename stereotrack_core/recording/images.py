@@ -5,8 +5,6 @@ to 235, which is what a stream without a statement means) is stretched to 0 to 2
 stays. The luma plane is taken as it is and stretched by a table, without colour conversion.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from functools import cache, cached_property
@@ -102,10 +100,8 @@ def is_pattern(frames: str) -> bool:
 
 
 def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
-    """Files that fit a printf pattern in the last part of its path, by number.
-
-    Raises ValueError when the pattern has not exactly one ``%d`` or ``%0Nd`` in its last part,
-    OSError when the folder cannot be read.
+    """Files that fit a printf pattern in the last part of its path, by number. ValueError if it has
+    not exactly one ``%d`` or ``%0Nd`` there, OSError if the folder cannot be read.
     """
     path = folder / pattern
     places = list(_NUMBER.finditer(path.name))
@@ -184,23 +180,15 @@ def _is_cut_off(content: bytes) -> bool:
     return not content.startswith(b"\0\0\0\0IEND", at)
 
 
-WHITEST = 65535
-"""The largest value of 16 bits."""
-
-LARGEST_VALUES = (255, 1023, 4095, 16383, WHITEST)
-"""Of sensors of 8, 10, 12, 14 and 16 bits."""
-
-MEASURED_PICTURES = 32
-"""Pictures, spread over a stream, by which the white of 16 bits is found."""
-
+WHITEST = 65535  # the largest value of 16 bits
+LARGEST_VALUES = (255, 1023, 4095, 16383, WHITEST)  # of sensors of 8, 10, 12, 14 and 16 bits
+MEASURED_PICTURES = 32  # pictures, spread over a stream, by which the white of 16 bits is found
 _HIGHLIGHTS = 0.001  # of the pixels, that may be brighter than white: lamps and reflections
 
 
 def white_of(counts: NDArray[np.int64], stated: int | None = None) -> int:
-    """Value that becomes white, of pictures whose 16-bit values are counted (65536,).
-
-    The largest value that is stated, unless the pictures exceed it; else the smallest one of a
-    sensor that they stay below.
+    """Value that becomes white, by counts (65536,) of 16-bit values: the largest `stated` unless
+    pictures exceed it, else the smallest of a sensor that they stay below.
     """
     candidates = LARGEST_VALUES if stated is None else (stated, *LARGEST_VALUES)
     most = _HIGHLIGHTS * counts.sum()
@@ -213,11 +201,15 @@ def brightness_of(values: NDArray[Any], white: int) -> ImageArray:
     return np.asarray(np.round(255.0 * np.minimum(share, 1.0)), dtype=np.uint8)
 
 
-class NumberedImages:
-    """Image files by number, counted from the lowest one; a gap is a damaged frame.
+def spread(count: int, most: int) -> list[int]:
+    """Numbers of at most so many of `count` frames, evenly spread."""
+    numbers: list[int] = np.unique(np.linspace(0, count - 1, most).astype(int)).tolist()
+    return numbers if count else []
 
-    Brightness of 16 bits is reduced to 8 alike in all of them. `files` are those of a pattern,
-    at least one; see :func:`numbered_files`.
+
+class NumberedImages:
+    """Image files of a pattern by number, from the lowest one; a gap is a damaged frame. Brightness
+    of 16 bits is reduced to 8 alike in all of them.
     """
 
     def __init__(self, files: Mapping[int, Path], pattern: str, kind: PictureKind) -> None:
@@ -257,7 +249,7 @@ class NumberedImages:
         """Value that becomes white in pictures of 16 bits; 0 if they have 8."""
         counts = np.zeros(WHITEST + 1, dtype=np.int64)
         numbers = sorted(self._files)
-        for at in np.unique(np.linspace(0, len(numbers) - 1, MEASURED_PICTURES).astype(int)):
+        for at in spread(len(numbers), MEASURED_PICTURES):
             try:
                 picture = read_image(self._files[numbers[at]], "stored")
             except DamagedFrame:

@@ -4,8 +4,6 @@ Every detector's points have the names that this module gives them, whatever its
 ``left_wrist`` is what COCO calls so, ``LWrist`` in OpenPose, ``left wrist`` in a label set.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -40,8 +38,7 @@ _BODY_19 = (
     *(*_limb("right", *_LEG), *_limb("left", *_LEG), *_EYES_AND_EARS),
 )
 
-BODY_25: tuple[str, ...] = (*_BODY_19, *_FEET)
-"""OpenPose's BODY_25."""
+BODY_25: tuple[str, ...] = (*_BODY_19, *_FEET)  # OpenPose's BODY_25
 
 BODY_25B: tuple[str, ...] = (*COCO_17, "upper_neck", "head_top", *_FEET)
 """OpenPose's BODY_25B; the first 25 of its BODY_135."""
@@ -167,10 +164,7 @@ _SAME_LAYOUT: Mapping[str, str] = MappingProxyType(
 
 
 def layout_named(text: str) -> str:
-    """Name in :data:`LAYOUTS` of a layout as people write it, such as ``BODY_25B``.
-
-    Raises InputError if there is none.
-    """
+    """Name in :data:`LAYOUTS` of a layout as written, such as ``BODY_25B``; InputError for none."""
     plain = re.sub(r"[^a-z0-9]", "", text.lower())
     by_name = {name.replace("_", ""): name for name in LAYOUTS} | dict(_SAME_LAYOUT)
     if plain not in by_name:
@@ -234,27 +228,17 @@ def exchanged(name: str) -> str:
 
 _UNNAMED = re.compile(r"point (\d+) of (\d+)")
 
-_MOST_PEOPLE = 600
-"""People in single pictures that are looked at, spread over all frames."""
-
-_FARTHEST = 1e6
-"""Pixels beyond which a number is no place in an image."""
-
-_FEWEST_BONES = 4
-"""Bones without which a person tells nothing about the order."""
-
-_MARGIN = 0.05
-"""Misfit by which another order than the usual one must be better."""
-
-_BODY_LIKE = 0.35
-"""Misfit that another order than the usual one may have at most."""
+_MOST_PEOPLE = 600  # people in single pictures that are looked at, spread over all frames
+_FARTHEST = 1e6  # pixels beyond which a number is no place in an image
+_FEWEST_BONES = 4  # bones without which a person tells nothing about the order
+_MARGIN = 0.05  # misfit by which another order than the usual one must be better
+_BODY_LIKE = 0.35  # misfit that another order than the usual one may have at most
 
 _DOUBTFUL = 0.5
 """Misfit above which no known order looks like a body: right ones have 0.15 to 0.45, as of a person
 seen from the side, wrong ones of the same number mostly 0.5 to 0.8."""
 
-_MOST = 2.0
-"""Largest deviation of one bone, as a logarithm, so that a gross error counts as one."""
+_MOST = 2.0  # largest deviation of one bone, as a logarithm, so that a gross error counts as one
 
 _FORESHORTENED = 0.5
 """Weight of a bone that is too short, which perspective does, relative to one that is too long."""
@@ -309,17 +293,13 @@ def unnamed(count: int, where: str, *, stated: str | None = None) -> Sequence[st
     Raises InputError if no usual layout has so many points, or fewer than the stated one.
     """
     if stated is not None and count < len(LAYOUTS[stated]):
-        raise InputError(
-            f"a person has {count} points, the layout {stated} {len(LAYOUTS[stated])}",
-            where=where,
-            remedy=f"State another layout with --layout: {', '.join(LAYOUTS)}.",
-        )
+        what = f"a person has {count} points, the layout {stated} {len(LAYOUTS[stated])}"
+        remedy = f"State another layout with --layout: {', '.join(LAYOUTS)}."
+        raise InputError(what, where=where, remedy=remedy)
     if stated is None and not layouts_of(count):
-        raise InputError(
-            f"a person has {count} points, which is none of the usual layouts",
-            where=where,
-            remedy=f"State the layout with --layout: {', '.join(LAYOUTS)}.",
-        )
+        what = f"a person has {count} points, which is none of the usual layouts"
+        remedy = f"State the layout with --layout: {', '.join(LAYOUTS)}."
+        raise InputError(what, where=where, remedy=remedy)
     return [f"point {i} of {count}" for i in range(count)]
 
 
@@ -330,42 +310,33 @@ class LayoutChoice:
     count: int
     layout: str
     stated: bool
-    misfit: float
-    """Logarithmic deviation of the bones from a body's proportions; NaN if unknown."""
-    others: Mapping[str, float]
-    """The same of the other layouts of that length."""
+    misfit: float  # logarithmic deviation of the bones from a body's proportions; NaN if unknown
+    others: Mapping[str, float]  # the same of the other layouts of that length
 
     def sentence(self) -> str:
         """The choice and its reason; empty if there was nothing to choose."""
-        points = f"{self.count} points without names"
+        order = f"{self.count} points without names: in the order of {self.layout}"
+        misfits = {name: np.nan_to_num(one, nan=np.inf) for name, one in self.others.items()}
+        best = min(misfits, key=lambda name: misfits[name], default="")
         if self.stated:
-            better = min(self.others, key=lambda name: self.others[name], default="")
-            if better and self.others[better] < self.misfit - _MARGIN:
-                return (
-                    f"{points}: in the order of {self.layout}, as stated, although a body's "
-                    f"proportions speak for {better}"
-                )
-            return f"{points}: in the order of {self.layout}, as stated"
-        doubt = (
-            "; no known order looks like a body, so check it in the window"
-            if self.misfit > _DOUBTFUL
-            else ""
-        )
+            better = bool(best) and misfits[best] < self.misfit - _MARGIN
+            doubt = f", although a body's proportions speak for {best}" if better else ""
+            return f"{order}, as stated{doubt}"
+        doubt = ""
+        if self.misfit > _DOUBTFUL:
+            doubt = "; no known order looks like a body, so check it in the window"
         if not self.others:
-            return f"{points}: in the order of {self.layout}{doubt}"
-        best = min(self.others, key=lambda name: np.nan_to_num(self.others[name], nan=np.inf))
+            return f"{order}{doubt}"
         if np.isnan(self.misfit):
             why = "the usual one; no person is seen well enough to tell"
-        elif self.others[best] < self.misfit - _MARGIN:
+        elif misfits[best] < self.misfit - _MARGIN:
             why = f"the usual one, although {best} looks more like a body"
-        elif self.others[best] < self.misfit + _MARGIN:
+        elif misfits[best] < self.misfit + _MARGIN:
             why = "a body's proportions hardly decide it"
         else:
             why = "told by a body's proportions"
-        return (
-            f"{points}: in the order of {self.layout} ({why}), not of {', '.join(self.others)}"
-            f"{doubt}; another order can be stated (--layout)"
-        )
+        others = f"not of {', '.join(self.others)}{doubt}"
+        return f"{order} ({why}), {others}; another order can be stated (--layout)"
 
 
 def with_layouts(

@@ -30,20 +30,13 @@ class Keypoints:
     array(['left_wrist', 'right_wrist'], dtype='<U11')
     """
 
-    frame: IntArray
-    """(N,). Of the recording, counted from 0."""
-    camera: TextArray
-    """(N,). Name of the camera in the calibration."""
-    keypoint: TextArray
-    """(N,). As :mod:`keypoint_names` has them; left and right are the person's."""
-    place: FloatArray
-    """(N, 2). Column and row in the raw picture, finite."""
-    confidence: FloatArray
-    """(N,). From 0 to 1, as the detector says."""
-    source: TextArray
-    """(N,). Name of the detector, or of the file where it has none."""
-    person: IntArray
-    """(N,). Which of several people, from 0."""
+    frame: IntArray  # (N,). Of the recording, counted from 0.
+    camera: TextArray  # (N,). Name of the camera in the calibration.
+    keypoint: TextArray  # (N,). As `keypoint_names` has them; left and right are the person's.
+    place: FloatArray  # (N, 2). Column and row in the raw picture, finite.
+    confidence: FloatArray  # (N,). From 0 to 1, as the detector says.
+    source: TextArray  # (N,). Name of the detector, or of the file where it has none.
+    person: IntArray  # (N,). Which of several people, from 0.
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -79,10 +72,8 @@ Row: TypeAlias = tuple[int, str, str, float, float, float, str, int]
 
 
 def keypoints_of(rows: Iterable[Row]) -> Keypoints:
-    """Table of these rows; those without a finite place are left out.
-
-    They are sorted by frame, camera, source, person and keypoint. A confidence outside of 0 to 1
-    becomes the nearer of them, one that is not known 1.
+    """Table of the rows with finite places, sorted by frame, camera, source, person and keypoint.
+    Confidences are cut to 0 to 1; one that is not known is 1.
     """
     kept = [row for row in rows if np.isfinite(row[3:5]).all()]
     kept.sort(key=lambda row: (row[0], row[1], row[6], row[7], row[2]))
@@ -170,14 +161,10 @@ def of_one_person(keypoints: Keypoints) -> Keypoints:
     kept: BoolArray = np.zeros(len(keypoints), dtype=np.bool_)
     for source in np.unique(keypoints.source).tolist():
         own = keypoints.source == source
-        kept |= own & (keypoints.person == surest_person(keypoints[own]))
+        people, row = np.unique(keypoints.person[own], return_inverse=True)
+        surest = people[np.argmax(np.bincount(row, keypoints.confidence[own]))]
+        kept |= own & (keypoints.person == surest)
     return keypoints[kept]
-
-
-def surest_person(keypoints: Keypoints) -> int:
-    """Number of the person with the highest sum of confidences over all frames and cameras."""
-    people, row = np.unique(keypoints.person, return_inverse=True)
-    return int(people[np.argmax(np.bincount(row, keypoints.confidence))])
 
 
 def _pictures(keypoints: Keypoints, *, with_person: bool = True) -> IntArray:

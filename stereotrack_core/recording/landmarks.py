@@ -58,8 +58,7 @@ class LandmarkTrajectory:
     """(F, 9, 3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known."""
     fps: float | None = None
     """Frames per second that the source states; without it, frames are the recording's."""
-    notes: tuple[Finding, ...] = ()
-    """Decisions made while reading that the user should know."""
+    notes: tuple[Finding, ...] = ()  # decisions made while reading that the user should know
 
     def at_rate(self, fps: float, where: str) -> LandmarkTrajectory:
         """The trajectory at the frames of a recording of another rate, by time, with a note.
@@ -75,11 +74,8 @@ class LandmarkTrajectory:
 
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")
-SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
-"""Optional: standard deviations in metres."""
-
-SOURCE_COLUMN = "source"
-"""Optional: where a place comes from."""
+SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")  # optional: standard deviations in metres
+SOURCE_COLUMN = "source"  # optional: where a place comes from
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,20 +116,14 @@ def read_landmark_table(path: Path) -> LandmarkTable:
             continue
         at_frame = found.setdefault(frame, {})
         if name in at_frame:
-            raise InputError(
-                f"line {line} repeats {name} of frame {frame}",
-                where=str(path),
-                remedy="Delete one of the two lines.",
-            )
+            what = f"line {line} repeats {name} of frame {frame}"
+            raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
         at_frame[name] = [_coordinate(cells[column], path, line, column) for column in values]
         source[frame] = source.get(frame) or cells.get(SOURCE_COLUMN, "")
         times.setdefault(frame, stated_time(cells, path, line))
     if others and not found:
-        raise InputError(
-            f"none of its landmarks is known (the first is {min(others)!r})",
-            where=str(path),
-            remedy=f"The landmarks are {', '.join(LANDMARKS)}.",
-        )
+        what = f"none of its landmarks is known (the first is {min(others)!r})"
+        raise InputError(what, where=str(path), remedy=f"The landmarks are {', '.join(LANDMARKS)}.")
     frames = sorted(found)
     table = np.full((len(frames), len(LANDMARKS), len(values)), np.nan)
     for i, frame in enumerate(frames):
@@ -163,28 +153,19 @@ def _coordinate(text: str, path: Path, line: int, axis: str) -> float:
         if np.isfinite(value) and abs(value) > LARGEST:
             raise ValueError
     except ValueError:
-        raise InputError(
-            f"line {line} has {text!r} as {axis}",
-            where=str(path),
-            remedy="Write metres as a number, or leave the value empty if it is not known.",
-        ) from None
+        what = f"line {line} has {text!r} as {axis}"
+        remedy = "Write metres as a number, or leave the value empty if it is not known."
+        raise InputError(what, where=str(path), remedy=remedy) from None
     return value if np.isfinite(value) else float("nan")
 
 
 def write_landmarks(path: Path, trajectory: LandmarkTrajectory) -> None:
-    """Write what is known of a trajectory, in micrometres' precision; unknown landmarks get no row.
-
-    A frame of which nothing is known is written as one row with empty values, so that reading
-    gives the same frames again.
-    """
+    """Write what is known, to a micrometre; a frame of which nothing is known gets an empty row."""
     write_landmark_table(path, LandmarkTable(trajectory))
 
 
 def write_landmark_table(path: Path, table: LandmarkTable) -> None:
-    """Write a trajectory with what is stated about it.
-
-    With a sigma, landmarks that are unknown have rows with empty places.
-    """
+    """Write a trajectory and what is stated; with sigmas, unknown landmarks have empty places."""
     columns = list(COLUMNS)
     if table.sigma is not None:
         columns += SIGMA_COLUMNS

@@ -1,7 +1,5 @@
 """Where the person is in each view, over the whole recording, without any tracking."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
@@ -37,7 +35,9 @@ def person_boxes(
     is looked for in more frames: nobody stands quite still. A view in which nothing differs, or
     nearly everything, has no box. Raises InputError where a stream cannot be read, and Cancelled.
     """
-    views = tuple(_image_alone(view) for view in recording.views)
+    views = tuple(
+        replace(view, kind="mono", left=None, depth=None, mask=None) for view in recording.views
+    )
     alone = replace(recording, views=views)
     boxes: dict[str, Box] = {}
     with FrameReader(alone, colour=False, cache_bytes=1, read_ahead=0) as reader:
@@ -81,10 +81,6 @@ def _scaled(box: Box, recording: Recording, view: View) -> Box:
     camera = recording.reference_camera(view)
     factor = max(camera.width, camera.height) / _SIDE
     return box[0] * factor, box[1] * factor, box[2] * factor, box[3] * factor
-
-
-def _image_alone(view: View) -> View:
-    return replace(view, kind="mono", left=None, depth=None, mask=None)
 
 
 def _small(image: ImageArray) -> Float32Array:

@@ -130,7 +130,7 @@ class FrameReader:
             kind = KINDS.get(key, self._image_kind)
             where = f"{self.recording.folder / 'recording.toml'}, view {view.name}, {key}.frames"
             source = open_stream(self.recording.folder, stream.frames, kind, where)
-            shift = stream.first_frame + round(stream.time_offset * self.recording.fps)
+            shift = stream.shift(self.recording.fps)
             name = f"{view.name} {key}"
             camera = self.recording.cameras[stream.camera or view.image.camera]
             shape = camera.height, camera.width
@@ -138,10 +138,7 @@ class FrameReader:
 
     @property
     def frame_count(self) -> int:
-        """Number of frame sets that all streams have.
-
-        Exact; waits until the videos of containers without a full index have been read once.
-        """
+        """Number of frame sets that all streams have; waits where a video has no full index."""
         return max(0, min(s.source.count() - s.shift for s in self._streams.values()))
 
     def frame_count_so_far(self) -> tuple[int, bool]:
@@ -155,10 +152,8 @@ class FrameReader:
         return {key: s.source.count() for key, s in self._streams.items()}
 
     def frame_set(self, k: int) -> FrameSet:
-        """All images of frame k.
-
-        A view of which a picture cannot be decoded is absent, with a sentence in `problems`. Raises
-        InputError when k is not a frame of the recording.
+        """All images of frame k; a view whose picture is damaged is absent. InputError for no
+        frame.
         """
         self._check_number(k)
         forward = k >= self._latest
@@ -193,11 +188,8 @@ class FrameReader:
         if certainly or (k >= known and not final):
             known = self.frame_count
         if not 0 <= k < known:
-            raise InputError(
-                f"there is no frame {k}",
-                where=self.recording.name,
-                remedy=f"The frames are numbered 0 to {self.frame_count - 1}.",
-            )
+            remedy = f"The frames are numbered 0 to {self.frame_count - 1}."
+            raise InputError(f"there is no frame {k}", where=self.recording.name, remedy=remedy)
 
     def _picture(self, opened: _OpenStream, k: int) -> NDArray[Any]:
         """Picture of the recording's frame k, from the cache or decoded."""
@@ -248,10 +240,7 @@ class FrameReader:
                 return  # it is told when the frame itself is asked for
 
     def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
-        """The empty scene as (left or None, image), or None where the view states none.
-
-        Raises InputError when it cannot be read.
-        """
+        """The empty scene (left or None, image), None if not stated; InputError if unreadable."""
         chosen = self.recording.view(view)
         with self._background_lock:
             if view not in self._backgrounds:
@@ -273,11 +262,8 @@ def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]
     known = {view.name: view for view in recording.views}
     for name in views:
         if name not in known:
-            raise InputError(
-                f"there is no view {name!r}",
-                where=recording.name,
-                remedy=f"Available views: {', '.join(known)}.",
-            )
+            remedy = f"Available views: {', '.join(known)}."
+            raise InputError(f"there is no view {name!r}", where=recording.name, remedy=remedy)
     if not views:
         raise InputError("no view is selected", where=recording.name, remedy="Select at least one.")
     return [known[name] for name in dict.fromkeys(views)]
@@ -307,10 +293,7 @@ _SHARE = 0.01  # share of such pixels from which a picture has colours
 
 
 def has_colours(recording: Recording, views: Sequence[str]) -> bool:
-    """Whether the reference pictures of any of these views have colours, by the first frame.
-
-    Raises InputError when a stream cannot be opened.
-    """
+    """Whether reference pictures of any of the views have colours, by the first frame."""
     if not views:
         return False
     with FrameReader(recording, views=views, read_ahead=0) as reader:

@@ -11,8 +11,7 @@ if TYPE_CHECKING:  # no more than that is needed, and the command line starts qu
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.keypoints import Keypoints
 
-_FEWEST_VIEWS = 2
-"""Mono views without which a person's place in space is not known."""
+_FEWEST_VIEWS = 2  # mono views without which a person's place in space is not known
 
 
 def asked_frames(text: str | None, end: int = 2**31, option: str = "--frames") -> range:
@@ -32,36 +31,24 @@ def asked_frames(text: str | None, end: int = 2**31, option: str = "--frames") -
             f"{text!r} cannot be read", where=option, remedy="Write A:B, for example 10:60."
         ) from None
     if asked.start < 0 or (last.strip() and not asked):
-        raise InputError(
-            f"{text!r} contains no frame",
-            where=option,
-            remedy="Frames are counted from 0, and B must be larger than A.",
-        )
+        remedy = "Frames are counted from 0, and B must be larger than A."
+        raise InputError(f"{text!r} contains no frame", where=option, remedy=remedy)
     return asked
 
 
 def frames_within(text: str | None, count: int) -> range:
-    """Frames that ``--frames`` names out of a recording's `count`.
-
-    Raises InputError for frames that the recording does not have.
-    """
+    """Frames that ``--frames`` names out of `count`; InputError for others than the recording's."""
     if not count:
         raise InputError("the recording has no frames", remedy="See `stereotrack info`.")
     chosen = asked_frames(text, count)
     if chosen.stop > count or chosen.start >= count:
-        raise InputError(
-            f"{text!r} exceeds the end of the recording",
-            where="--frames",
-            remedy=f"The recording has the frames 0:{count}.",
-        )
+        what = f"{text!r} exceeds the end of the recording"
+        raise InputError(what, where="--frames", remedy=f"The recording has the frames 0:{count}.")
     return chosen
 
 
 def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
-    """View names that ``--views`` asks for; None for all.
-
-    Raises InputError for a view that the recording does not have.
-    """
+    """View names that ``--views`` asks for, None for all; InputError for an unknown one."""
     if text is None:
         return None
     known = [view.name for view in recording.views]
@@ -71,40 +58,29 @@ def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
     names = [name.strip() for name in text.split("+")] if joined else list(text)
     unknown = [name for name in names if name not in known]
     if unknown or not names:
-        raise InputError(
-            f"there is no view {(unknown or [text])[0]!r}",
-            where="--views",
-            remedy=f"The recording has: {', '.join(known)}.",
-        )
+        what = f"there is no view {(unknown or [text])[0]!r}"
+        raise InputError(what, where="--views", remedy=f"The recording has: {', '.join(known)}.")
     return tuple(dict.fromkeys(names))
 
 
 def seeds_of(text: str) -> list[int]:
-    """Seeds that ``--seeds`` names.
-
-    Raises InputError for anything but different whole numbers from 0.
-    """
+    """Seeds that ``--seeds`` names; InputError for anything but different whole numbers from 0."""
     try:
         seeds = [int(part) for part in text.split(",")]
     except ValueError:
         seeds = []
     if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
-        raise InputError(
-            f"{text!r} is not a list of seeds",
-            where="--seeds",
-            remedy="Give distinct whole numbers from 0, for example 0,1,2.",
-        )
+        remedy = "Give distinct whole numbers from 0, for example 0,1,2."
+        raise InputError(f"{text!r} is not a list of seeds", where="--seeds", remedy=remedy)
     return seeds
 
 
 def check_calibrated(recording: Recording) -> None:
     """Refuse a recording whose cameras are guessed; InputError says what to do."""
     if recording.guessed:
-        raise InputError(
-            "the calibration is a guess, so nothing in space can be computed",
-            where=str(recording.folder / "calibration.toml"),
-            remedy="Replace it with a calibration of these cameras.",
-        )
+        what = "the calibration is a guess, so nothing in space can be computed"
+        remedy = "Replace it with a calibration of these cameras."
+        raise InputError(what, where=str(recording.folder / "calibration.toml"), remedy=remedy)
 
 
 def gives_depth(recording: Recording) -> bool:
@@ -126,35 +102,26 @@ def tracked_views(
     seen = [view.name for view in recording.views if view.image.camera in known]
     found = tuple(name for name in seen if views is None or name in views)
     if len(found) < _FEWEST_VIEWS:
-        raise InputError(
-            f"keypoints of {len(found)} view{'' if len(found) == 1 else 's'} tell no depth",
-            where="--keypoints",
-            remedy=f"Give keypoints of at least {_FEWEST_VIEWS} views.",
-        )
+        what = f"keypoints of {len(found)} view{'' if len(found) == 1 else 's'} tell no depth"
+        remedy = f"Give keypoints of at least {_FEWEST_VIEWS} views."
+        raise InputError(what, where="--keypoints", remedy=remedy)
     return found
 
 
 def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of the views that give depth and were asked for, in the recording's order.
-
-    Raises InputError where there are none, or the cameras are guessed.
-    """
+    """Views that give depth and were asked for, in order; InputError for none, or guesses."""
     check_calibrated(recording)
     deep = tuple(view.name for view in recording.views if view.kind != "mono")
     if not deep:
-        raise InputError(
-            "no view provides depth, so there is nothing to track",
-            where=str(recording.folder / "recording.toml"),
-            remedy="Tracking needs a view of kind stereo or depth, or keypoints of a 2-D detector "
-            "in at least two mono views (`stereotrack track --keypoints`).",
-        )
+        what, where = "no view provides depth, so there is nothing to track", recording.folder
+        mono = "keypoints of a 2-D detector in at least two mono views"
+        track = "(`stereotrack track --keypoints`)"
+        remedy = f"Tracking needs a view of kind stereo or depth, or {mono} {track}."
+        raise InputError(what, where=str(where / "recording.toml"), remedy=remedy)
     if views is None:
         return deep
     unknown = [name for name in views if name not in deep]
     if unknown or not views:
-        raise InputError(
-            f"unknown view with depth: {', '.join(unknown) or 'none given'}",
-            where="--views",
-            remedy=f"Available: {', '.join(deep)}.",
-        )
+        what = f"unknown view with depth: {', '.join(unknown) or 'none given'}"
+        raise InputError(what, where="--views", remedy=f"Available: {', '.join(deep)}.")
     return tuple(name for name in deep if name in views)

@@ -20,18 +20,15 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 
-_AGREED = 3
-"""Cameras that have to agree on a point before the others are taken for wrong."""
+_AGREED = 3  # cameras that have to agree on a point before the others are taken for wrong
 
 
 @dataclass(frozen=True, eq=False)
 class MeetingPoints:
     """Points in which rays of K keypoints meet."""
 
-    world: FloatArray
-    """(K, 3), metres. NaN where fewer than two rays meet."""
-    agreed: BoolArray
-    """(K, V). Cameras whose rays meet there."""
+    world: FloatArray  # (K, 3), metres. NaN where fewer than two rays meet.
+    agreed: BoolArray  # (K, V). Cameras whose rays meet there.
 
     @property
     def settled(self) -> BoolArray:
@@ -41,29 +38,18 @@ class MeetingPoints:
 
 @dataclass(frozen=True, eq=False)
 class SightedKeypoints:
-    """K keypoints in V cameras at one instant.
+    """K keypoints in V cameras at one instant, in pixels from the principal point, undistorted."""
 
-    Pixels are those of ideal cameras without distortion, seen from the principal point.
-    """
-
-    names: tuple[str, ...]
-    """(K,). Of the keypoints; a name stands once for each detector."""
+    names: tuple[str, ...]  # (K,). Of the keypoints; a name stands once for each detector.
     other_side: IntArray
     """(K,). Place of the same keypoint of the other side; its own where it has none."""
-    cameras: tuple[str, ...]
-    """(V,)."""
-    pixel: FloatArray
-    """(K, V, 2). NaN where not predicted."""
-    confidence: FloatArray
-    """(K, V). 0 where not predicted."""
-    rotation: FloatArray
-    """(V, 3, 3). camera_from_world."""
-    translation: FloatArray
-    """(V, 3), metres."""
-    focal: FloatArray
-    """(V,), pixels."""
-    crossed: bool = False
-    """Whether arms may be crossed, so that an elbow may be the other hand."""
+    cameras: tuple[str, ...]  # (V,)
+    pixel: FloatArray  # (K, V, 2). NaN where not predicted.
+    confidence: FloatArray  # (K, V). 0 where not predicted.
+    rotation: FloatArray  # (V, 3, 3). camera_from_world.
+    translation: FloatArray  # (V, 3), metres
+    focal: FloatArray  # (V,), pixels
+    crossed: bool = False  # whether arms may be crossed, so that an elbow may be the other hand
 
     @property
     def count(self) -> int:

@@ -1,7 +1,6 @@
 """The files behind a stream: where they are, how large their pictures are, and opening them."""
 
-from __future__ import annotations
-
+from contextlib import closing
 from pathlib import Path, PureWindowsPath
 from typing import TypeAlias
 
@@ -11,15 +10,8 @@ import numpy as np
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import check_file, readable, reason
+from stereotrack_core.recording import images
 from stereotrack_core.recording.description import Stream, View
-from stereotrack_core.recording.images import (
-    DamagedFrame,
-    NumberedImages,
-    PictureKind,
-    is_pattern,
-    numbered_files,
-    read_image,
-)
 from stereotrack_core.recording.video import VideoStream, open_container, video_stream
 
 IMAGE_SUFFIXES = frozenset(
@@ -37,53 +29,39 @@ VIDEO_SUFFIXES = frozenset(
 _WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
 
 
-StreamSource: TypeAlias = NumberedImages | VideoStream
+StreamSource: TypeAlias = images.NumberedImages | VideoStream
 """Pictures by their number in the stream's own counting; used by one thread at a time."""
 
 
 def inside(folder: Path, relative: str, where: str) -> Path:
-    """Path of a file in the recording.
-
-    Raises InputError when the path leaves the folder or does not exist (the last part of a pattern
-    may not).
-    """
+    """Path of a file or pattern in the recording; InputError where it leaves it or is not there."""
     path = Path(relative)
     leaves = path.is_absolute() or PureWindowsPath(relative).drive != "" or "\0" in relative
     try:
         root = folder.resolve()
         full = root if leaves else (root / path).resolve()
-        shown = full.parent if is_pattern(relative) else full
+        shown = full.parent if images.is_pattern(relative) else full
         there = shown.exists()
     except (OSError, RuntimeError) as error:  # no permission; links that lead in a circle
-        raise InputError(
-            f"the path {relative!r} cannot be followed ({reason(error) or 'links in a circle'})",
-            where=where,
-            remedy="Make it readable, or replace the link with the file.",
-        ) from None
+        what = f"the path {relative!r} cannot be followed ({reason(error) or 'links in a circle'})"
+        remedy = "Make it readable, or replace the link with the file."
+        raise InputError(what, where=where, remedy=remedy) from None
     if leaves or not full.is_relative_to(root):
-        raise InputError(
-            f"the path {relative!r} leaves the recording folder",
-            where=where,
-            remedy="Use a path relative to the folder, and keep the files in it.",
-        )
+        what = f"the path {relative!r} leaves the recording folder"
+        remedy = "Use a path relative to the folder, and keep the files in it."
+        raise InputError(what, where=where, remedy=remedy)
     if not there:
-        raise InputError(
-            f"{'folder' if is_pattern(relative) else 'file'} {shown.name!r} not found",
-            where=where,
-            remedy="Add it or correct the path.",
-        )
-    if not is_pattern(relative):
+        what = f"{'folder' if images.is_pattern(relative) else 'file'} {shown.name!r} not found"
+        raise InputError(what, where=where, remedy="Add it or correct the path.")
+    if not images.is_pattern(relative):
         check_file(full, where)
     return folder / path
 
 
 def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
-    """Width and height of a stream's pictures, from the first one.
-
-    Raises InputError when nothing is there or it is no video or image.
-    """
+    """Width and height of a stream's first picture; InputError where there is none."""
     path = inside(folder, frames, where)
-    if is_pattern(frames):
+    if images.is_pattern(frames):
         files = _files(folder, frames, where)
         return image_size(files[min(files)], where)
     if path.suffix.lower() in IMAGE_SUFFIXES:
@@ -102,22 +80,19 @@ def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
 def image_size(path: Path, where: str) -> tuple[int, int]:
     """Width and height of an image file; InputError where it is none."""
     try:
-        height, width = read_image(path, "colour").shape[:2]
-    except DamagedFrame as problem:
+        height, width = images.read_image(path, "colour").shape[:2]
+    except images.DamagedFrame as problem:
         raise InputError(
             str(problem), where=where, remedy="Replace the file with a readable image."
         ) from None
     return width, height
 
 
-def open_stream(folder: Path, frames: str, kind: PictureKind, where: str) -> StreamSource:
-    """Open a video or numbered images.
-
-    Raises InputError when nothing is there or it cannot be opened.
-    """
+def open_stream(folder: Path, frames: str, kind: images.PictureKind, where: str) -> StreamSource:
+    """Open a video or numbered images; InputError where that cannot be done."""
     path = inside(folder, frames, where)
-    if is_pattern(frames):
-        return NumberedImages(_files(folder, frames, where), frames, kind)
+    if images.is_pattern(frames):
+        return images.NumberedImages(_files(folder, frames, where), frames, kind)
     try:
         return VideoStream(path, kind)
     except (av.FFmpegError, OSError, IndexError) as error:
@@ -126,30 +101,22 @@ def open_stream(folder: Path, frames: str, kind: PictureKind, where: str) -> Str
 
 def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
     try:
-        files = numbered_files(folder, frames)
+        files = images.numbered_files(folder, frames)
     except ValueError:
-        raise InputError(
-            f"the file name of the pattern {frames!r} must contain exactly one number",
-            where=where,
-            remedy="Write it like N/%06d.png.",
-        ) from None
+        what = f"the file name of the pattern {frames!r} must contain exactly one number"
+        raise InputError(what, where=where, remedy="Write it like N/%06d.png.") from None
     except OSError as error:
         raise InputError(
             f"the folder cannot be read ({reason(error)})", where=where, remedy="Correct the path."
         ) from None
     if not files:
-        raise InputError(
-            f"no file matches the pattern {frames!r}",
-            where=where,
-            remedy="Add the images or correct the pattern.",
-        )
+        what = f"no file matches the pattern {frames!r}"
+        raise InputError(what, where=where, remedy="Add the images or correct the pattern.")
     if max(files) - min(files) > _WIDEST_GAP + 2 * len(files):
-        raise InputError(
-            f"the images of {frames!r} are numbered from {min(files)} to {max(files)}, but there"
-            f" are only {len(files)}",
-            where=where,
-            remedy="Number them without large gaps, or remove files that do not belong to them.",
-        )
+        numbers = f"{min(files)} to {max(files)}, but there are only {len(files)}"
+        what = f"the images of {frames!r} are numbered from {numbers}"
+        remedy = "Number them without large gaps, or remove files that do not belong to them."
+        raise InputError(what, where=where, remedy=remedy)
     return files
 
 
@@ -169,12 +136,9 @@ _FRAMES_OF_A_VIDEO = 15
 
 
 def background_picture(
-    folder: Path, view: View, kind: PictureKind
+    folder: Path, view: View, kind: images.PictureKind
 ) -> tuple[ImageArray | None, ImageArray] | None:
-    """The empty scene as (left or None, image), or None where the view states none for a stream.
-
-    Raises InputError when it cannot be read.
-    """
+    """The empty scene as (left or None, image); None if not stated, InputError if unreadable."""
     if view.image.background is None or (view.left and view.left.background is None):
         return None
     key = "right" if view.kind == "stereo" else "image"
@@ -183,20 +147,19 @@ def background_picture(
     return left, image
 
 
-def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKind) -> ImageArray:
+def _picture(
+    folder: Path, view: View, stream: Stream, key: str, kind: images.PictureKind
+) -> ImageArray:
     where = f"{folder / 'recording.toml'}, view {view.name}, {key}.background"
     file = stream.background or ""
     path = inside(folder, file, where)
     try:
-        if not is_pattern(file) and path.suffix.lower() in IMAGE_SUFFIXES:
-            return read_image(path, kind)
-        source = open_stream(folder, file, kind, where)
-        try:
-            numbers = np.unique(np.linspace(0, source.count() - 1, _FRAMES_OF_A_VIDEO).astype(int))
-            pictures = [source.read(int(n), lambda _n, _picture: None) for n in numbers if n >= 0]
-        finally:
-            source.close()
-    except DamagedFrame as problem:
+        if not images.is_pattern(file) and path.suffix.lower() in IMAGE_SUFFIXES:
+            return images.read_image(path, kind)
+        with closing(open_stream(folder, file, kind, where)) as source:
+            numbers = images.spread(source.count(), _FRAMES_OF_A_VIDEO)
+            pictures = [source.read(n, lambda _n, _picture: None) for n in numbers]
+    except images.DamagedFrame as problem:
         raise InputError(
             str(problem), where=where, remedy="Replace the file or remove the key."
         ) from None

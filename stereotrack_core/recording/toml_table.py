@@ -14,8 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import DEEPEST, checked_tree
 from stereotrack_core.reading import decoding, read_text
 
-LARGEST = 10**9
-"""No number that these files hold is larger; beyond it, it is a slip."""
+LARGEST = 10**9  # no number that these files hold is larger; beyond it, it is a slip
 
 _NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*(?:{_NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}", re.MULTILINE)
@@ -23,11 +22,7 @@ _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*(?:{_NAME}[ \t]*\.[ \t]*){{{DEEPEST
 
 
 def load_toml(path: Path) -> dict[str, Any]:
-    """Content of a TOML file.
-
-    Raises InputError when the file is missing, unreadable, or not TOML, or nested deeper or with
-    larger numbers than anybody writes.
-    """
+    """Content of a TOML file; InputError where it is none, or nested or large beyond reason."""
     text = read_text(path)
     with decoding(path, "this is not valid TOML", "Correct this line."):
         if _DEEP_KEY.search(text):
@@ -39,11 +34,7 @@ def load_toml(path: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Table:
-    """A TOML table that collects complaints instead of stopping at the first.
-
-    `where` is file and section, as the user knows it. All tables of one reading share `complaints`;
-    what is wrong is appended.
-    """
+    """A TOML table, `where` for people, that appends what is wrong to complaints it shares."""
 
     values: Mapping[str, Any]
     where: str

@@ -1,7 +1,5 @@
 """The axis of a recording's world that points up, by how its cameras are held."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -35,11 +33,7 @@ class LikelyUp:
 
 
 def up_of_cameras(recording: Recording, views: Sequence[str] | None = None) -> LikelyUp:
-    """The world's axis that points up in the images of views, all where none are named.
-
-    Pictures are upright as their views' ``display_rotation`` says. z is taken unless they speak for
-    another axis.
-    """
+    """The axis that points up in the images of views, turned as ``display_rotation`` says; or z."""
     names = [view.name for view in recording.views] if views is None else list(views)
     chosen = [recording.view(name) for name in names]
     chosen = [view for view in chosen if view.image.camera in recording.cameras]

@@ -9,8 +9,6 @@ Where the container stores the time stamps of all frames and there are no B-fram
 is taken and nothing is read.
 """
 
-from __future__ import annotations
-
 import ctypes
 import heapq
 import threading
@@ -46,10 +44,8 @@ _MOST_AT_ONCE = 200 * MB
 
 @cache
 def _limit_memory() -> None:
-    """Have FFmpeg refuse what a damaged file asks for: 2 GB at once where it states so.
-
-    PyAV does not offer it, but is linked with it; where it is not found there (Windows), FFmpeg
-    keeps its own limit.
+    """Have FFmpeg refuse what a damaged file asks for: 2 GB at once where it states so. PyAV is
+    linked with it; where it is not found there (Windows), FFmpeg keeps its own limit.
     """
     with suppress(AttributeError, OSError):
         ctypes.CDLL(av.frame.__file__).av_max_alloc(ctypes.c_size_t(_MOST_AT_ONCE))
@@ -353,10 +349,7 @@ class VideoStream:
         return True
 
     def _forward_to(self, time: int, keep: Keep) -> Any | None:
-        """Decode up to the frame shown at `time`; None where it does not come.
-
-        Where decoding starts too late for it, the position stays unknown.
-        """
+        """Decode up to the frame at `time`; None if it does not come, or it starts too late."""
         passed: deque[Any] = deque(maxlen=_KEPT_ON_THE_WAY)
         wanted = None
         for frame in self._frames:

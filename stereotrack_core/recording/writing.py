@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
 from itertools import count
@@ -21,14 +21,8 @@ from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.atomic import filling, replacing, write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
+from stereotrack_core.recording import description
 from stereotrack_core.recording.calibration import write_calibration
-from stereotrack_core.recording.description import (
-    Recording,
-    Stream,
-    View,
-    write_segments,
-    write_subject,
-)
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
 from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.recording.video import FrameTimes, open_container, video_stream
@@ -43,13 +37,13 @@ __all__ = [
 ]
 
 
-def write_recording_description(recording: Recording, *, with_calibration: bool = True) -> None:
-    """Write every file of a recording but its pictures into ``recording.folder``.
+def write_recording_description(
+    recording: description.Recording, *, with_calibration: bool = True
+) -> None:
+    """Write every file of a recording but its pictures into ``recording.folder``, made if need be.
 
-    The folder is made if it is not there; ``subject.toml``, ``reference.csv`` and ``segments.csv``
-    are written where the recording has them; ``calibration.toml`` is not where it lies there
-    already. Raises InputError where not all of them can be
-    written; then the folder stays as it was.
+    What the recording does not have is not written, nor ``calibration.toml`` if it lies there.
+    Raises InputError where not all can be written; then the folder stays as it was.
     """
     content: dict[str, Any] = {
         "format": FORMAT,
@@ -63,13 +57,13 @@ def write_recording_description(recording: Recording, *, with_calibration: bool 
             write_calibration(path, recording.cameras, guessed=recording.guessed)
         if recording.subject is not None:
             content["subject"] = "subject.toml"
-            write_subject(folder / "subject.toml", recording.subject)
+            description.write_subject(folder / "subject.toml", recording.subject)
         if recording.reference is not None:
             content["reference"] = "reference.csv"
             write_landmarks(folder / "reference.csv", recording.reference)
         if recording.segments:
             content["segments"] = "segments.csv"
-            write_segments(folder / "segments.csv", recording.segments)
+            description.write_segments(folder / "segments.csv", recording.segments)
         content["views"] = [_view(view) for view in recording.views]
         write_file(folder / DESCRIPTION, tomli_w.dumps(content))
 
@@ -86,7 +80,7 @@ def keep_beside(path: Path) -> Path:
     return kept
 
 
-def _view(view: View) -> dict[str, Any]:
+def _view(view: description.View) -> dict[str, Any]:
     content: dict[str, Any] = {"name": view.name, "kind": view.kind}
     if view.display_rotation:
         content["display_rotation"] = view.display_rotation
@@ -97,7 +91,7 @@ def _view(view: View) -> dict[str, Any]:
     return content
 
 
-def _stream(stream: Stream) -> dict[str, Any]:
+def _stream(stream: description.Stream) -> dict[str, Any]:
     return {"frames": stream.frames} | {k: v for k, v in asdict(stream).items() if v}
 
 
@@ -137,17 +131,12 @@ class VideoWriter:
         crf: int = 12,
     ) -> None:
         if width % 2 or height % 2 or width < 2 or height < 2:
-            raise InputError(
-                f"a video of {width} x {height} pixels is not possible",
-                where=str(path),
-                remedy="Width and height must be even. Otherwise write numbered PNG images.",
-            )
+            what = f"a video of {width} x {height} pixels is not possible"
+            remedy = "Width and height must be even. Otherwise write numbered PNG images."
+            raise InputError(what, where=str(path), remedy=remedy)
         if not 0 < fps < 10000:
-            raise InputError(
-                f"{fps:g} frames per second is not possible",
-                where=str(path),
-                remedy="Use more than 0 and less than 10000.",
-            )
+            what = f"{fps:g} frames per second is not possible"
+            raise InputError(what, where=str(path), remedy="Use more than 0 and less than 10000.")
         self._shape = (height, width, 3) if colour else (height, width)
         self._count = 0
         self._time_base = 1 / Fraction(fps).limit_denominator(_RATE_DENOMINATOR)
@@ -156,11 +145,9 @@ class VideoWriter:
             try:
                 self._container: Any = av.open(str(temporary), "w")
             except (av.FFmpegError, ValueError) as error:
-                raise InputError(
-                    f"the video cannot be written ({error})",
-                    where=str(path),
-                    remedy="Use a name that ends in .mp4.",
-                ) from None
+                what = f"the video cannot be written ({error})"
+                remedy = "Use a name that ends in .mp4."
+                raise InputError(what, where=str(path), remedy=remedy) from None
             self._stream = self._new_stream(width, height, colour, crf)
             self._open = opening.pop_all()
 
@@ -222,11 +209,7 @@ def _os_errors() -> Iterator[None]:
 
 
 def remuxed(files: Sequence[Path], track: int, target: Path) -> Generator[float, None, None]:
-    """Write a video track of files that follow each other into one file; yields the share done.
-
-    Raises InputError if the files have different encodings or are not compressed, or the copy lacks
-    frames.
-    """
+    """Write a video track of consecutive files into one, yielding the share; else InputError."""
     stamps = [_stamps(path, track) for path in files]
 
     def is_complete(path: Path) -> bool:
@@ -276,18 +259,12 @@ def _copied(
 
 def _stamps(path: Path, track: int) -> FloatArray:
     """Time stamps of all frames (N,), in ticks."""
-    index = FrameTimes(path, track)
-    try:
+    with closing(FrameTimes(path, track)) as index:
         return np.array(index.times(), dtype=np.float64)
-    finally:
-        index.close()
 
 
 def write_png(path: Path, picture: Any) -> None:
-    """Write a picture (uint8), a mask (bool) or depth counts (uint16) as PNG.
-
-    Raises InputError when the file cannot be written.
-    """
+    """Write a picture (uint8), mask (bool) or depth counts (uint16) as PNG; else InputError."""
     pixels = picture.astype(np.uint8) * 255 if picture.dtype == np.bool_ else picture
     done, content = cv2.imencode(".png", pixels)
     if not done:

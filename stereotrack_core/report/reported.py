@@ -1,7 +1,5 @@
 """What a report is about, and everything that it tells, gathered in one place."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,8 +21,7 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.repeating import what_differs
 from stereotrack_core.tracking.stored import fps_of_run
 
-MOST_STRIPS = 8
-"""Failures that are shown in pictures: the longest ones."""
+MOST_STRIPS = 8  # failures that are shown in pictures: the longest ones
 
 _QUALITY = 80
 
@@ -35,19 +32,15 @@ Progress = Callable[[float, str], None]
 class Source:
     """What a report is made of."""
 
-    name: str
-    """Of the run, as people know it."""
+    name: str  # of the run, as people know it
     run: Run
     recording: Recording | None = None
     """None where it is not there any more; pictures are left out then."""
     reference: LandmarkTrajectory | None = None
     reference_name: str = ""
-    states: Reference | None = None
-    """The reference with its uncertainty, where it states one."""
-    frames: range | None = None
-    """That are reported; None for all."""
-    repeat: str = ""
-    """Command that tracks again."""
+    states: Reference | None = None  # the reference with its uncertainty, where it states one
+    frames: range | None = None  # that are reported; None for all
+    repeat: str = ""  # command that tracks again
 
     @property
     def fps(self) -> float:
@@ -69,17 +62,12 @@ class ShownFailure:
 class Reported:
     """Everything that a report tells."""
 
-    source: Source
-    """Its run is cut to the stretch that is reported."""
-    segments: tuple[Segment, ...]
-    """Within the stretch."""
-    findings: tuple[Finding, ...]
-    """About the recording."""
-    accuracy: Accuracy | None
-    """None without a reference."""
+    source: Source  # its run is cut to the stretch that is reported
+    segments: tuple[Segment, ...]  # within the stretch
+    findings: tuple[Finding, ...]  # about the recording
+    accuracy: Accuracy | None  # None without a reference
     failures: tuple[ShownFailure, ...]
-    differs: tuple[str, ...]
-    """Why tracking again may come out otherwise."""
+    differs: tuple[str, ...]  # why tracking again may come out otherwise
 
 
 def gathered(
@@ -88,10 +76,7 @@ def gathered(
     on_progress: Progress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Reported:
-    """Measure, look for failures and draw their strips.
-
-    Raises InputError where the run has none of the frames, and Cancelled.
-    """
+    """Measure, find failures, draw strips; InputError if the run lacks frames, Cancelled."""
     source = dataclasses.replace(source, run=_cut(source.run, source.frames))
     run, recording = source.run, source.recording
     first, end = int(run.frame[0]), int(run.frame[-1]) + 1

@@ -1,7 +1,5 @@
 """Tables of a run's errors, and all that stand in a report."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -7,8 +7,6 @@ along with its joint, and the flesh between arm, neck and chest turns about the 
 end, less and less towards head and ribs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -116,10 +114,7 @@ def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: 
 
 
 def _dual_quaternions(rest: FloatArray, bones: PosedBones) -> FloatArray:
-    """Unit dual quaternions (B, 8) (w x y z, then the dual part) of all bones.
-
-    Signs follow the bone before, so that blending takes the short way.
-    """
+    """Unit dual quaternions (B, 8), w x y z, then the dual part; signs make blending go short."""
     shift = bones.joint - np.einsum("bij,bj->bi", bones.rotation, rest)
     result = _rigid_quaternions(bones.rotation, shift)
     result[result[:, :4] @ result[BONE["chest"], :4] < 0] *= -1
@@ -223,10 +218,7 @@ def _arm_shift(bones: PosedBones, side: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Actor:
-    """A dressed person whose surface can be posed.
-
-    `vertices` and `normals`: (V, 3); at rest; the textures live in these coordinates.
-    """
+    """A dressed person to be posed; `vertices`, `normals` (V, 3) at rest, as the textures."""
 
     person: Person
     vertices: FloatArray

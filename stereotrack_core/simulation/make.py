@@ -1,7 +1,5 @@
 """Simulated recordings: a person moves in a room, cameras look, the truth is kept."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
@@ -19,11 +17,7 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.writing import (
-    VideoWriter,
-    write_png,
-    write_recording_description,
-)
+from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.motions import Chain, Part, motion_names, parts_of, scheduled
 from stereotrack_core.simulation.people import PEOPLE, Person, grown, person_named
@@ -72,10 +66,7 @@ def _passer_by(
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A person in a room, ready to be drawn.
-
-    `passer` is somebody in the background, with the joints in each frame, None while away.
-    """
+    """A person in a room, ready to be drawn; `passer`: somebody else's joints, None while away."""
 
     actor: Actor
     chain: Chain
@@ -83,8 +74,7 @@ class Scene:
     cameras: Mapping[str, Camera]
     renderers: Mapping[str, CameraRenderer]
     disturber: Disturber
-    turned: Mapping[str, CameraRenderer]
-    """Cameras that are bumped, as they stand from half time on."""
+    turned: Mapping[str, CameraRenderer]  # cameras that are bumped, as they stand from half time on
 
     def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
         """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
@@ -115,28 +105,21 @@ class Simulation:
     'cross-arms'
     """
 
-    person: str = "P1"
-    """P1 to P4."""
+    person: str = "P1"  # P1 to P4
     motion: str = "cross-arms"
     """A name of ``MOTIONS``, or several joined by ``+``; repeated until the frames are full."""
     frames: int = 120
-    views: str = "NOSW"
-    """Some of N, O, S, W."""
-    seed: int = 0
-    """The same seed gives the same pictures and truth."""
+    views: str = "NOSW"  # some of N, O, S, W
+    seed: int = 0  # the same seed gives the same pictures and truth
     options: SceneOptions = field(default_factory=SceneOptions)
-    parts: tuple[Part, ...] = ()
-    """What happens at which frames, instead of `motion`."""
+    parts: tuple[Part, ...] = ()  # what happens at which frames, instead of `motion`
     disturbances: Mapping[str, float] = field(default_factory=dict)
     """Strengths by kind; the truth, and what is said of the cameras, stay as they are."""
 
     def __post_init__(self) -> None:
         if self.frames < 1:
-            raise InputError(
-                f"{self.frames} frames cannot be simulated",
-                where="--frames",
-                remedy="Give 1 or more.",
-            )
+            what = f"{self.frames} frames cannot be simulated"
+            raise InputError(what, where="--frames", remedy="Give 1 or more.")
         if self.seed < 0:
             raise InputError(
                 f"the seed {self.seed} is negative", where="--seed", remedy="Give 0 or more."
@@ -144,11 +127,8 @@ class Simulation:
         person_named(self.person), motion_names(self.motion), view_names(self.views)
         check_strengths(self.disturbances)
         if self.disturbances and self.options.kind != "stereo":
-            raise InputError(
-                "only stereo recordings can be disturbed",
-                where="--disturb",
-                remedy="Leave out --set kind=depth.",
-            )
+            what = "only stereo recordings can be disturbed"
+            raise InputError(what, where="--disturb", remedy="Leave out --set kind=depth.")
 
     @property
     def who(self) -> Person:
@@ -160,10 +140,7 @@ class Simulation:
 def build_scene(
     made: Simulation, workers: Executor, cameras: Mapping[str, Camera] | None = None
 ) -> Scene:
-    """Dress the person, plan the motion, set up the cameras and draw the empty room.
-
-    `cameras` by name replace those of the simulation's views.
-    """
+    """Dress the person, plan the motion, draw the room; `cameras` replace those of views."""
     options, seed, person = made.options, made.seed, made.who
     if cameras is None:
         cameras = rig(view_names(made.views), options, seed)

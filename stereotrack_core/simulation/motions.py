@@ -1,7 +1,5 @@
 """Named motions, and when a person does which of them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence
@@ -214,11 +212,8 @@ def motion_names(motion: str) -> tuple[str, ...]:
     names = tuple(name.strip() for name in motion.split("+"))
     for name in names:
         if name not in MOTIONS:
-            raise InputError(
-                f"unknown motion {name!r}",
-                where="--motion",
-                remedy=f"Use one of {', '.join(MOTIONS)}, or several joined by +.",
-            )
+            remedy = f"Use one of {', '.join(MOTIONS)}, or several joined by +."
+            raise InputError(f"unknown motion {name!r}", where="--motion", remedy=remedy)
     return names
 
 
@@ -227,10 +222,7 @@ _BLEND_SECONDS = 0.8
 
 @dataclass(frozen=True)
 class Part:
-    """A motion that begins at a frame and takes so many; the fewer, the faster.
-
-    `name` is that of its segment, `motion` one of ``MOTIONS``.
-    """
+    """A motion of ``MOTIONS`` from a frame on, the fewer the faster; `name`: of its segment."""
 
     name: str
     motion: str
@@ -252,10 +244,7 @@ class Chain:
 
 
 def parts_of(names: Sequence[str], frames: int, options: SceneOptions) -> tuple[Part, ...]:
-    """Parts that follow one another, over and over until the frames are filled.
-
-    A T pose comes first unless the options tell otherwise.
-    """
+    """Parts one after the other until the frames are filled, by default from a T pose on."""
     blend = max(1, round(_BLEND_SECONDS * options.fps / options.pace))
     opening = ["t-pose"] if options.t_pose_first and names[0] != "t-pose" else []
     parts: list[Part] = []

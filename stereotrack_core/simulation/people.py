@@ -1,7 +1,5 @@
 """The people of the simulation: lengths and builds, different from the tracker's own body."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from dataclasses import dataclass, fields, replace

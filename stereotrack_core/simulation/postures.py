@@ -1,7 +1,5 @@
 """Postures told by where the hands are, steps along a path, smooth ways through postures."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -32,10 +30,7 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Arm:
-    """Where a wrist is, and what the hand does.
-
-    `bend` and `turn`: degrees by which the hand tilts towards the palm, and towards the thumb.
-    """
+    """Where a wrist is; `bend`, `turn`: degrees by which the hand tilts to palm and thumb."""
 
     wrist: Triple
     """Out, forward, up; from the shoulder in the chest's axes, in lengths of the stretched arm;

@@ -14,8 +14,7 @@ import numpy as np
 from stereotrack_core.arrays import Float32Array, FloatArray, IntArray
 from stereotrack_core.compiled import compiled
 
-SAMPLES = 2
-"""Samples per pixel along each axis."""
+SAMPLES = 2  # samples per pixel along each axis
 
 
 def in_samples(pixels: FloatArray, origin: tuple[int, int] = (0, 0)) -> FloatArray:
@@ -28,8 +27,7 @@ def in_samples(pixels: FloatArray, origin: tuple[int, int] = (0, 0)) -> FloatArr
 class Raster:
     """The nearest surface at each sample; `draw` adds to it."""
 
-    depth: Float32Array
-    """(h, w); 1 / z of the nearest surface so far."""
+    depth: Float32Array  # (h, w); 1 / z of the nearest surface so far
     triangle: IntArray
     """(h, w); number of the triangle seen there, counted over all meshes; -1 without one."""
     weights: Float32Array
@@ -44,14 +42,10 @@ class Raster:
     def draw(
         self, samples: FloatArray, nearness: FloatArray, triangles: IntArray, first: int = 0
     ) -> Visible:
-        """Draw a mesh where it is nearer than what is there.
+        """Draw a mesh of triangles (T, 3), the first of this number, where it is nearer.
 
-        Parameters
-        ----------
-        samples : (V, 2); as :func:`in_samples` makes them; NaN drops the triangle
-        nearness : (V,); 1 / z in the camera
-        triangles : (T, 3)
-        first : number of the first triangle
+        `samples` (V, 2) as :func:`in_samples` makes them, NaN drops the triangle; `nearness` (V,)
+        is 1 / z in the camera.
         """
         buffers = self.depth, self.triangle, self.weights
         _rasterise(buffers, samples, nearness, triangles, first)
@@ -80,14 +74,10 @@ class Visible:
 class Samples:
     """Samples (N) of a raster that show one mesh."""
 
-    where: tuple[Any, ...]
-    """Rows and columns, as an index into pictures."""
-    triangle: IntArray
-    """(N,)"""
-    corners: IntArray
-    """(N, 3); vertices of each triangle."""
-    shares: FloatArray
-    """(3, N); of each corner in what is seen."""
+    where: tuple[Any, ...]  # rows and columns, as an index into pictures
+    triangle: IntArray  # (N,)
+    corners: IntArray  # (N, 3); vertices of each triangle
+    shares: FloatArray  # (3, N); of each corner in what is seen
 
     def of(self, values: FloatArray) -> FloatArray:
         """Interpolate values (V, C) of the vertices, (N, C)."""

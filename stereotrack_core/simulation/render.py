@@ -1,14 +1,11 @@
 """Pictures of a scene by one camera, and what a depth camera measures of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
@@ -18,7 +15,7 @@ from stereotrack_core.simulation.actor import Actor
 from stereotrack_core.simulation.raster import SAMPLES, Raster, Samples, Visible, in_samples
 from stereotrack_core.simulation.rig import UNDISTURBED, Disturber, Sensor
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things, material_table
-from stereotrack_core.simulation.shading import Shadows, Stuff, clothing, region, shade
+from stereotrack_core.simulation.shading import Shadows, Stuff, clothing, shade
 
 _NEAR = 0.15
 _WIDEST = 2.2
@@ -38,21 +35,8 @@ class Posed:
     normals: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """Truth of a picture's pixels (their upper left samples)."""
-
-    depth: Float32Array
-    """(H, W), metres along the camera's z."""
-    stuff: NDArray[np.int8]
-    """(H, W); row of a person's materials (skin, hair, shirt ...), -1 for the room."""
-
-
 class CameraRenderer:
-    """Draws what one camera sees: things that stand still, and people.
-
-    `lattice` (64, 64, 64) is the noise of the textures.
-    """
+    """Draws what one camera sees; `lattice` (64, 64, 64) is the noise of the textures."""
 
     def __init__(
         self,
@@ -107,18 +91,12 @@ class CameraRenderer:
         sensor = self._sensor if frame < 0 else self._disturber.sensor(self._sensor)
         return sensor.exposed(light, frame)
 
-    def seen(self, people: Sequence[Posed]) -> Seen:
-        """Truth of every pixel, for measuring what a matcher makes of the pictures."""
-        depth = self._depth.copy()
-        projected = [self._projected(posed.vertices) for posed in people]
-        stuff = np.full(depth.shape, -1, np.int8)
-        for who, visible in _rasterised(people, projected, (0, 0), depth):
-            samples = visible.samples()
-            points = samples.of(who.actor.vertices)
-            stuff[samples.where] = region(points, who.actor.marks)
-        picked = np.s_[::SAMPLES, ::SAMPLES]
-        far = np.float32(1.0) / np.maximum(depth[picked], np.float32(1e-3))
-        return Seen(far.astype(np.float32), stuff[picked])
+    def depth(self, people: Sequence[Posed]) -> Float32Array:
+        """True depth (H, W) along the camera's z in metres, of the pixels' upper left samples."""
+        nearness = self._depth.copy()
+        _rasterised(people, [self._projected(one.vertices) for one in people], (0, 0), nearness)
+        far = np.float32(1.0) / np.maximum(nearness[::SAMPLES, ::SAMPLES], np.float32(1e-3))
+        return far.astype(np.float32)
 
     def _drawn(
         self,
@@ -201,18 +179,14 @@ def _averaged(light: Float32Array) -> Float32Array:
 _SCALE = 43.5
 """Focal length times base line (pixels, metres): 580 px and 75 mm, those of the first Kinect."""
 
-_STEP = 0.125
-"""Pixels of disparity between two values that it distinguishes."""
+_STEP = 0.125  # pixels of disparity between two values that it distinguishes
 
 _NOISE = 0.062
 """Pixels of disparity, standard deviation: 1.4 mm at 1 m, growing with the square of the range
 (Khoshelham and Elberink 2012, doi:10.3390/s120201437)."""
 
-_ALIKE = 1.0
-"""Pixels over which errors are alike, standard deviation of the smoothing."""
-
-_FRAYED = 0.4
-"""Pixels by which edges are displaced, standard deviation."""
+_ALIKE = 1.0  # pixels over which errors are alike, standard deviation of the smoothing
+_FRAYED = 0.4  # pixels by which edges are displaced, standard deviation
 
 _BASELINE = 0.075
 """Metres from the projector to the camera: beside edges the camera sees what it does not light."""
@@ -220,8 +194,7 @@ _BASELINE = 0.075
 _DEPTH, _MASK = "depth/%06d.png", "mask/%06d.png"
 _UNIT = 0.001
 _NEAREST, _FARTHEST = 0.3, 6.0
-_BEFORE_ROOM = 0.08
-"""Metres by which the person is in front of the empty room."""
+_BEFORE_ROOM = 0.08  # metres by which the person is in front of the empty room
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,16 +202,13 @@ class DepthCamera:
     """Measures the scene that a renderer draws; `stream` decides the noise, as of a sensor."""
 
     renderer: CameraRenderer
-    focal: float
-    """Pixels."""
-    folder: Path
-    """Of its images."""
+    focal: float  # pixels
+    folder: Path  # of its images
     stream: tuple[int, int]
-    empty: Float32Array = field(init=False)
-    """(H, W), metres. True ranges of the empty room."""
+    empty: Float32Array = field(init=False)  # (H, W), metres. True ranges of the empty room.
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "empty", self.renderer.seen(()).depth)
+        object.__setattr__(self, "empty", self.renderer.depth(()))
 
         for images in (_DEPTH, _MASK):
             (self.folder / images).parent.mkdir(parents=True)
@@ -250,12 +220,9 @@ class DepthCamera:
         write_png(self.folder / (_MASK % frame), person)
 
     def measured(self, people: Sequence[Posed], frame: int) -> tuple[Float32Array, BoolArray]:
-        """Ranges (H, W) in metres, NaN where there are none, and the mask of who is there.
-
-        The mask is made of the measured ranges, not of the truth.
-        """
+        """Ranges (H, W) in metres, NaN without, and the mask of who is there, made of these."""
         rng = np.random.default_rng([*self.stream, 3, frame])
-        true = self.renderer.seen(people).depth
+        true = self.renderer.depth(people)
         shift = self.focal * _BASELINE / np.maximum(true, _NEAREST)
         lit = ~_in_shadow(shift.astype(np.float32))
         z = _frayed(np.where(lit, true, np.nan).astype(np.float32), rng)

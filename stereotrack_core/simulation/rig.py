@@ -1,7 +1,5 @@
 """What can be chosen about a simulated recording, its stereo cameras, sensors, disturbances."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -86,11 +84,8 @@ def view_names(views: str) -> tuple[str, ...]:
     """Names in ``NOSW``, ``NS`` or ``N+S``; raises :class:`InputError` for others."""
     names = tuple(views.replace("+", ""))
     if not names or len(set(names)) < len(names) or not set(names) <= set(COMPASS):
-        raise InputError(
-            f"the views {views!r} are not possible",
-            where="--views",
-            remedy="Use some of N, O, S and W, each at most once, for example NS.",
-        )
+        remedy = "Use some of N, O, S and W, each at most once, for example NS."
+        raise InputError(f"the views {views!r} are not possible", where="--views", remedy=remedy)
     return names
 
 
@@ -211,8 +206,7 @@ class Kind:
     least: float
     most: float
     description: str
-    whole: bool = False
-    """Only whole numbers are possible."""
+    whole: bool = False  # only whole numbers are possible
 
 
 KINDS: dict[str, Kind] = {
@@ -287,8 +281,7 @@ _SWING_SECONDS = 10.0
 class Disturber:
     """The disturbances of one recording; pictures depend on nothing but them and the seed."""
 
-    strengths: Mapping[str, float]
-    """Strength by kind, of the chosen kinds."""
+    strengths: Mapping[str, float]  # strength by kind, of the chosen kinds
     seed: int
     fps: float
     frames: int

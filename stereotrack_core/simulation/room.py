@@ -1,7 +1,5 @@
 """What things are made of and people wear, and a room as small triangles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -29,8 +29,7 @@ light from everywhere."""
 
 _EXPOSURE = 370.0
 
-SKIN, HAIR, SHIRT, SLEEVE, TROUSERS, SHOE = range(6)
-"""Rows of a person's material table."""
+SKIN, HAIR, SHIRT, SLEEVE, TROUSERS, SHOE = range(6)  # rows of a person's material table
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,15 +73,10 @@ def shade(
     lattice: Float32Array,
     response: FloatArray,
 ) -> FloatArray:
-    """Light (N, c) that a camera gets from points.
+    """Light (N, c) that a camera gets from points (N, 3), where textures live, with world normals.
 
-    Parameters
-    ----------
-    points : (N, 3); coordinates in which the textures live
-    normals : (N, 3), world
-    stuff : Stuff
-    lattice : (64, 64, 64); noise of the textures
-    response : (c, 3); the camera's channels from red, green, blue
+    `lattice` (64, 64, 64) is the noise of the textures, `response` (c, 3) makes the camera's
+    channels from red, green and blue.
     """
     colours = np.empty(points.shape)
     _reflectance(colours, stuff.table, stuff.row, stuff.stripe, lattice, points)
@@ -160,8 +154,7 @@ def _second_share(kind: float, scale: float, lattice: Any, point: Any, stripe: f
 _LAMP_DISTANCE, _LAMP_HEIGHTS, _LAMP_RADIUS = 4.2, (1.9, 2.5), 0.05
 """Metres from the middle of the room, above the floor, and of the lamp itself."""
 
-_MAP_SIZE, _MAP_FOCAL = 768, 307.0
-"""Pixels of the shadow map; 1 cm at the person."""
+_MAP_SIZE, _MAP_FOCAL = 768, 307.0  # pixels of the shadow map; 1 cm at the person
 
 _LOOK_AT_HEIGHT, _NEAREST = 0.9, 0.3
 """Metres: the height at which the lamp is aimed, and the least distance of what casts a shadow."""
@@ -169,8 +162,7 @@ _LOOK_AT_HEIGHT, _NEAREST = 0.9, 0.3
 _BIAS = 0.05
 """Metres by which what casts a shadow must be nearer to the lamp, so that nothing shades itself."""
 
-_REACH = 21
-"""Pixels (odd) of the map in which things may cast a soft edge on a point."""
+_REACH = 21  # pixels (odd) of the map in which things may cast a soft edge on a point
 
 _SHADE_SECONDS, _SHADE_WAY, _SHADE_EDGE = 12.0, 1.5, 0.8
 """Period, amplitude (m) and width (m) of the edge of the shade that wanders."""
@@ -182,26 +174,19 @@ class Shadows:
 
     shadow: float
     shade: float
-    lamp: FloatArray
-    """(4, 3): rotation from world to lamp, whose z is its axis; place of the lamp."""
+    lamp: FloatArray  # (4, 3): rotation from world to lamp, whose z is its axis; place of the lamp
     nearness: Float32Array
     """(S, S): 1 / z of the nearest person seen by the lamp, 0 where nobody is."""
-    reached: Float32Array
-    """(S, S): greatest `nearness` around each pixel."""
-    edge: FloatArray
-    """(4,): direction into the shade, and the distance along it at which it begins."""
+    reached: Float32Array  # (S, S): greatest `nearness` around each pixel
+    edge: FloatArray  # (4,): direction into the shade, and the distance along it at which it begins
 
     @staticmethod
     def of(
         disturber: Disturber, people: Iterable[tuple[IntArray, FloatArray]], frame: int
     ) -> Shadows | None:
-        """Shadows that people cast in a frame; None if neither shadow nor shade is chosen.
+        """Shadows in a frame of people: triangles (T, 3) and vertices (V, 3), world, of each.
 
-        Parameters
-        ----------
-        disturber : Disturber
-        people : triangles (T, 3) and vertices (V, 3), world, of each
-        frame : int
+        None if neither shadow nor shade is chosen.
         """
         shadow, shade = (disturber.strengths.get(kind, 0.0) for kind in ("shadow", "shade"))
         if not shadow and not shade:

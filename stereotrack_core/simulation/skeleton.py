@@ -4,8 +4,6 @@ Rest is a T pose that faces north (+y) with the palms down; the person's right i
 The origin lies on the floor under the hips' midpoint.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -42,10 +40,7 @@ class TwoLinks:
 
 
 def two_links(target: FloatArray, length_1: float, length_2: float, pole: FloatArray) -> TwoLinks:
-    """Reach from the origin to `target` (3,), the middle joint on the side of `pole` (3,).
-
-    A target out of reach is approached as far as the links go.
-    """
+    """Reach from the origin for `target` (3,), or as far as can be, the joint towards `pole`."""
     wanted = float(np.linalg.norm(target))
     d = np.asarray(target, dtype=np.float64) / max(wanted, 1e-9)
     shortest = abs(length_1 - length_2) * 1.02 + 1e-6
@@ -95,8 +90,7 @@ BONES: tuple[str, ...] = (
 
 BONE = {name: index for index, name in enumerate(BONES)}
 SIDES: tuple[str, str] = ("left", "right")
-SIGN = (-1.0, 1.0)
-"""Direction of x on the left and on the right side."""
+SIGN = (-1.0, 1.0)  # direction of x on the left and on the right side
 
 _LEG_REACH = 0.997
 
@@ -121,10 +115,7 @@ class JointState:
 
 
 def difference(a: JointState, b: JointState) -> FloatArray:
-    """The step (n,) that leads from `a` to `b`: lengths, angles and rotation vectors.
-
-    Rotations take the shortest arc.
-    """
+    """The step (n,) from `a` to `b`: lengths, angles and rotation vectors, by the shortest arcs."""
     parts = [b.position - a.position, b.elbows - a.elbows, b.ankles - a.ankles]
     for p, q in ((a.trunk, b.trunk), (a.arms, b.arms), (a.hands, b.hands), (a.feet, b.feet)):
         parts.append(vector_from_rotation(np.swapaxes(p, -1, -2) @ q))

@@ -4,8 +4,6 @@ Round cones along the bones, with muscles, are joined smoothly, so that the resu
 closed surface; nothing of it is shared with the tracker's own body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -35,13 +33,8 @@ def rest_surface(
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Closed surface of `person` at rest: its flesh contoured on a grid of `spacing` metres.
 
-    Returns
-    -------
-    vertices : (V, 3) float64, metres
-    normals : (V, 3) float64
-        Outwards, from the field: the mesh's own facets do not show in the light.
-    triangles : (T, 3) int64
-        Counter-clockwise seen from outside.
+    Vertices (V, 3) in metres, their normals outwards, from the field, so that the mesh's own facets
+    do not show in the light, and triangles (T, 3), counter-clockwise seen from outside.
     """
     pieces = tuple(flesh(person))
     low = np.min([np.minimum(p.a - p.radius_a, p.b - p.radius_b) for p in pieces], axis=0) - 0.04

@@ -52,14 +52,10 @@ _REMEDY = "See docs/studies.md for what a study file contains."
 class StudyRecording:
     """A recording of a study."""
 
-    recording: str
-    """Folder, relative to the study file, with ``/``; absolute on another drive."""
-    project: str = ""
-    """Project file whose reference is used; empty if there is none."""
-    keypoints: str = ""
-    """Project, or file of a detector, whose keypoints are measurements; empty if none are."""
-    factors: Mapping[str, str] = field(default_factory=dict)
-    """Subject, condition, or anything else that a person wants in the results, by name."""
+    recording: str  # folder, relative to the study file, with ``/``; absolute on another drive
+    project: str = ""  # project file whose reference is used; empty if there is none
+    keypoints: str = ""  # project or detector's file whose keypoints are measurements
+    factors: Mapping[str, str] = field(default_factory=dict)  # subject, condition and so on
 
     def cell(self, column: str) -> str:
         """The value of one of the program's columns or of a factor."""
@@ -72,19 +68,15 @@ class StudySettings:
     """Settings that all runs share, and the values that are varied, in the words of the options."""
 
     preset: str = "accurate"
-    changes: tuple[str, ...] = ()
-    """``NAME=VALUE`` for parameters that differ from the preset."""
-    grid: tuple[str, ...] = ()
-    """``NAME=a,b,c``: all combinations are tried."""
+    changes: tuple[str, ...] = ()  # ``NAME=VALUE`` for parameters that differ from the preset
+    grid: tuple[str, ...] = ()  # ``NAME=a,b,c``: all combinations are tried
     seeds: str = "0"
     frames: str | None = None
     views: str | None = None
     init: str = "auto"
     smooth: bool = False
-    layout: str | None = None
-    """Order of the keypoints in files without names."""
-    person: str | None = None
-    """Name or number of the person in keypoints of several."""
+    layout: str | None = None  # order of the keypoints in files without names
+    person: str | None = None  # name or number of the person in keypoints of several
 
     def all_points(self) -> tuple[Point, ...]:
         """Points of the grid. Raises InputError if a value is not accepted."""
@@ -196,11 +188,7 @@ def check_name(path: Path) -> None:
 
 
 def read_study(path: Path) -> Study:
-    """Read a study file; the folders that it names are not looked at.
-
-    Raises InputError if the file cannot be read, names a recording twice, or has a value that is
-    not accepted.
-    """
+    """Read a study file, without looking at its folders. Raises InputError."""
     check_name(path)
     content = load_toml(path)
     unknown = [key for key in content if key not in _KIND]
@@ -255,11 +243,7 @@ def write_study(study: Study) -> None:
 
 
 def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
-    """Recordings that agree with all of ``COLUMN=VALUE``, in their order.
-
-    Several values are separated by commas, ``*`` stands for any letters. Raises InputError for an
-    unknown column, or if no recording is left.
-    """
+    """Recordings that agree with all of ``COLUMN=a,b*``, in their order. Raises InputError."""
     rows = study.rows
     known = (*OWN_COLUMNS, *study.factors)
     for text in select:
@@ -291,8 +275,7 @@ def _text(value: Value) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
-_DEEPEST = 8
-"""Levels of folders below a given one that are looked through."""
+_DEEPEST = 8  # levels of folders below a given one that are looked through
 
 
 @dataclass(frozen=True)
@@ -304,16 +287,9 @@ class Listed:
 
 
 def with_recordings(
-    study: Study,
-    folders: Sequence[Path],
-    *,
-    cancelled: Callable[[], bool] = lambda: False,
+    study: Study, folders: Sequence[Path], *, cancelled: Callable[[], bool] = lambda: False
 ) -> Listed:
-    """List all recordings in and below folders behind those that are listed.
-
-    Only empty cells of listed recordings are filled. Raises InputError if a folder holds no
-    recording, and Cancelled.
-    """
+    """List all recordings in folders behind those listed. Raises InputError, Cancelled."""
     rows = {study.place(row.recording): row for row in study.rows}
     added = []
     for folder in _found(folders):

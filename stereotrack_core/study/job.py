@@ -1,7 +1,4 @@
-"""A job is one run with an identity by which its result is known again; doing jobs.
-
-The runs of a batch go forward together, frame by frame, on the same clouds.
-"""
+"""A job is one run with an identity; the jobs of a batch go forward on the same clouds."""
 
 from __future__ import annotations
 
@@ -30,32 +27,23 @@ from stereotrack_core.tracking.run_spec import RunSpec
 
 Status: TypeAlias = Literal["done", "failed"]
 
-_TRACKED_AS = "job"
-"""Key in the meta of a kept run: the identity of how it was tracked."""
+_TRACKED_AS = "job"  # key in the meta of a kept run: the identity of how it was tracked
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
     """One run, with everything that its result depends on."""
 
-    identity: str
-    """Hash of all that the result depends on: tracking and reference."""
-    tracking: str
-    """Hash of all that the run depends on; a kept run is measured again if only this is equal."""
-    clouds: str
-    """Hash of all that the clouds depend on, which jobs may share."""
+    identity: str  # hash of all that the result depends on: tracking and reference
+    tracking: str  # hash of all that the run depends on; equal: a kept run is measured again
+    clouds: str  # hash of all that the clouds depend on, which jobs may share
     recording: str
-    folder: str
-    """Absolute path of the recording, the same on every machine that takes part."""
-    fingerprint: str
-    """Of the recording; another one is refused."""
+    folder: str  # absolute path of the recording, the same on every machine that takes part
+    fingerprint: str  # of the recording; another one is refused
     point: Point
-    spec: RunSpec
-    """With frames and keypoints."""
-    keep: str = ""
-    """File for the complete run; empty: only measures are kept."""
-    truth: LandmarkTrajectory | None = None
-    """The project's reference; None: the recording's own."""
+    spec: RunSpec  # with frames and keypoints
+    keep: str = ""  # file for the complete run; empty: only measures are kept
+    truth: LandmarkTrajectory | None = None  # the project's reference; None: the recording's own
 
     @property
     def frames(self) -> range:
@@ -89,12 +77,10 @@ class JobResult:
 
     identity: str
     status: Status
-    measures: Mapping[str, float] = field(default_factory=dict)
-    """Those that are known, each in its own unit."""
+    measures: Mapping[str, float] = field(default_factory=dict)  # in their own units
     frames: int = 0
     error: str = ""
-    final: bool = False
-    """Whether trying again would fail again: the input is wrong."""
+    final: bool = False  # whether trying again would fail again: the input is wrong
     attempts: int = 1
 
     @property
@@ -152,10 +138,7 @@ class Workers(Protocol):
         """Jobs that are done at once."""
 
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
-        """Do all jobs, whose identities differ; returns when each has a result.
-
-        Raises Cancelled when the watcher wants to stop; results that were told stay valid.
-        """
+        """Do all jobs, each with its own identity, until each has a result. Raises Cancelled."""
 
 
 def do_batch(
@@ -164,10 +147,9 @@ def do_batch(
     on_frames: Callable[[int], None] = lambda _: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Generator[JobResult, None, None]:
-    """Do jobs that share their clouds; gives the result of each as soon as it is known.
+    """Do jobs that share their clouds; gives each result as soon as it is known.
 
-    A job that fails does not stop the others. `on_frames` is told how many frames more were
-    tracked, over all jobs. A kept run that was tracked in the same way is only measured.
+    A kept run that was tracked in the same way is only measured.
     """
     waiting = list(jobs)
     try:
@@ -219,10 +201,7 @@ def _tracked(
 
 
 def recording_of(job: Job) -> Recording:
-    """The job's recording, as it was when the job was planned.
-
-    Raises InputError if it is not there on this machine, or is another one.
-    """
+    """The job's recording, unchanged since it was planned. Raises InputError."""
     folder = Path(job.folder)
     recording = open_recording(folder)
     if fingerprint(recording) != job.fingerprint:
@@ -280,8 +259,7 @@ class Named(NamedTuple):
 
     measure: str
     statistic: str
-    unit: str
-    """``mm``, ``deg``, ``%``, ``s``; ``1`` for a pure number or a count."""
+    unit: str  # ``mm``, ``deg``, ``%``, ``s``; ``1`` for a pure number or a count
 
 
 def values_of(run: Run, fps: float, truth: LandmarkTrajectory | None) -> dict[str, float]:

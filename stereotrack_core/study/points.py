@@ -28,8 +28,7 @@ SPECIAL: Mapping[str, str] = MappingProxyType(
 )
 """What can be varied beside the declared parameters."""
 
-_MOST_POINTS = 100_000
-"""A grid with more points is taken for a slip."""
+_MOST_POINTS = 100_000  # a grid with more points is taken for a slip
 
 
 @dataclass(frozen=True)
@@ -102,10 +101,7 @@ def checked_value(name: str, value: Value) -> Value:
 
 
 def parsed_axis(text: str) -> Axis:
-    """Read ``NAME=a,b,c`` as given to ``--grid``.
-
-    Raises InputError for an unknown name, a value outside its range, or a value given twice.
-    """
+    """Read ``NAME=a,b,c`` as given to ``--grid``. Raises InputError."""
     name, sign, values = text.partition("=")
     if not sign or not values.strip():
         raise InputError(f"{text!r} cannot be read", where="--grid", remedy="Write NAME=a,b,c.")
@@ -121,10 +117,7 @@ def parsed_axis(text: str) -> Axis:
 
 
 def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
-    """Every combination of the axes' values, the last axis fastest; without axes one point.
-
-    Raises InputError for an axis given twice, or more points than anybody means.
-    """
+    """Every combination of the axes' values, the last axis fastest. Raises InputError."""
     names = [axis.name for axis in axes]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
@@ -174,10 +167,7 @@ class Range:
 
 
 def parsed_range(text: str) -> Range:
-    """Read what is given to ``--search``.
-
-    Raises InputError for an unknown name, or a range that the parameter does not have.
-    """
+    """Read what is given to ``--search``. Raises InputError."""
     name, sign, rest = text.partition("=")
     if not sign or not rest.strip():
         raise _wrong(text, "cannot be read")

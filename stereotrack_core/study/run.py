@@ -1,7 +1,5 @@
 """Jobs of a study, checked before anything long begins; known results are not computed again."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json
@@ -47,12 +45,10 @@ class Source:
     """A recording of a study with what its project and a detector say of it."""
 
     row: StudyRecording
-    recording: Recording
-    """With the reference that counts."""
+    recording: Recording  # with the reference that counts
     keypoints: Keypoints | None
     frames: int
-    truth: LandmarkTrajectory | None = None
-    """The reference chosen in the project; None: the recording's own counts."""
+    truth: LandmarkTrajectory | None = None  # chosen in the project; None: the recording's own
 
     @cached_property
     def facts(self) -> dict[str, Any]:
@@ -70,10 +66,7 @@ class Source:
 
 
 def source_of(study: Study, row: StudyRecording) -> Source:
-    """Open a recording with its project and keypoints.
-
-    Raises InputError if one of them is missing or cannot be used.
-    """
+    """Open a recording with its project and keypoints. Raises InputError."""
     folder = study.place(row.recording)
     if not folder.is_dir():
         raise InputError(
@@ -99,10 +92,7 @@ def source_of(study: Study, row: StudyRecording) -> Source:
 
 
 def jobs_of(study: Study, source: Source, points: Sequence[Point], *, keep: bool) -> list[Job]:
-    """Jobs of a recording: points times seeds, in this order; `keep`: whether runs are kept.
-
-    Raises InputError for views, frames or first poses that the recording does not have.
-    """
+    """Jobs of a recording: points times seeds; `keep`: with their runs. Raises InputError."""
     jobs = []
     for point in points:
         own = point.special("seed")
@@ -210,8 +200,7 @@ def _digest(facts: Any) -> str:
 
 _TABLE_SECONDS = 5.0
 
-Progress = Callable[[float, str], None]
-"""Is told the share that is done, 0 to 1, and what is being done."""
+Progress = Callable[[float, str], None]  # the share done, 0 to 1, and what is being done
 
 
 @dataclass(frozen=True)
@@ -229,10 +218,7 @@ def plan_study(
     on_progress: Progress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Plan:
-    """Jobs of some recordings, whose runs are kept; one that cannot be tracked stops no other.
-
-    Raises InputError if the settings make no sense, and Cancelled.
-    """
+    """Jobs of those recordings that can be tracked. Raises InputError, Cancelled."""
     study.settings.check()
     points, jobs, left_out = study.settings.all_points(), [], []
     for i, row in enumerate(rows):
@@ -250,10 +236,8 @@ def plan_study(
 class Outcome:
     """How a study ended."""
 
-    jobs: tuple[Job, ...]
-    """All that were wanted."""
-    reused: int
-    """Different jobs whose results were there already."""
+    jobs: tuple[Job, ...]  # all that were wanted
+    reused: int  # different jobs whose results were there already
     computed: int
     stopped: bool
 
@@ -369,10 +353,7 @@ def run_study(
     on_progress: Progress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Outcome, Mapping[str, JobResult]]:
-    """Compute the jobs that are missing and keep their runs beside the study file.
-
-    Raises InputError if nothing can be written there, or another process is at it.
-    """
+    """Compute the jobs that are missing, beside the study file. Raises InputError."""
     try:
         study.runs.mkdir(exist_ok=True)
     except OSError as error:
@@ -396,12 +377,10 @@ def _value(jobs: Sequence[Job], results: Mapping[str, JobResult], point: Point, 
 class PointSummary:
     """All recordings and seeds of one point together."""
 
-    point: Point
-    """Without its seed."""
+    point: Point  # without its seed
     runs: int
     failed: int
-    values: Mapping[str, Spread]
-    """By measure, over the runs that did not fail."""
+    values: Mapping[str, Spread]  # by measure, over the runs that did not fail
 
 
 def summarised(

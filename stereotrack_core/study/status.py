@@ -1,7 +1,5 @@
 """How far a study is: a row for each recording, in a terminal and in the window."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,14 +21,11 @@ class RowStatus:
     row: StudyRecording
     frames: int | None = None
     views: str | None = None
-    annotated: float | None = None
-    """Share of the keyframes that are done, percent."""
+    annotated: float | None = None  # share of the keyframes that are done, percent
     clicks: int | None = None
     jobs: tuple[Job, ...] = ()
-    results: tuple[JobResult, ...] = ()
-    """Of those of the jobs that are done."""
-    findings: tuple[Finding, ...] = ()
-    """Errors and warnings about the recording, its project and its runs."""
+    results: tuple[JobResult, ...] = ()  # of those of the jobs that are done
+    findings: tuple[Finding, ...] = ()  # errors and warnings
 
     def mean(self, measure: str) -> float | None:
         """Mean of a measure over the runs that are done; None if it is not known."""

@@ -24,8 +24,7 @@ from stereotrack_core.study.job import Job, JobResult, named
 from stereotrack_core.study.points import parameter_rows, varied_names
 from stereotrack_core.tables import csv_text, read_csv_table
 
-JOB_COLUMN = "job"
-"""Column of identities, by which a table of ours is known."""
+JOB_COLUMN = "job"  # column of identities, by which a table of ours is known
 
 
 def journal_of(table: Path) -> Path:
@@ -44,10 +43,7 @@ def stored_results(table: Path) -> dict[str, JobResult]:
 
 
 class Store:
-    """Writes journal and table; one process at a time.
-
-    Raises InputError if another process writes to it, or the table belongs to something else.
-    """
+    """Writes journal and table; one process at a time. Raises InputError for another's."""
 
     def __init__(self, table: Path) -> None:
         self.table = table
@@ -154,11 +150,8 @@ def write_result_table(
 
 
 _FIXED = ("status", "frames", "attempts", "error", "job")
-_LOG_FROM = 20.0
-"""Values whose largest is so many times the smallest are spread over a logarithmic axis."""
-
-AVERAGED = ("recording", "seed")
-"""Columns that are averaged over unless somebody asks for them."""
+_LOG_FROM = 20.0  # largest over smallest value from which an axis is logarithmic
+AVERAGED = ("recording", "seed")  # columns that are averaged over unless somebody asks for them
 
 
 @dataclass(frozen=True)
@@ -167,8 +160,7 @@ class RunTable:
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    failed: int = 0
-    """Runs that were left out because they failed."""
+    failed: int = 0  # runs that were left out because they failed
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -233,32 +225,24 @@ class PlotAxis:
     name: str
     places: dict[str, float]
     log: bool
-    words: bool
-    """Whether values are names, to be written at their places."""
+    words: bool  # whether values are names, to be written at their places
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Runs that agree in one name, over another one."""
 
-    label: str
-    """``views NS``; empty if there is one curve only."""
+    label: str  # ``views NS``; empty if there is one curve only
     x: FloatArray
     y: FloatArray
-    row: IntArray
-    """`x`, `y` and `row`: (N,), a point per run with its row of the table."""
+    row: IntArray  # `x`, `y` and `row`: (N,), a point per run with its row of the table
     at: FloatArray
     mean: FloatArray
-    spread: FloatArray
-    """`at`, `mean` and `spread`: (M,), the mean line with its standard deviation, NaN for a
-    single run."""
+    spread: FloatArray  # `at`, `mean`, `spread`: (M,); NaN deviation of a single run
 
 
 def read_table(path: Path) -> RunTable:
-    """Read a table of ``sweep`` or ``study run``.
-
-    Raises InputError if it is none, or no run of it is finished.
-    """
+    """Read a table of ``sweep`` or ``study run`` with finished runs. Raises InputError."""
     columns, rows = read_csv_table(path)
     if "job" not in columns or "status" not in columns:
         raise InputError(

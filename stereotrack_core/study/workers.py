@@ -15,26 +15,14 @@ from typing import Any
 import cv2
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.study.job import (
-    Job,
-    JobResult,
-    Watcher,
-    do_batch,
-    failure,
-)
+from stereotrack_core.study.job import Job, JobResult, Watcher, do_batch, failure
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import extra_library
 from stereotrack_core.worker_processes import Asker, Lost, TaskProcess, usable_cores
 
-_RETRIES = 1
-"""How often a job is tried again that may have failed by chance."""
-
-_TOGETHER = 8
-"""Jobs of a batch beyond which sharing their clouds saves little more."""
-
-_MOST_FRAMES = 4000
-"""Frames of all jobs of a batch: some ten minutes of work, which a kill may lose."""
-
+_RETRIES = 1  # how often a job is tried again that may have failed by chance
+_TOGETHER = 8  # jobs of a batch beyond which sharing their clouds saves little more
+_MOST_FRAMES = 4000  # of all jobs of a batch: some ten minutes of work, which a kill may lose
 _PATIENCE_SECONDS = 10.0
 _LOOK_SECONDS = 0.2
 _HERE_INSTEAD = "Use --workers to compute on this machine."
@@ -93,8 +81,7 @@ class Batch:
 class Batches:
     """Hands out jobs in batches that share their clouds, those with most work first.
 
-    Jobs beside each other in the plan cost about the same and go to different batches. Jobs that
-    are tried again come last and alone, so that one that ends its process takes no other with it.
+    Neighbours in the plan go to different batches; jobs that are tried again come last and alone.
     """
 
     def __init__(self, jobs: Sequence[Job], workers: int, watcher: Watcher) -> None:
@@ -173,9 +160,8 @@ class ChanceError(Exception):
 class ClusterWorkers:
     """Workers of a Dask scheduler, who see the recordings by the same paths.
 
-    The address is ``tcp://host:port`` or ``tls://host:port``, with certificates from Dask's own
-    configuration, or the path of a scheduler file (.json). Dask repeats jobs whose worker dies.
-    Raises InputError if Dask is missing or nobody answers.
+    The address is ``tcp://host:port``, ``tls://host:port``, or a scheduler file (.json). Raises
+    InputError.
     """
 
     def __init__(self, address: str, *, patience: float = _PATIENCE_SECONDS) -> None:
@@ -262,10 +248,7 @@ class ClusterWorkers:
 
 
 def do_job(job: Job, version: str) -> JobResult:
-    """Do one job on a worker of a cluster, which must have the same version of the program.
-
-    Raises ChanceError if it failed in a way that may not come again, so that Dask tries again.
-    """
+    """Do one job on a worker of a cluster, of the same version. Raises ChanceError."""
     if version != __version__:
         error = InputError(
             f"a worker has version {__version__} of this program, not {version}",

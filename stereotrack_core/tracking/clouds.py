@@ -26,14 +26,9 @@ from stereotrack_core.tracking.detecting import seen_keypoints
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 
-_AHEAD = 2
-"""Clouds that are made while the tracker works on an earlier one."""
-
-ReadCloud: TypeAlias = tuple[Cloud, float]
-"""A cloud, and the seconds that reading its images took."""
-
-Told: TypeAlias = Callable[[int, int], None]
-"""Is told how many of how many parts are done; may raise :class:`Cancelled`."""
+_AHEAD = 2  # clouds that are made while the tracker works on an earlier one
+ReadCloud: TypeAlias = tuple[Cloud, float]  # a cloud, and the seconds that reading its images took
+Told: TypeAlias = Callable[[int, int], None]  # told how many of how many parts are done
 
 
 class CloudSource(Protocol):
@@ -62,10 +57,7 @@ def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> ReadCloud:
 def chain_of(
     recording: Recording, spec: RunSpec, views: Sequence[str], reader: FrameReader | None = None
 ) -> tuple[DepthChain, FrameReader]:
-    """Depth chain and reader of a run over these views; a new reader if none is given.
-
-    Of mono views, clouds have the silhouettes at most.
-    """
+    """Depth chain and reader of a run over these views, of mono views for silhouettes at most."""
     deep = tuple(name for name in views if recording.view(name).kind != "mono")
     coloured = spec.settings.tracking.wants_colour and has_colours(recording, deep)
     colour = coloured if spec.colour is None else spec.colour
@@ -78,10 +70,7 @@ def chain_of(
 
 
 class OwnClouds:
-    """Clouds of one run, each made when it is asked for.
-
-    `reader`: not closed with the clouds; a new one where not given.
-    """
+    """Clouds of one run, each made on demand; a given `reader` is not closed with them."""
 
     def __init__(
         self,
@@ -109,30 +98,11 @@ class OwnClouds:
 
 
 class Clouds(AbstractContextManager["Clouds"]):
-    """Clouds of a recording's frames, with keypoints and clicks.
+    """Clouds of a recording's frames, with keypoints and clicks; matrices use one thread meanwhile.
 
-    While it is open, matrices are multiplied in one thread.
-
-    Parameters
-    ----------
-    source : CloudSource, optional
-        Not closed by :meth:`close`; where not given, the clouds are its own.
-
-    Attributes
-    ----------
-    views : tuple of str
-        Views that are tracked.
-    frames : range
-        That are to be tracked.
-    settings : Settings
-        With the depth parameters that fit the recording.
-    detector : SeenKeypoints or None
-        Pose detector that looks at the pictures.
-
-    Raises
-    ------
-    InputError
-        Where a view is unknown or no view gives depth.
+    A given `source` is not closed by :meth:`close`. `settings` have the depth parameters that fit
+    the recording; `detector` is the pose detector that looks at the pictures, or None. Raises
+    InputError if a view is unknown or no view gives depth.
     """
 
     def __init__(
@@ -166,11 +136,6 @@ class Clouds(AbstractContextManager["Clouds"]):
     def have_depth(self) -> bool:
         """Whether any view gives depth; else keypoints alone are followed."""
         return bool(self.chain.view_names)
-
-    @property
-    def may_look_again(self) -> bool:
-        """Whether frames can be made again as they were, of views that hide arms alike."""
-        return len(self.chain.view_names) > 1 and not self.chain.learns
 
     def learn(self, frames: range, hooks: Hooks) -> None:
         """Learn the background from these frames."""
@@ -227,11 +192,7 @@ class Clouds(AbstractContextManager["Clouds"]):
 
 
 class SharedClouds:
-    """Clouds that are made once, and forgotten when every run that is left has taken them.
-
-    Runs that go forward together keep only the few clouds that some have taken and others not.
-    May be used by the threads of all runs at once.
-    """
+    """Clouds, for many threads, that are made once and forgotten when every run has taken them."""
 
     def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
         self.chain, self.reader = chain, reader

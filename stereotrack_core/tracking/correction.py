@@ -1,7 +1,5 @@
 """One correction of a pose by residuals; a new measurement or constraint is one new file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
@@ -9,14 +7,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.manifold import (
-    Columns,
-    Rows,
-    difference,
-    displaced,
-    gather,
-    jacobian,
-)
+from stereotrack_core.body.manifold import Columns, Rows, difference, displaced, gather, jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -24,8 +15,7 @@ from stereotrack_core.filtering.correction import normalised
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.tracking.state import Belief, Setup
 
-_STEP_LIMIT = 0.5
-"""Radians and metres by which one correction may move a number of the error state."""
+_STEP_LIMIT = 0.5  # radians and metres by which one correction may move a number of the error state
 
 
 class Residual(Protocol):
@@ -34,20 +24,16 @@ class Residual(Protocol):
     @property
     def measured(self) -> FloatArray:
         """The vector z (m,)."""
-        ...
 
     @property
     def variance(self) -> FloatArray:
         """Diagonal of R (m,)."""
-        ...
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """z_hat (S, m) for stacked poses."""
-        ...
 
     def rows(self, frames: PartFrames) -> Rows:
         """The measurement, linearised at one pose."""
-        ...
 
 
 class Observation(Protocol):
@@ -55,12 +41,10 @@ class Observation(Protocol):
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[Residual, ...]:
         """Residuals at a pose; none where nothing was seen."""
-        ...
 
 
+# Takes from a cloud what a source beside its points measures, independent of the pose.
 Sensor: TypeAlias = Callable[[Cloud], Observation]
-"""A source of measurements beside the cloud's points: it takes from one instant what does not
-depend on the pose."""
 
 
 def solved(
@@ -76,8 +60,7 @@ class Line:
     """Rows of one source with their Jacobian: z - z_hat = H dx + e."""
 
     rows: Rows
-    H: FloatArray
-    """(m, n). By the error state."""
+    H: FloatArray  # (m, n). By the error state.
 
 
 def gathered(sources: Iterable[Rows], frames: PartFrames, columns: Columns) -> Information:

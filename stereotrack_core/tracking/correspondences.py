@@ -1,7 +1,5 @@
 """Which measured points belong to which part: nearest in space, and in colour where known."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +11,7 @@ from stereotrack_core.tracking.part_colours import PartColours, colour_features
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.state import Setup
 
-_TRUSTED = 0.25
-"""Unexplained fraction of the cloud above which a pose teaches nothing about colours."""
+_TRUSTED = 0.25  # unexplained fraction above which a pose teaches nothing about colours
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,13 +19,11 @@ class DataToModel:
     """Gives measured points to the cones that are nearest.
 
     With colours they are nearest in six dimensions: three of space, three of colour. Data are then
-    (N, 6): places and colour features side by side. Where a recording has no colours, or they
-    have no weight, nothing differs.
+    (N, 6): places and colour features side by side.
     """
 
     setup: Setup
-    colours: PartColours | None = None
-    """Learned so far; None if colours are not used."""
+    colours: PartColours | None = None  # learned so far; None if colours are not used
 
     def choose(self, cloud: Cloud) -> FloatArray:
         """Draw the data (N, 3), or (N, 6), evenly from the cloud; the same for the same frame."""
@@ -42,15 +37,7 @@ class DataToModel:
         return points
 
     def surface(self, data: FloatArray, pose: Pose, *, wide: bool) -> SurfaceResidual:
-        """Give the data to the cones that are nearest at a pose.
-
-        Parameters
-        ----------
-        data : (N, 3) or (N, 6) float64
-            See :meth:`choose`.
-        wide : bool
-            Whether a datum's weight falls off slowly with its distance.
-        """
+        """Give data (N, 3 or 6) to the cones nearest at a pose; `wide` weights fall slowly."""
         p, body = self.setup.parameters, self.setup.body
         frames = body.frames(pose)
         trust = Trust.of(p, wide=wide)

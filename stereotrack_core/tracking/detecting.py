@@ -5,8 +5,6 @@ the cloud of the same frame and not from the frame before, so that a frame gives
 in whatever order frames are asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -36,14 +34,12 @@ from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, sighted
 from stereotrack_core.tracking.parameters import Settings
 
-_TO_SHOULDERS = 0.5
-"""Metres from the hips to the shoulders of somebody who stands."""
-
+_TO_SHOULDERS = 0.5  # metres from the hips to the shoulders of somebody who stands
+# Share of the radius of a body by which its hips may lie beside the middle of a crop: farther, the
+# landmarks are looked for again around them.
 _FAR = 0.25
-"""Share of the radius of a body by which its hips may lie beside the middle of a crop: farther, the
-landmarks are looked for again around them."""
-
-
+# Metres by which the detector's points lie beside the landmarks of their names: medians of
+# simulated people whose truth is known; those of a rendered mesh have the same signs.
 KEYPOINT_OFFSETS: Mapping[str, float] = MappingProxyType(
     {
         "keypoint_shoulder_out": -0.015,
@@ -54,55 +50,30 @@ KEYPOINT_OFFSETS: Mapping[str, float] = MappingProxyType(
         "keypoint_hip_up": -0.02,
     }
 )
-"""Metres by which the detector's points lie beside the landmarks of their names: medians of
-simulated people whose truth is known; those of a rendered mesh have the same signs."""
-
-
+# (33,). Factors on the confidences: points of arms are off by twice as much as those of the trunk,
+# however sure the detector is.
 _TRUST = np.array(
     [0.5 if n.split("_")[-1] in ("elbow", "wrist", "hand") else 1.0 for n in POINT_NAMES]
 )
-"""(33,). Factors on the confidences: points of arms are off by twice as much as those of the trunk,
-however sure the detector is."""
-
-
-_LEAST_DEPTH = 0.1
-"""Metres before a camera from which points can be seen."""
-
+_LEAST_DEPTH = 0.1  # metres before a camera from which points can be seen
+# Metres from the cloud within which keypoints of the person lie, and from which one is none of the
+# person. In undisturbed recordings, 99 % of the trunk's are within 0.06, of the wrists 0.2.
 _NEAR, _BESIDE = 0.12, 0.3
-"""Metres from the cloud within which keypoints of the person lie, and from which one is none of
-the person. In undisturbed recordings, 99 % of the trunk's are within 0.06, of the wrists 0.2."""
-
+# Share of a picture's keypoints that lie on the person; where fewer do, none is used. Undisturbed:
+# 0.78 and more, 0.93 in 95 % of all pictures; with half of them anywhere in the picture, 0.6.
 _FEWEST_NEAR = 0.7
-"""Share of a picture's keypoints that lie on the person; where fewer do, none is used. Undisturbed:
-0.78 and more, 0.93 in 95 % of all pictures; with half of them anywhere in the picture, 0.6."""
-
+# Distances of wrists and of elbows in a picture, over that of the shoulders, below and above which
+# arms may be crossed. The detector then puts both wrists where forearms cross, and each elbow where
+# the other hand is: simulated elbows are 0.15 m off, with confidences of 0.8 to 1, else 0.05 m.
 _TOGETHER, _AT_SIDES = 0.5, 0.9
-"""Distances of wrists and of elbows in a picture, over that of the shoulders, below and above which
-arms may be crossed. The detector then puts both wrists where forearms cross, and each elbow where
-the other hand is: simulated elbows are 0.15 m off, with confidences of 0.8 to 1, else 0.05 m."""
-
-_FEET = ("ankle", "heel", "toe")
-"""Ends of names of points that clouds lack, because the floor is left out."""
+_FEET = ("ankle", "heel", "toe")  # clouds lack points with these names, as they lack the floor
 
 
 class SeenKeypoints:
     """Keypoints of the person of each cloud, as the installed detector sees them.
 
-    A frame is looked at once: what was seen is kept, and what an earlier run saw is taken instead.
-
-    Attributes
-    ----------
-    name : str
-        Of the detector.
-
-    Parameters
-    ----------
-    detector : PoseDetector or None
-        None if it is not installed: then only what an earlier run saw is known.
-    views : sequence of str
-        Whose reference pictures are looked at.
-    seen : mapping of int to Keypoints
-        By frame, what an earlier run saw.
+    A frame is looked at once, in the reference pictures of the views: what was seen is kept, and
+    what an earlier run has `seen` by frame is taken instead, all that is known without a detector.
     """
 
     def __init__(
@@ -168,7 +139,7 @@ def _pose_in(detector: PoseDetector, picture: ImageArray, crop: Crop) -> Detecte
 
 
 def _reference_cameras(recording: Recording, views: Sequence[str]) -> dict[str, Camera]:
-    chosen = [recording.view(name) for name in views]
+    chosen = map(recording.view, views)
     return {view.image.camera: recording.reference_camera(view) for view in chosen}
 
 
@@ -219,8 +190,7 @@ def _beside(places: FloatArray, points: FloatArray, camera: Camera) -> FloatArra
     if not len(points):
         return np.full(len(places), np.inf)
     off = np.linalg.norm(places[:, None] - camera.project(points), axis=2)
-    result: FloatArray = (off * depth).min(axis=1) / float(camera.matrix[0, 0])
-    return result
+    return np.asarray((off * depth).min(axis=1) / float(camera.matrix[0, 0]))
 
 
 def detects_first(recording: Recording, settings: Settings) -> bool:

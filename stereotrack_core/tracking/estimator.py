@@ -1,7 +1,5 @@
 """All that one frame says about a pose, and what every way from it to the pose gives."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
@@ -41,13 +39,10 @@ class Measurements:
 
     setup: Setup
     cloud: Cloud
-    data: FloatArray
-    """(N, 3) or (N, 6). Points of the cloud that look for the model."""
+    data: FloatArray  # (N, 3) or (N, 6). Points of the cloud that look for the model.
     correspondences: DataToModel
-    observed: tuple[Observation, ...] = ()
-    """What sensors beside the cloud's points saw."""
-    trace: StepRecorder | None = None
-    """Records what is done with them."""
+    observed: tuple[Observation, ...] = ()  # what sensors beside the cloud's points saw
+    trace: StepRecorder | None = None  # records what is done with them
 
     def surface(self, pose: Pose, *, wide: bool, every: int = 1) -> SurfaceResidual:
         """Distances of the data, or of every so many, from the surface that is nearest."""
@@ -63,7 +58,7 @@ class Measurements:
         return tuple(row for seen in self.observed for row in seen.residuals(body, pose))
 
     def corrected(self, prior: Belief, at: Belief, surface: SurfaceResidual) -> Belief:
-        """Correct a prior by all measurements, linearised elsewhere.
+        """Correct a prior by all measurements, linearised at another pose.
 
         Iterated posterior linearisation (DOI 10.1109/TSP.2015.2454485): `at` is the posterior of
         the iteration before, and `prior` is always the frame's.
@@ -109,28 +104,20 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
 class Prediction(Belief):
     """A frame's prediction from the frame before."""
 
-    gone: float
-    """Frames that have gone by."""
-    learned: FloatArray | None = None
-    """(n, n). Covariance that measurements between the frames have taken off; None without any."""
-    particles: Particles | None = None
-    """Particles of the frame before, if the estimator left some."""
+    gone: float  # frames that have gone by
+    learned: FloatArray | None = None  # (n, n). Covariance that measurements between took off
+    particles: Particles | None = None  # particles of the frame before, if the estimator left some
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior(Belief):
     """What an estimator has found."""
 
-    surface: SurfaceResidual
-    """Pairs of points of the last correction."""
-    innovation: float
-    """Normalised, of the frame's first correction."""
-    P0: FloatArray
-    """(n, n). Covariance of the prediction that was really used, as far as it was widened."""
-    carried: BoolArray
-    """(n,). False for numbers that were not predicted but looked for anew."""
-    particles: Particles | None = None
-    """For the next frame's prediction."""
+    surface: SurfaceResidual  # pairs of points of the last correction
+    innovation: float  # normalised, of the frame's first correction
+    P0: FloatArray  # (n, n). Covariance of the prediction as it was used, maybe inflated
+    carried: BoolArray  # (n,). False for numbers that were looked for anew
+    particles: Particles | None = None  # for the next frame's prediction
 
 
 class Estimator(ABC):

@@ -1,15 +1,17 @@
 """One tracked frame, and a run made of many.
 
 A tracker's limbs have a turn about their own axis that no state keeps, and its covariance is about
-the axes of limbs turned so. What is kept together with the state is about the axes of the chain
-that the state stands for (:func:`pose_of_state`), so that both can be used together.
+the axes of limbs turned so. A run keeps it about the axes of the chain that its state stands for
+(:func:`pose_of_state`), so that both fit together.
 """
 
 from __future__ import annotations
 
 import json
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,7 @@ from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
 from stereotrack_core.parameters import Value
 from stereotrack_core.plain_data import plain
+from stereotrack_core.pose_model.installation import detector_versions
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import calibration_fingerprint
@@ -33,50 +36,30 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
 
-LOOKED_AGAIN = "looked_again"
-"""Key in a run's meta: first and last frames of the stretches that a second look has changed."""
-
-DETECTED_SCENES = "detected_scenes"
-"""Key in a run's meta: mono views whose empty scene was made with the pose detector."""
+LOOKED_AGAIN = "looked_again"  # key in a run's meta: stretches that a second look changed
+DETECTED_SCENES = "detected_scenes"  # key in a run's meta: views whose empty scene was detected
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
     """What tracking gave, frame by frame; F frames, n states, S stages."""
 
-    frame: IntArray
-    """(F,). Frame numbers of the recording."""
-    landmarks: FloatArray
-    """(F, 9, 3), world, metres. NaN where not tracked; in the order of ``LANDMARKS``."""
-    x: FloatArray
-    """(F, n). State; NaN where not tracked. Metres and radians, see `state_names`."""
-    P: FloatArray
-    """(F, n, n). Covariance of the error state."""
+    frame: IntArray  # (F,). Frame numbers of the recording.
+    landmarks: FloatArray  # (F, 9, 3), world, metres. NaN where not tracked; as ``LANDMARKS``
+    x: FloatArray  # (F, n). State; NaN where not tracked. Metres and radians, see `state_names`.
+    P: FloatArray  # (F, n, n). Covariance of the error state.
     state_names: tuple[str, ...]
-    tracked: BoolArray
-    """(F,)."""
-    unexplained_fraction: FloatArray
-    """(F,). Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``."""
-    residual: FloatArray
-    """(F,), metres. Weighted root mean square of the residuals after the last correction."""
-    innovation: FloatArray
-    """(F,). Normalised, see :class:`Estimate`: of the points of the frame's first correction, over
-    the standard deviations predicted of them."""
-    limb_sigma_deg: FloatArray
-    """(F, 6). Standard deviation of each limb's direction, in the order of ``LIMBS``."""
-    limb_lost: FloatArray
-    """(F, 6). Probability that the limb's direction is more than 45 deg off, in the order of
-    ``LIMBS``; NaN where not known: for torso and head."""
-    seconds: FloatArray
-    """(F, S). Wall time of each stage."""
+    tracked: BoolArray  # (F,)
+    unexplained_fraction: FloatArray  # (F,), 0 is best; ``coverage`` in the run file
+    residual: FloatArray  # (F,), metres. Weighted root mean square after the last correction
+    innovation: FloatArray  # (F,). Of the first correction, normalised; see :class:`Estimate`
+    limb_sigma_deg: FloatArray  # (F, 6). Standard deviation of each limb's direction
+    limb_lost: FloatArray  # (F, 6). Probability of more than 45 deg error; NaN where not known
+    seconds: FloatArray  # (F, S). Wall time of each stage.
     stage_names: tuple[str, ...]
-    meta: Mapping[str, Any]
-    """Program version, preset, parameters, seed, recording and its fingerprint, subject;
-    JSON-serialisable."""
+    meta: Mapping[str, Any]  # JSON-serialisable: version, parameters, seed, recording, subject
     landmark_names: tuple[str, ...] = LANDMARKS
-    keypoints: Keypoints | None = None
-    """2-D keypoints that were measurements, given or seen by the pose detector; None if there were
-    none, and for files of older versions."""
+    keypoints: Keypoints | None = None  # given, or seen by the pose detector
 
     def seen(self, frame: int) -> Keypoints | None:
         """What the pose detector saw in a frame; None if none looked, or the run does not say."""
@@ -94,16 +77,11 @@ class TrackedFrame:
 
     frame: int
     estimate: Estimate
-    landmarks: FloatArray
-    """(9, 3), world, metres. NaN where not tracked."""
+    landmarks: FloatArray  # (9, 3), world, metres. NaN where not tracked.
     cloud: Cloud
-    seconds: Mapping[str, float]
-    """By stage name."""
-    contradicted: float = float("nan")
-    """See :func:`contradicted_share`; NaN also in most frames, which were not asked."""
-    keypoints: Keypoints | None = None
-    """What the pose detector has seen, empty if it saw nothing or passed the frame over; None if
-    there is no detector."""
+    seconds: Mapping[str, float]  # by stage name
+    contradicted: float = float("nan")  # :func:`contradicted_share`; NaN if not asked
+    keypoints: Keypoints | None = None  # seen by the pose detector; None without one
 
     def without_cloud(self) -> TrackedFrame:
         """The same frame without its cloud and correspondences, to be kept in numbers."""
@@ -156,12 +134,11 @@ class Replaced:
     """Frames of a run from one on, in the place of all that it had from there."""
 
     first: int
-    frames: tuple[TrackedFrame, ...]
-    """Empty if they are tracked anew."""
+    frames: tuple[TrackedFrame, ...]  # empty if they are tracked anew
 
     def into(self, found: Sequence[TrackedFrame]) -> list[TrackedFrame]:
         """Frames of the run with these in their place, without clouds."""
-        kept = [one for one in found if one.frame < self.first]
+        kept = found[: bisect_left(found, self.first, key=attrgetter("frame"))]
         return [*kept, *(one.without_cloud() for one in self.frames)]
 
 
@@ -188,37 +165,25 @@ class Origin:
     """Where a run comes from: all that is needed to repeat it."""
 
     recording: Recording
-    fingerprint: str
-    """Of the recording's files."""
+    fingerprint: str  # of the recording's files
+    # With the frames that were asked for and the views that were used. Pictures in colour have grey
+    # values that differ a little.
     spec: RunSpec
-    """With the frames that were asked for and the views that were used; a run that was stopped has
-    fewer frames. Pictures in colour have grey values that differ a little."""
     state_names: tuple[str, ...]
-    shape: BodyShape
-    """Of the body that was tracked: the settings', or what was fitted."""
-    detections: Detections | None = None
-    """Keypoints of head and hands that the recording has."""
-    smoothed: bool = False
-    """Whether the frames went through the backward pass."""
-    bridged: tuple[int, ...] = ()
-    """Frames that were not tracked and whose poses come from the backward pass alone."""
-    given: str = "pose"
-    """Where a first pose came from that was given and not looked for, in words."""
+    shape: BodyShape  # of the body that was tracked: the settings', or what was fitted
+    detections: Detections | None = None  # keypoints of head and hands that the recording has
+    smoothed: bool = False  # whether the frames went through the backward pass
+    bridged: tuple[int, ...] = ()  # untracked frames with poses of the backward pass
+    given: str = "pose"  # where a given first pose came from, in words
     began: FirstFrame | None = None
-    made: str = ""
-    """When tracking began, ISO 8601, UTC."""
-    resumed_at: tuple[int, ...] = ()
-    """Frames with which tracking went on after it had been stopped."""
-    heading: Mapping[str, Any] | None = None
-    """How sure it is which way the person faces; None where that was not looked for."""
-    detector: str = ""
-    """Pose detector that looked at the pictures; empty if none did."""
-    detected_scenes: tuple[str, ...] = ()
-    """Mono views whose empty scene was made with the pose detector."""
-    looked_again: tuple[tuple[int, int], ...] = ()
-    """First and last frames of stretches that a second look has changed."""
+    made: str = ""  # when tracking began, ISO 8601, UTC
+    resumed_at: tuple[int, ...] = ()  # frames with which tracking went on after it had been stopped
+    heading: Mapping[str, Any] | None = None  # how sure the heading is, if looked for
+    detector: str = ""  # pose detector that looked at the pictures; empty if none did
+    detected_scenes: tuple[str, ...] = ()  # mono views with a detected empty scene
+    looked_again: tuple[tuple[int, int], ...] = ()  # stretches changed by a second look
+    # Parameters of depth that follow from the recording.
     from_recording: Mapping[str, Value] = field(default_factory=dict)
-    """Parameters of depth that were not as asked for but follow from the recording."""
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
@@ -245,13 +210,13 @@ class Origin:
             "began_from": None if self.began is None else _pose_values(self.began.pose),
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
             "detections": _detection_facts(self.detections),
-            "keypoints": _keypoint_facts(spec.used_keypoints),
+            "keypoints": _detection_facts(spec.used_keypoints),
             "clicks": _detection_facts(spec.clicks),
             "detector": self.detector,
             DETECTED_SCENES: list(self.detected_scenes),
             "colour": bool(spec.colour),
             "calibration": calibration_fingerprint(self.recording),
-            "versions": versions(),
+            "versions": versions() | detector_versions(),
             "made": self.made,
             "resumed_at": list(self.resumed_at),
             "heading": None if self.heading is None else dict(self.heading),
@@ -269,24 +234,14 @@ def _pose_values(pose: Pose | None) -> dict[str, Any] | None:
     return {"position": pose.position.tolist(), "rotations": pose.rotations.tolist()}
 
 
-def _detection_facts(detections: Detections | None) -> dict[str, Any] | None:
-    if not detections:
+def _detection_facts(found: Detections | Keypoints | None) -> dict[str, Any] | None:
+    if isinstance(found, Keypoints):
+        source: dict[str, Any] = {"sources": sorted(set(found.source.tolist()))}
+    elif found:
+        source = {"source": found.source}
+    else:
         return None
-    return {
-        "source": detections.source,
-        "fingerprint": detections.fingerprint(),
-        "count": len(detections),
-    }
-
-
-def _keypoint_facts(keypoints: Keypoints | None) -> dict[str, Any] | None:
-    if keypoints is None:
-        return None
-    return {
-        "sources": sorted(set(keypoints.source.tolist())),
-        "fingerprint": keypoints.fingerprint(),
-        "count": len(keypoints),
-    }
+    return {**source, "fingerprint": found.fingerprint(), "count": len(found)}
 
 
 def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
@@ -300,12 +255,9 @@ def assembled(
     meta: Mapping[str, Any],
     keypoints: Keypoints | None = None,
 ) -> Run:
-    """Put tracked frames together to a run whose description is known already.
-
-    `keypoints`: those that the run was given; what the detector saw comes with the frames.
-    """
+    """Put tracked frames together to a run with a meta, and the keypoints that it was given."""
     seen = seen_by_frame(frames)
-    n, names = len(state_names), _stage_names(frames)
+    n, names = len(state_names), tuple(dict.fromkeys(s for one in frames for s in one.seconds))
     states, joints = [frame.x for frame in frames], joints_named(state_names)
     seconds = [[frame.seconds.get(name, 0.0) for name in names] for frame in frames]
     return Run(
@@ -334,33 +286,16 @@ def _covariance(frame: TrackedFrame, joints: tuple[int, ...] | None) -> FloatArr
     return in_chain_axes(frame.pose, frame.x, frame.P, joints)
 
 
-def _stage_names(frames: Sequence[TrackedFrame]) -> tuple[str, ...]:
-    names: dict[str, None] = {}
-    for frame in frames:
-        names |= dict.fromkeys(frame.seconds)
-    return tuple(names)
-
-
 def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
     return np.stack(arrays) if arrays else np.empty((0, *shape))
 
 
 def in_chain_axes(pose: Pose, x: FloatArray, P: FloatArray, joints: tuple[int, ...]) -> FloatArray:
-    """Turn the covariance (n, n) of a manifold error state to the axes of the state's own chain.
+    """Turn the covariance (n, n) of a pose's error state to the axes of the chain of its state x
+    (n,).
 
     Both limbs point the same way, so that tangents t about the pose's axes are T t about the
-    chain's, T the turn between them about the limb. A state of the thesis's joints alone has no
-    manifold: its covariance is returned as it is.
-
-    Parameters
-    ----------
-    pose : Pose
-        As the tracker has it.
-    x : (n,) float64
-        Its state.
-    P : (n, n) float64
-    joints : tuple of int
-        Parts whose joints are in the state.
+    chain's, T the turn between them about the limb. The thesis's joints have no manifold: P stays.
     """
     if joints == THESIS_JOINTS or not np.isfinite(P).all():
         return P

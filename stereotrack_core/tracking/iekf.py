@@ -1,9 +1,4 @@
-"""The step of presets ``accurate`` and ``fast``: measured points look for the model, iterated.
-
-Baselines share with it all but the way from a frame's measurements to the pose.
-"""
-
-from __future__ import annotations
+"""The step of presets ``accurate`` and ``fast``: measured points look for the model, iterated."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -29,21 +24,16 @@ from stereotrack_core.tracking.estimator import (
     Prediction,
     sensors_for,
 )
-from stereotrack_core.tracking.failure.disagreement import carried_on
-from stereotrack_core.tracking.failure.features import Evidence, judged
+from stereotrack_core.tracking.failure.features import Evidence, carried_on, judged
 from stereotrack_core.tracking.part_colours import PartColours
 from stereotrack_core.tracking.residuals.detections import predicted_by_detections
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup, State, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 
-_COARSE = 2
-"""All iterations but the last use every second datum; the variances make up for it."""
-
+_COARSE = 2  # all iterations but the last use every second datum; the variances make up for it
 _WIDE_ITERATIONS = 2
-
-_WIDE_ARM = np.radians(40.0)
-"""Standard deviation of the arms' joints around a proposal."""
+_WIDE_ARM = np.radians(40.0)  # standard deviation of the arms' joints around a proposal
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +42,9 @@ class Follower:
 
     setup: Setup
     estimator: Estimator
-    uses_colours: bool = False
-    """Whether colours of the parts are learned and compared, if the parameters give them weight."""
-    uses_async_detections: bool = False
-    """Whether detections that come between two frames correct the prediction."""
-    judges: bool = True
-    """Whether estimates state how likely limbs are lost; who only looks for a pose needs it not."""
+    uses_colours: bool = False  # whether parts' colours are learned, if they have weight
+    uses_async_detections: bool = False  # whether those between frames count
+    judges: bool = True  # whether estimates state limb failures, as searches need not
 
     @cached_property
     def sensors(self) -> tuple[Sensor, ...]:
@@ -65,15 +52,11 @@ class Follower:
         return sensors_for(self.setup.parameters)
 
     def first(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> State:
-        """State at a pose that is roughly right.
+        """State at a pose that is roughly right, of frame `time` or the one before the next
+        cloud's.
 
-        Parameters
-        ----------
-        time : float, optional
-            Frame that it belongs to; where not given, the one before the next cloud's.
-        P : (n, n) float64, optional
-            Covariance of a pose that an earlier frame gave, used if it is one of this filter's
-            error state; else that of a first pose.
+        `P` (n, n) is used if it is of this filter's error state; else the covariance is a first
+        pose's.
         """
         state, p = self.setup.first_state(pose, time), self.setup.parameters
         if P is not None and P.shape == state.P.shape:
@@ -100,8 +83,14 @@ class Follower:
         said = carried_on(*last, cloud.keypoints, self.setup.body, pose)
         kept = before.colours, found.particles
         after = State(pose, found.P, cloud.frame, False, said, *kept)
-        corrected = _Correction(before, predicted, found, after)
-        return after, self._judged(cloud, corrected, perf_counter() - begun)
+        seconds = {"track": perf_counter() - begun}
+        estimate = replace(self._estimate(before, predicted, found, after), seconds=seconds)
+        if not self.judges:
+            return after, estimate
+        dX = sigma_deviations(after.P, self.setup.weights)
+        spread = displaced(pose, dX, self.setup.joints)
+        movement = difference(pose, before.pose, self.setup.joints)
+        return after, judged(estimate, cloud, self.setup, Evidence(spread, movement, said))
 
     def predicted(self, state: State, cloud: Cloud) -> Prediction:
         """Predict that the body stays; detections on the way to the frame correct it."""
@@ -134,50 +123,31 @@ class Follower:
     def tried(
         self, other: State, current: State, cloud: Cloud, recorder: StepRecorder | None
     ) -> tuple[State, Estimate]:
-        """Estimate a frame from another state than the current one.
-
-        No backward pass goes beyond the frame.
-        """
+        """Estimate a frame from another state; no backward pass goes beyond it."""
         start = replace(other, is_first=True, colours=current.colours, particles=None)
         return self.step(start, cloud, recorder)
 
-    def _judged(self, cloud: Cloud, corrected: _Correction, seconds: float) -> Estimate:
-        """State the pose with the signs by which it can be judged."""
-        setup, found, state = self.setup, corrected.found, corrected.after
-        learned, surface = corrected.predicted.learned, found.surface
+    def _estimate(
+        self, before: State, predicted: Prediction, found: Posterior, state: State
+    ) -> Estimate:
+        """State what was found, in the `state` after the step."""
+        learned, surface = predicted.learned, found.surface
         P0 = found.P0 if learned is None else found.P0 + learned
-        prior = None if corrected.before.is_first else Prior(P0, found.carried)
+        prior = None if before.is_first else Prior(P0, found.carried)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
         squared = squared if len(weight) else float("nan")
-        estimate = Estimate(
+        return Estimate(
             tracked=True,
             reason="",
             pose=state.pose,
-            x=state_of_pose(state.pose, setup.joints),
+            x=state_of_pose(state.pose, self.setup.joints),
             P=state.P.copy(),
             residual=float(np.sqrt(squared)),
             innovation=found.innovation,
             correspondences=surface.pairs(),
-            seconds={"track": seconds},
             prior=prior,
         )
-        if not self.judges:
-            return estimate
-        dX = sigma_deviations(state.P, setup.weights)
-        spread = displaced(state.pose, dX, setup.joints)
-        movement = difference(state.pose, corrected.before.pose, setup.joints)
-        return judged(estimate, cloud, setup, Evidence(spread, movement, state.disagreement))
-
-
-@dataclass(frozen=True, eq=False)
-class _Correction:
-    """States of one step: before it, predicted, as the estimator found it, and after it."""
-
-    before: State
-    predicted: Prediction
-    found: Posterior
-    after: State
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,10 +158,7 @@ class _Corrected(Belief):
 
 
 class IteratedEstimator(Estimator):
-    """Iterated posterior linearisation of the distances to the surface, and a search for the arms.
-
-    Keeps nothing from frame to frame, so that many filters may share one.
-    """
+    """Iterated posterior linearisation of the distances, and an arm search; keeps nothing."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -239,9 +206,8 @@ class IteratedEstimator(Estimator):
     def _inflated(self, predicted: Belief, found: Belief) -> Belief:
         """Inflate the prior where the data ask for more movement than it allows for.
 
-        Position, rotation and every joint are judged alone by the distance that they were moved
-        over its expected value. A narrow prior holds still limbs still, and yet nothing that
-        moves fast is held back.
+        Position, rotation and every joint are judged alone by the distance moved over its expected
+        value: still limbs are held still, and nothing that moves fast is held back.
         """
         joints, P0 = self.setup.joints, predicted.P
         moved = difference(found.pose, predicted.pose, joints) ** 2 / np.diagonal(P0)

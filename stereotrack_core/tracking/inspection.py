@@ -1,7 +1,5 @@
 """Do a frame of a recording once more, with a trace of what the step did."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,26 +38,9 @@ class RecordedStep:
 
 
 def beginning_at(
-    model: TrackModel,
-    cloud: Cloud,
-    before: Estimate | None = None,
-    here: Estimate | None = None,
+    model: TrackModel, cloud: Cloud, before: Estimate | None = None, here: Estimate | None = None
 ) -> tuple[TrackState, str]:
-    """State before a frame of a run; where nobody was, the person is looked for.
-
-    Parameters
-    ----------
-    cloud : Cloud
-        Of the frame.
-    before, here : Estimate or None
-        Estimates of the run for the frame before, and for the frame itself.
-
-    Returns
-    -------
-    state : TrackState
-    words : str
-        A sentence that says where the step begins.
-    """
+    """State before a frame, by the run's estimates before and `here`, and a sentence on it."""
     if before is not None and before.tracked:
         P = before.P if np.isfinite(before.P).all() else None
         besides = _DRAWN if isinstance(model, ThesisModel) else _LEARNED

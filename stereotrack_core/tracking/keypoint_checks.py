@@ -1,8 +1,6 @@
 """Keypoints that disagree with the body that was tracked: of which view, how often, how far."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -13,22 +11,15 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.sighted_keypoints import KeypointsInViews, keypoints_in_views
 from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
 
+# Metres from the body, at the person's distance, from which a keypoint disagrees with it. Guessed
+# ones behind the trunk are up to 0.1 m off.
 _FAR = 0.15
-"""Metres from the body, at the person's distance, from which a keypoint disagrees with it. Guessed
-ones behind the trunk are up to 0.1 m off."""
-
+# Share of a view's pictures in which a keypoint that is named disagrees at least, two standard
+# deviations below the share that was found; usual detectors have gross errors in less than 0.1.
 _OFTEN = 0.2
-"""Share of a view's pictures in which a keypoint that is named disagrees at least, two standard
-deviations below the share that was found; usual detectors have gross errors in less than 0.1."""
-
-_FEWEST = 5
-"""Pictures without which nothing is said about a keypoint in a view."""
-
-_MOST_FRAMES = 150
-"""Frames that are looked at, spread over the run: the window does it at the end of a run."""
-
-_NAMED = 6
-"""Keypoints that are named; the others are counted."""
+_FEWEST = 5  # pictures without which nothing is said about a keypoint in a view
+_MOST_FRAMES = 150  # looked at, spread over the run: the window does it at the end of a run
+_NAMED = 6  # keypoints that are named; the others are counted
 
 
 def keypoint_fits(
@@ -50,14 +41,7 @@ def disagreeing_keypoints(
 ) -> tuple[str, ...]:
     """A clause that names the keypoints that disagree with the body; none if all agree.
 
-    Parameters
-    ----------
-    poses : sequence of (int, Pose)
-        Of the tracked frames.
-    views : sequence of str
-        Views of the recording that were tracked with.
-    keypoints : Keypoints or None
-        That were tracked with.
+    `poses` are of the tracked frames; `views` and `keypoints` were tracked with.
     """
     if keypoints is None or not poses:
         return ()
@@ -69,19 +53,14 @@ def disagreeing_keypoints(
         for k, v in np.argwhere(np.isfinite(pixels)).tolist():
             one = off.setdefault((fit.seen.names[k], fit.seen.cameras[v]), [])
             one.append((float(pixels[k, v]), float(fit.off[k, v])))
-    return _clauses(off, {view.image.camera: view.name for view in recording.views})
-
-
-def _clauses(
-    off: Mapping[tuple[str, str], Sequence[tuple[float, float]]], views: Mapping[str, str]
-) -> tuple[str, ...]:
+    views_of = {view.image.camera: view.name for view in recording.views}
     found: list[tuple[float, str]] = []
     for (name, camera), distances in off.items():
         pixels, metres = np.array(distances).T
         share = float(np.mean(metres > _FAR))
         uncertain = float(np.sqrt(share * (1.0 - share) / len(pixels)))
         if len(pixels) >= _FEWEST and share - 2.0 * uncertain >= _OFTEN:
-            where = views.get(camera, camera)
+            where = views_of.get(camera, camera)
             how = f"{100 * share:.0f} %, median {np.median(pixels):.0f} px"
             found.append((-share, f"{name} in {where} ({how})"))
     if not found:

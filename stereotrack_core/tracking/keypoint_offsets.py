@@ -6,8 +6,6 @@ frames and offsets are adjusted together, and each pose is eliminated: what a po
 as well says nothing about an offset, and the prior keeps that as it was.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,34 +19,28 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.residuals.limits import limit_rows
-from stereotrack_core.tracking.residuals.projection import pixel_gradients
-from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
+from stereotrack_core.tracking.residuals.reprojection import (
+    KeypointFit,
+    KeypointObservation,
+    pixel_gradients,
+)
 from stereotrack_core.tracking.residuals.silhouette import silhouettes_of
+from stereotrack_core.tracking.shape_fit import shape_with
 from stereotrack_core.tracking.state import Setup
 
-OFFSETS: tuple[str, ...] = tuple(
-    row.name for row in BodyShape.rows() if row.name.startswith("keypoint_")
-)
-"""The offsets among the numbers of a body's shape."""
-
+# The offsets among the numbers of a body's shape.
+OFFSETS = tuple(row.name for row in BodyShape.rows() if row.name.startswith("keypoint_"))
+# Metres by which detectors differ from the present shape; those to the front are held firmly, as
+# all of them together cannot be told from a body that leans.
 _PRIOR_SIGMA, _FORWARD_SIGMA = 0.02, 0.005
-"""Metres by which detectors differ from the present shape; those to the front are held firmly, as
-all of them together cannot be told from a body that leans."""
-
-_POSE_SIGMA = 0.5
-"""Metres and radians: poses are hardly held back."""
-
-_TOGETHER = 3.0
-"""Frames that are one independent measurement: a detector errs alike in successive pictures."""
+_POSE_SIGMA = 0.5  # metres and radians: poses are hardly held back
+_TOGETHER = 3.0  # frames that are one measurement: a detector errs alike in successive pictures
 
 
 def fitted_offsets(setup: Setup, seen: Sequence[tuple[Pose, Cloud]]) -> BodyShape:
     """The body's shape with the offsets that the keypoints of some frames show.
 
-    Parameters
-    ----------
-    seen : sequence of (Pose, Cloud)
-        Frames that are tracked with the present shape, and their poses.
+    `seen`: frames that are tracked with the present shape, and their poses.
     """
     shape = setup.body.shape
     start = np.array([float(shape.values()[name]) for name in OFFSETS])
@@ -63,14 +55,7 @@ def fitted_offsets(setup: Setup, seen: Sequence[tuple[Pose, Cloud]]) -> BodyShap
             reduced, right = _frame(setup, pose, cloud, fit, moves)
             A += reduced / _TOGETHER
             b += right / _TOGETHER
-    theta = start + np.linalg.solve(A, b)
-    rows = {row.name: row for row in BodyShape.rows()}
-    return shape.replaced(
-        **{
-            name: float(np.clip(value, rows[name].minimum, rows[name].maximum))
-            for name, value in zip(OFFSETS, theta, strict=True)
-        }
-    )
+    return shape_with(shape, OFFSETS, start + np.linalg.solve(A, b))
 
 
 def _moves(body: BodyModel) -> dict[str, FloatArray]:

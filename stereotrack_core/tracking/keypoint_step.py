@@ -5,8 +5,6 @@ triangulated keypoints do here: in every frame they propose a pose, which is tak
 clearly better.
 """
 
-from __future__ import annotations
-
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate
@@ -16,14 +14,9 @@ from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import FollowedModel, PersonState
 from stereotrack_core.tracking.step_recorder import StepRecorder
 
-_FEWEST = 6
-"""Keypoints of all cameras without which no pose is told."""
-
-_WORST = 0.6
-"""Cost of the keypoints from which a pose does not explain them."""
-
-_BETTER = 0.08
-"""Cost by which a pose from triangulated keypoints must fit better to be taken."""
+_FEWEST = 6  # keypoints of all cameras without which no pose is told
+_WORST = 0.6  # cost of the keypoints from which a pose does not explain them
+_BETTER = 0.08  # cost by which a pose from triangulated keypoints must fit better to be taken
 
 
 class KeypointModel(FollowedModel):
@@ -36,16 +29,14 @@ class KeypointModel(FollowedModel):
         self, state: PersonState, cloud: Cloud, recorder: StepRecorder | None = None
     ) -> tuple[PersonState, Estimate]:
         """Follow to the next frame's keypoints."""
-        seen, last = cloud.keypoints, state.pose if state.present else None
+        seen, before = cloud.keypoints, state.leader
         if seen is None or seen.count < _FEWEST:
             count = 0 if seen is None else seen.count
-            return self._lost(state.leader, cloud, f"there are only {count} keypoints")
-        proposed = pose_of_keypoints(seen, self.setup.body, last)
-        before = state.leader
+            return self._lost(before, cloud, f"there are only {count} keypoints")
+        proposed = pose_of_keypoints(seen, self.setup.body, state.pose if state.present else None)
         if not state.present:
             if proposed is None:
-                reason = "shoulders and hips are not seen by two cameras"
-                return self._lost(before, cloud, reason)
+                return self._lost(before, cloud, "shoulders and hips are not seen by two cameras")
             state = self.first(proposed, cloud.frame)
             if recorder is not None:
                 recorder.reinitialised()

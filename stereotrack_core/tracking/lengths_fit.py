@@ -1,10 +1,8 @@
 """Lengths of the body, estimated from frames of the sequence itself (docs/method.md 4.12).
 
-Somebody who holds both arms straight shows how long they are altogether, but not where the elbows
-are; so frames with bent elbows are sought, all over the sequence.
+Straight arms show how long they are altogether, but not where the elbows are; so frames with bent
+elbows are sought, all over the sequence.
 """
-
-from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -24,52 +22,24 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, SeenPose, adjusted
 from stereotrack_core.tracking.state import Setup
 
-ESTIMATED = "estimated from the sequence"
-"""Name of a subject whose lengths the program has worked out."""
-
-LENGTH_FRAMES = 600
-"""Frames, the first ones, from which lengths are estimated."""
-
-ESTIMATING_LENGTHS = "estimating the limb lengths"
-"""The stage in which they are tracked, in words."""
-
-_MOST = 400
-"""Frames of which the data are kept; when there are more, every second one is forgotten."""
-
-_BENT, _STRAIGHT = 16, 4
-"""Frames with the elbows most bent, and others, that lengths are fitted to."""
-
-_LEAST = 6
-"""Fewer good frames than this tell nothing."""
-
+ESTIMATED = "estimated from the sequence"  # name of a subject with estimated lengths
+LENGTH_FRAMES = 600  # frames, the first ones, from which lengths are estimated
+ESTIMATING_LENGTHS = "estimating the limb lengths"  # the stage in which they are tracked, in words
+_MOST = 400  # frames of which the data are kept; when there are more, every second one is forgotten
+_BENT, _STRAIGHT = 16, 4  # frames with the elbows most bent, and others, that lengths are fitted to
+_LEAST = 6  # fewer good frames than this tell nothing
 _BENT_ELBOW = np.radians(50.0)
-_SURE = 0.2
-"""Largest probability that an arm is lost in frames that are used."""
-
-_SEEN_OF_HEIGHT = 0.98
-"""Part of somebody's height at which their highest points are seen."""
-
-_AROUND = 0.3
-"""Metres around the middle of somebody who stands in which the head is."""
-
-_LEAST_NEAR = 0.25
-"""Share of the points that is there around the middle of one person; also with both arms out."""
-
-_HEIGHTS = (1.2, 2.3)
-"""Metres: where somebody seems smaller or taller, the world's z = 0 is not the floor."""
-
-_SOLE, _CROWN = 1.0, 99.5
-"""Percentiles of the heights of a person's points that are lowest and highest."""
-
-_STANDING = 1.4
-"""Metres: who seems smaller may sit or stoop."""
-
+_SURE = 0.2  # largest probability that an arm is lost in frames that are used
+_SEEN_OF_HEIGHT = 0.98  # part of somebody's height at which their highest points are seen
+_AROUND = 0.3  # metres around the middle of somebody who stands in which the head is
+_LEAST_NEAR = 0.25  # share of one person's points around the middle, arms out as well
+_HEIGHTS = (1.2, 2.3)  # metres of people; beyond, the world's z = 0 is not the floor
+_SOLE, _CROWN = 1.0, 99.5  # percentiles of a person's heights that are lowest and highest
+_STANDING = 1.4  # metres: who seems smaller may sit or stoop
+# Metres between which the lowest points lie of somebody who stands on z = 0. Floors are told from
+# feet by 15 to 25 cm where views are far away.
 _FEET = (-0.1, 0.3)
-"""Heights in metres between which the lowest points lie of somebody who stands on z = 0. Floors are
-told from feet by 15 to 25 cm where views are far away."""
-
-_EXPLAINED = 0.7
-"""Part of the frames, the best explained ones, that is looked at."""
+_EXPLAINED = 0.7  # part of the frames, the best explained ones, that is looked at
 
 
 @dataclass(frozen=True)
@@ -77,12 +47,9 @@ class EstimatedLengths:
     """Lengths that explain a sequence best."""
 
     proportions: Proportions
-    sigma: Mapping[str, float] = field(default_factory=dict)
-    """Standard deviations by a length's name, metres."""
-    frames: int = 0
-    """That they were fitted to; 0 where nothing but the height is known."""
-    name: str = ESTIMATED
-    """Of the subject that has them."""
+    sigma: Mapping[str, float] = field(default_factory=dict)  # metres, by a length's name
+    frames: int = 0  # that they were fitted to; 0 where nothing but the height is known
+    name: str = ESTIMATED  # of the subject that has them
 
     def subject(self, own: Subject | None = None) -> Subject:
         """Who has these lengths; where the bones lie is taken from the recording's own subject."""
@@ -105,14 +72,7 @@ class _Candidate:
 
 
 def lengths_by_height(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Proportions:
-    """Average proportions, for somebody as tall as who stands in these clouds.
-
-    Parameters
-    ----------
-    clouds : sequence of Cloud
-        Of the first frames, in a world whose floor is at the origin's height; where it is not, the
-        average of all people is given.
-    """
+    """Average proportions for the height in first clouds, if the floor is at z = 0."""
     seen = [_at(upright.points(cloud.points), _CROWN) for cloud in clouds if len(cloud.points)]
     height = float(np.median(seen)) / _SEEN_OF_HEIGHT if seen else float("nan")
     if not _HEIGHTS[0] <= height <= _HEIGHTS[1]:
@@ -122,10 +82,7 @@ def lengths_by_height(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Propo
 
 
 def lengths_of_standing(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Proportions | None:
-    """:func:`lengths_by_height` of somebody who is seen to stand upright on the floor, or None.
-
-    Where feet are not seen, or not at the origin's height, nothing tells how tall somebody is.
-    """
+    """:func:`lengths_by_height` of somebody who is seen to stand upright on the floor, or None."""
     seen = [upright.points(cloud.points) for cloud in clouds if len(cloud.points)]
     if not seen:
         return None
@@ -211,17 +168,7 @@ def estimated_lengths(
     parameters: TrackingParameters,
     joints: tuple[int, ...],
 ) -> EstimatedLengths:
-    """Lengths that explain the data of all frames best, together with the surface.
-
-    Parameters
-    ----------
-    expected : Proportions
-        The start; the fit is held to it by how much people differ, in height and apart from it.
-    shape : BodyShape
-        The surface to start from.
-    joints : tuple of int
-        Joints of the state.
-    """
+    """Lengths that explain all frames best, with the surface; held to what is `expected`."""
     free = FreeBody(expected, shape, lengths=tuple(LENGTH_SIGMAS))
     found = adjusted(free, seen, parameters, joints)
     lengths, _ = free.parts(found.theta)

@@ -1,7 +1,5 @@
 """Runs over the same frames of a recording, side by side: each cloud is made once for all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 
@@ -18,15 +16,7 @@ from stereotrack_core.tracking.tracking import Tracking
 
 
 class LockstepRun:
-    """A run that goes forward frame by frame.
-
-    Attributes
-    ----------
-    error : Exception or None
-        The error that has ended it.
-    seconds : float
-        Time that it would have taken alone, from images to poses.
-    """
+    """A run, frame by frame, until an `error`; `seconds` is what it would have taken alone."""
 
     def __init__(
         self, recording: Recording, spec: RunSpec, frames: range, clouds: CloudTaker
@@ -82,16 +72,9 @@ def track_together(
 ) -> Generator[LockstepRun, None, None]:
     """Make all runs, frame by frame; then give one after the other.
 
-    An error of one run ends no other and is told by the run. Raises Cancelled.
-
-    Parameters
-    ----------
-    recording : Recording
-        As its tracker may know it: without the reference.
-    specs : sequence of RunSpec
-        They agree in all that clouds depend on: depth parameters, colour, views and frames.
-    on_frames : callable, optional
-        Told how many frames more were tracked, over all runs.
+    `specs` agree in depth parameters, colour, views and frames; the recording is without its
+    reference. An error of one run ends no other and is told by the run. `on_frames` is told how
+    many frames more were tracked, over all runs. Raises Cancelled.
     """
     with ExitStack() as stack:
         views = tracked_views(recording, specs[0].views, specs[0].keypoints)

@@ -1,7 +1,5 @@
 """Models of what is tracked: a person in clouds, by keypoints, or as in the thesis."""
 
-from __future__ import annotations
-
 import pkgutil
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -26,12 +24,10 @@ from stereotrack_core.tracking.step import PersonModel, PersonState
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.thesis import ThesisModel, ThesisState
 
+# Body, parameters and cameras of a run; immutable. ``first(pose)`` gives the state before the first
+# frame, ``step(state, cloud)`` the next state and the estimate. A state is a value: steps from
+# equal states are equal to the last bit.
 TrackModel: TypeAlias = PersonModel | KeypointModel | ThesisModel
-"""Body, parameters and cameras of a run; immutable.
-
-Its ``first(pose)`` gives the state before the first frame, its ``step(state, cloud)`` the state
-after a frame and what is estimated of it. A state is a value: a step from the same state gives the
-same to the last bit."""
 
 TrackState: TypeAlias = PersonState | ThesisState
 
@@ -51,7 +47,7 @@ def cameras_of(recording: Recording, views: Sequence[str]) -> FloatArray:
 
 
 _BASELINES = "stereotrack_core.experiments.baselines"
-
+# Loaded by name, because those of experiments are made of parts of the tracker.
 _ESTIMATORS: Mapping[str, str] = MappingProxyType(
     {
         "iterated": f"{IteratedEstimator.__module__}:IteratedEstimator",
@@ -61,8 +57,6 @@ _ESTIMATORS: Mapping[str, str] = MappingProxyType(
         "scalar_distance": f"{_BASELINES}.estimators:ScalarDistance",
     }
 )
-"""Where estimators are, by the parameter's value; loaded by name, because those of experiments are
-made of parts of the tracker."""
 
 
 def model_for(
@@ -98,8 +92,8 @@ def initialiser_for(
 ) -> PersonModel:
     """A model that only looks for first poses: without colours and detections between frames.
 
-    The thesis begins from a known pose; its body, without legs, is not made for search, so for
-    it another body of the same lengths is looked for.
+    The thesis begins from a known pose; its body, without legs, is not made for search, so that
+    another one of the same lengths is looked for.
     """
     if settings.tracking.matching == "model_to_data":
         body = body_model(proportions_of(recording.subject))

@@ -15,62 +15,33 @@ from stereotrack_core.body.skeleton import HEAD, LIMB_OF_PART, TORSO
 from stereotrack_core.body.surface import in_cone, nearest_on_surface
 from stereotrack_core.compiled import compiled
 
-_OFFSET = 10.0
-"""Levels added to every channel, so that noise in the dark counts little."""
-
-FLOOR = np.array([0.20, 0.06, 0.06])
-"""Standard deviations that shading and noise give to brightness and to both colour ratios of a
-single stuff."""
+_OFFSET = 10.0  # levels added to every channel, so that noise in the dark counts little
+FLOOR = np.array([0.20, 0.06, 0.06])  # of brightness and both colour ratios of a single stuff
 
 
 def colour_features(colours: FloatArray) -> FloatArray:
-    """Logarithms (N, 3) of brightness, of red to green, and of blue to green.
-
-    Parameters
-    ----------
-    colours : (N, 3) float64
-        BGR from 0 to 255; NaN stays NaN.
-    """
+    """Logarithms (N, 3) of brightness, red to green, blue to green, of BGR (N, 3), 0 to 255."""
     blue, green, red = np.log(np.maximum(colours, 0.0) + _OFFSET).T
     return np.stack([(blue + green + red) / 3.0, red - green, blue - green], axis=1)
 
 
-_HEIGHTS, _ANGLES = 6, 8
-"""Patches along and around a cone; limbs turn unseen about their axes and have one around."""
-
-_NEAR, _APART = 0.03, 0.07
-"""Metres: a datum this near to a part and this far from all others surely belongs to it."""
-
-_FAR = 0.25
-"""Metres from a cone's surface beyond which its colour is not asked for."""
-
-_TAUGHT = 2
-"""Every so many data teach colours; more cost time and add little."""
-
-_MEMORY = 0.98
-"""Share of the learned colours that is kept from frame to frame: light and view change slowly."""
-
-_LEAST = 8.0
-"""Data without which a patch's colour is not known."""
-
-_MOST = 3.0
-"""Standard deviations at which a colour is as foreign as it can be."""
-
-_UNKNOWN = 1.0
-"""Standard deviations that a patch of unknown colour is taken to differ by: as much as its own
-data would on average."""
+_HEIGHTS, _ANGLES = 6, 8  # patches along and around a cone; limbs turn unseen and have one around
+_NEAR, _APART = 0.03, 0.07  # metres of a datum that surely belongs: to a part, and to all others
+_FAR = 0.25  # metres from a cone's surface beyond which its colour is not asked for
+_TAUGHT = 2  # every so many data teach colours; more cost time and add little
+_MEMORY = 0.98  # share that is kept from frame to frame: light and view change slowly
+_LEAST = 8.0  # data without which a patch's colour is not known
+_MOST = 3.0  # standard deviations at which a colour is as foreign as it can be
+_UNKNOWN = 1.0  # sigmas of a patch of unknown colour: as much as its own data on average
 
 
 @dataclass(frozen=True, eq=False)
 class PartColours:
     """Mean and variance of the colours of every cone's patches: C cones, H heights, A angles."""
 
-    count: FloatArray
-    """(C, H, A). Data that have taught each patch, with older ones counting less."""
-    mean: FloatArray
-    """(C, H, A, 3). Of :func:`colour_features`."""
-    square: FloatArray
-    """(C, H, A, 3). Mean of their squares."""
+    count: FloatArray  # (C, H, A). Data that have taught each patch, with older ones counting less.
+    mean: FloatArray  # (C, H, A, 3). Of :func:`colour_features`.
+    square: FloatArray  # (C, H, A, 3). Mean of their squares.
 
     @classmethod
     def unknown(cls, body: BodyModel) -> PartColours:
@@ -83,13 +54,8 @@ class PartColours:
     ) -> FloatArray:
         """Standard deviations (N, C), root mean square over the three features, capped.
 
-        Parameters
-        ----------
-        data : (N, 3) float64, world
-        features : (N, 3) float64
-            See :func:`colour_features`; NaN counts as unknown.
-        frames : PartFrames
-            Of one pose.
+        `data` (N, 3), world, have `features` (N, 3) of :func:`colour_features`; NaN counts as
+        unknown.
         """
         variance = np.maximum(self.square - self.mean**2, 0.0) + FLOOR**2
         known = self.count >= _LEAST

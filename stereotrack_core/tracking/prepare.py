@@ -1,7 +1,5 @@
 """All that has to be known before the first frame: background, lengths, shape and first pose."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from contextlib import closing
@@ -55,12 +53,9 @@ class Start:
     """Where another run was, from which tracking goes on."""
 
     pose: Pose
-    P: FloatArray | None = None
-    """(n, n). Its covariance, used if the model has the same state; None for a first pose."""
-    shape: BodyShape | None = None
-    """Shape of the body; None: as the settings have it."""
-    look: SecondLook | None = None
-    """Second look of the other run, up to the frame of the pose."""
+    P: FloatArray | None = None  # (n, n), used if the model has the same state
+    shape: BodyShape | None = None  # shape of the body; None: as the settings have it
+    look: SecondLook | None = None  # second look of the other run, up to the frame of the pose
 
 
 def prepare(
@@ -68,8 +63,7 @@ def prepare(
 ) -> Tracking:
     """Learn the background, estimate lengths and shape, find the first pose, as the settings ask.
 
-    Clouds that are made for it are kept until they are tracked. A run that was `begun` and stopped
-    is restored, to go on to the last bit as if it had not been stopped.
+    A run that was `begun` and stopped goes on to the last bit as if it had not been stopped.
     """
     hooks, run = hooks or Hooks(), unprepared(clouds)
     clouds.learn(clouds.frames, hooks)
@@ -114,6 +108,8 @@ def unprepared(clouds: Clouds) -> Tracking:
     settings, spec, recording = clouds.settings, clouds.spec, clouds.recording
     watched = is_found(spec.init) and given_heading(spec.init) is None and settings.follows_data
     model = model_of(clouds, recording, body_of_subject(recording.subject, settings.body))
+    # One view hides arms in all tries alike; a learning background does not give the same clouds.
+    may_look_again = len(clouds.chain.view_names) > 1 and not clouds.chain.learns
     return Tracking(
         clouds=clouds,
         recording=recording,
@@ -121,7 +117,7 @@ def unprepared(clouds: Clouds) -> Tracking:
         state=model.absent(),
         init=spec.init,
         heading=HeadingWatch(recording.fps) if watched and clouds.have_depth else None,
-        look=SecondLook(settings.tracking.second_look if clouds.may_look_again else 0),
+        look=SecondLook(settings.tracking.second_look if may_look_again else 0),
         made=datetime.now(UTC).isoformat(timespec="milliseconds"),
     )
 

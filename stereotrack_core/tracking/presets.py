@@ -1,7 +1,5 @@
 """Named settings: ``thesis``, ``accurate``, ``fast``, baselines to compare with, a person's own."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,13 +23,11 @@ _ESTIMATORS: Mapping[str, Value] = MappingProxyType(
     }
 )
 
-BASELINES: tuple[str, ...] = tuple(_ESTIMATORS)
-"""Presets that differ from ``accurate`` in the estimator alone."""
+BASELINES: tuple[str, ...] = tuple(_ESTIMATORS)  # only their estimator is not ``accurate``
 
 PRESETS: tuple[str, ...] = ("accurate", "thesis", "fast", *BASELINES)
 
-SUFFIX = ".toml"
-"""A preset's name that ends so names a file that holds one."""
+SUFFIX = ".toml"  # a preset's name that ends so names a file that holds one
 
 
 @dataclass(frozen=True)
@@ -39,20 +35,12 @@ class UserPreset:
     """Settings that somebody has named."""
 
     name: str
-    base: str
-    """One of :data:`PRESETS`, from which all other values come."""
-    values: Mapping[str, Value] = field(default_factory=dict)
-    """What differs from it, by the parameter's name."""
+    base: str  # one of :data:`PRESETS`, from which all other values come
+    values: Mapping[str, Value] = field(default_factory=dict)  # what differs from it, by name
 
     @property
     def settings(self) -> Settings:
-        """All values.
-
-        Raises
-        ------
-        InputError
-            For an unknown base or parameter, or a value outside its range.
-        """
+        """All values; InputError for an unknown base or parameter, or a value outside its range."""
         return preset(self.base).replaced(**self.values)
 
 
@@ -100,11 +88,8 @@ def preset(name: str, changes: Sequence[str] = ()) -> Settings:
 def read_preset(path: Path) -> UserPreset:
     """The preset that a TOML file holds; one without a name gets the file's.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read, or names an unknown base or parameter, or gives a value
-        outside its range.
+    Raises InputError for an unreadable file, an unknown base or parameter, or a value outside its
+    range.
     """
     facts = load_toml(path)
     for key in facts:
@@ -129,13 +114,7 @@ def read_preset(path: Path) -> UserPreset:
 
 
 def write_preset(path: Path, preset: UserPreset) -> None:
-    """Write a preset so that :func:`read_preset` gives it again.
-
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
-    """
+    """Write a preset for :func:`read_preset`; InputError if the file cannot be written."""
     write_file(path, tomli_w.dumps(dataclasses.asdict(preset)))
 
 

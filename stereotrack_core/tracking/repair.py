@@ -1,12 +1,9 @@
 """Repair of stretches before clicks in which the tracker had lost a limb or the body.
 
-Where clicks put the body elsewhere than it was followed to, it was lost some frames before. From
-the clicked frame it is followed backwards, until both ways agree again, the frame before is clicked
-too, or it cannot be followed any further. Where both ways were explained worst, one gives over to
-the other.
+Where clicks put the body elsewhere, it was lost some frames before. From the clicked frame it is
+followed backwards, until both ways agree again, the frame before is clicked too, or it cannot be
+followed. Where both ways were explained worst, one gives over to the other.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -24,34 +21,15 @@ from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import PersonModel
 from stereotrack_core.tracking.tracking import Tracking
 
-REPAIRED = "repaired"
-"""Key in a run's meta: frames that were followed backwards from a clicked one."""
-
-_AGREE = 3
-"""Successive frames in which both ways agree before the stretch is taken to be over."""
-
-_UNTRACKED = 1000.0
-"""Cost of a frame that one way does not have."""
+REPAIRED = "repaired"  # key in a run's meta: frames that were followed backwards from a clicked one
+_AGREE = 3  # successive frames in which both ways agree before the stretch is taken to be over
+_UNTRACKED = 1000.0  # cost of a frame that one way does not have
 
 
 def repaired(
     run: Tracking, found: Sequence[TrackedFrame], cancelled: Callable[[], bool] = lambda: False
 ) -> tuple[list[TrackedFrame], list[int]]:
-    """The frames, those that are better followed backwards from a clicked one in their place.
-
-    Parameters
-    ----------
-    found : sequence of TrackedFrame
-        Successive frames, as followed forwards, with clicks.
-    cancelled : callable
-        Asked before every clicked frame whether to stop.
-
-    Returns
-    -------
-    frames : list of TrackedFrame
-    mended : list of int
-        Numbers of those that were replaced.
-    """
+    """Frames with clicks, some exchanged for those followed backwards, and the numbers of these."""
     model, clicks = run.model, run.clouds.spec.clicks or Detections()
     if not isinstance(model, PersonModel):
         return list(found), []

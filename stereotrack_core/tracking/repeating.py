@@ -9,7 +9,7 @@ from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
-from stereotrack_core.pose_model.installation import is_installed
+from stereotrack_core.pose_model.installation import detector_versions, is_installed
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, own_detections
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
@@ -17,37 +17,28 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.frame import DETECTED_SCENES, Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
-from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import pose_of_values, subject_of_meta
 from stereotrack_core.versions import versions
 
-UNSTATED = "pose"
-"""First pose of a run that began with one that it does not state."""
-
+UNSTATED = "pose"  # first pose of a run that began with one that it does not state
 _AGAIN = "Track the recording again with this version."
 
-
-RETRACKED = "retracked"
-"""Key in a run's meta: first and last frames of the stretches that were tracked again."""
+RETRACKED = "retracked"  # key in a run's meta: stretches that were tracked again
 
 
 @dataclass(frozen=True, eq=False)
 class StoredSpec:
     """What a run says about how it was made."""
 
-    spec: RunSpec
-    """Where `init` is :data:`UNSTATED`, the run began with a pose that it does not state."""
-    count: int
-    """How many of the frames were tracked; fewer where the run was stopped."""
-    subject: Subject | None
-    """Whose body was tracked."""
+    spec: RunSpec  # `init` is :data:`UNSTATED` if the run does not state its first pose
+    count: int  # how many of the frames were tracked; fewer where the run was stopped
+    subject: Subject | None  # whose body was tracked
+    # Sources, fingerprint and count of keypoints; `spec` holds them unless an older version made
+    # it.
     keypoints: Mapping[str, Any] | None = None
-    """Sources, fingerprint and count of a 2-D detector's keypoints; `spec` has them unless an older
-    version made it."""
-    clicks: Mapping[str, Any] | None = None
-    """The same of clicks; `spec` is without them."""
-    retracked: bool = False
-    """Whether stretches were tracked again around clicks, so that the whole is not one run."""
+    clicks: Mapping[str, Any] | None = None  # the same of clicks; `spec` is without them
+    retracked: bool = False  # whether stretches were tracked again around clicks
 
     @property
     def states_first_pose(self) -> bool:
@@ -59,10 +50,7 @@ class StoredSpec:
         return dataclasses.replace(recording, reference=None, subject=self.subject)
 
     def keypoints_or_stored(self, given: Keypoints | None) -> tuple[Keypoints | None, str]:
-        """Keypoints to track with, and a sentence if they are not those that the run used.
-
-        Raises InputError if none are given, and the run used some that it does not hold.
-        """
+        """Keypoints, and a sentence if others were used; InputError if they are lacking."""
         if given is None and self.spec.keypoints is not None:
             return self.spec.keypoints, ""
         if self.keypoints is None:
@@ -93,41 +81,30 @@ class StoredSpec:
 
 
 def stored_spec(run: Run) -> StoredSpec:
-    """Read how a run was made.
-
-    Raises
-    ------
-    InputError
-        Where the run has no frame, or its parameters are not those of this program.
-    """
+    """Read how a run was made; InputError without frames or with another version's parameters."""
     meta = run.meta
     if not (len(run.frame) and meta.get("parameters") and meta.get("frames")):
         raise InputError(
             "the run does not state how it was made", where="meta, parameters", remedy=_AGAIN
         )
-    first, end = meta["frames"]
+    (first, end), pose = meta["frames"], meta.get("first_pose")
+    seen = {frame: run.seen(frame) for frame in run.frame.tolist()}
     spec = RunSpec(
         settings=_settings(meta["parameters"]),
         preset=str(meta.get("preset", "")),
         frames=range(int(first), int(end)),
         views=tuple(meta.get("views", ())) or None,
         seed=int(meta.get("seed", 0)),
-        init=_first_pose(meta),
+        init=pose_of_values(pose) if isinstance(pose, dict) else str(meta.get("init", "auto")),
         smooth=bool(meta.get("smoothed", False)),
         colour=meta.get("colour"),
         detector=bool(meta.get("detector") or meta.get(DETECTED_SCENES)),
         keypoints=run.keypoints if meta.get("keypoints") else None,
-        seen=_seen_in(run),
+        seen={frame: found for frame, found in seen.items() if found is not None} or None,
     )
     used = meta.get("keypoints"), meta.get("clicks")
     again = bool(meta.get(RETRACKED))
     return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used, retracked=again)
-
-
-def _seen_in(run: Run) -> dict[int, Keypoints] | None:
-    """By frame, what the pose detector saw in a run; None if the run does not hold it."""
-    rows = {frame: run.seen(frame) for frame in run.frame.tolist()}
-    return {frame: seen for frame, seen in rows.items() if seen is not None} or None
 
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
@@ -173,20 +150,17 @@ def missing_detector(meta: Mapping[str, Any]) -> tuple[str, ...]:
 
 def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
     """Whether other programs compute now than when a run was tracked; a sentence."""
-    then = meta.get("versions", {})
+    then, now = meta.get("versions", {}), versions() | detector_versions()
     changed = [
-        f"{name} {then.get(name, 'unknown')} then, {present} now"
-        for name, present in versions().items()
-        if then.get(name) != present
+        f"{name} {then.get(name, 'unknown')} then, {now.get(name, 'none')} now"
+        for name in {**now, **then}
+        if then.get(name) != now.get(name)
     ]
     return (f"The versions have changed: {'; '.join(changed)}.",) if changed else ()
 
 
 def changed_parameters(parameters: Mapping[str, Any], name: str) -> dict[str, tuple[Any, Any]]:
-    """Parameters that are not the preset's: name to (the preset's value, the value).
-
-    Empty where this version has no preset of that name.
-    """
+    """Parameters that differ from a preset, if known, as (the preset's value, the value)."""
     if name not in PRESETS:
         return {}
     usual = preset(name).values()
@@ -206,10 +180,3 @@ def _settings(stored: Mapping[str, Any]) -> Settings:
             remedy=_AGAIN,
         )
     return Settings().replaced(**stored)
-
-
-def _first_pose(meta: Mapping[str, Any]) -> FirstPose:
-    stored, init = meta.get("first_pose"), str(meta.get("init", "auto"))
-    if not isinstance(stored, dict):
-        return init
-    return pose_of_values(stored)

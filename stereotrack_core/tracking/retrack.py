@@ -21,15 +21,10 @@ from stereotrack_core.worker_processes import Asker
 class Retrack:
     """Tracks a stretch again, as a task of a process; tells the number of every frame done."""
 
-    recording: Recording
-    """With the subject that the run tracked, and no reference."""
-    spec: RunSpec
-    """The run's, with the stretch as its frames and with the clicks."""
-    learned: range
-    """Frames from which the run learned its background."""
-    start: Start | None
-    """Pose of the run before the stretch, with the shape that it tracked; None: found anew, as
-    where the run had nothing before."""
+    recording: Recording  # with the subject that the run tracked, and no reference
+    spec: RunSpec  # the run's, with the stretch as its frames and with the clicks
+    learned: range  # frames from which the run learned its background
+    start: Start | None  # the run's pose before the stretch, with its shape; None: found anew
 
     def __call__(self, asker: Asker) -> Retracked:
         """Do it in the process."""
@@ -40,12 +35,7 @@ class Retrack:
         on_frame: Callable[[int], None] = lambda _frame: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> Retracked:
-        """The stretch tracked forwards with the clicks, and backwards from each of them.
-
-        Raises
-        ------
-        Cancelled
-        """
+        """The stretch tracked with the clicks, and backwards from each; raises Cancelled."""
 
         def ask(*_: object) -> None:
             if cancelled():
@@ -74,17 +64,10 @@ class Retracked:
 
     frames: tuple[TrackedFrame, ...]
     mended: tuple[int, ...]
-    clicks: dict[str, object] | None
-    """Description of the clicks in the run's meta."""
+    clicks: dict[str, object] | None  # description of the clicks in the run's meta
 
     def into(self, run: Run, frames: Sequence[TrackedFrame]) -> Run:
-        """A run with the stretch in the place of its own frames.
-
-        Parameters
-        ----------
-        frames : sequence of TrackedFrame
-            All of the run, in their order.
-        """
+        """A run, given all its frames in their order, with the stretch in the place of its own."""
         new = {one.frame: one for one in self.frames}
         stretches = [*run.meta.get(RETRACKED, ()), [min(new), max(new)]]
         before = [k for k in run.meta.get(REPAIRED, ()) if k not in new]

@@ -1,7 +1,5 @@
 """A recording tracked from its first frame to its last."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 
@@ -25,8 +23,7 @@ from stereotrack_core.tracking.unfinished import UnfinishedRun
 class Advance:
     """Progress of a run: a new frame, or a stretch that replaces earlier frames."""
 
-    run: Tracking
-    """After it."""
+    run: Tracking  # after it
     gained: Replaced
 
 
@@ -35,9 +32,8 @@ def advances(
 ) -> Generator[Advance, None, None]:
     """Track frames in their order; while one is worked on, the next clouds are made.
 
-    Where the frames show that the person has faced the other way, all from the first with somebody
-    are replaced by none and tracked anew, once. Those since a stretch in which arms were doubtful
-    are replaced by a second look at them.
+    If frames show that the person has faced the other way, all from the first with somebody are
+    tracked anew, once. After a stretch with doubtful arms a second look replaces it.
     """
     hooks, rest = hooks or Hooks(), frames
     while True:
@@ -88,14 +84,14 @@ def track(
     begun : UnfinishedRun, optional
         To go on with, to the last bit as if it had never been stopped.
     count : int, optional
-        Tracking ends after so many of the frames, as when a run that was stopped is repeated.
+        Number of frames after which tracking ends.
 
     Raises
     ------
     Cancelled
-        Where a hook raises it before the first frame is done.
+        If a hook raises it before the first frame is done.
     InputError
-        Where a view is unknown or no view gives depth.
+        If a view is unknown or no view gives depth.
 
     Examples
     --------

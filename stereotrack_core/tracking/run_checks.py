@@ -1,7 +1,4 @@
-"""What a whole run says: whether body, cameras and clouds fit, and why frames were not tracked.
-
-The counts are those of the depth chain; nothing is measured again.
-"""
+"""What a whole run says: whether body, cameras and clouds fit, and why frames were not tracked."""
 
 from __future__ import annotations
 
@@ -29,33 +26,23 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.view_watch import views_left_out
 
 ARMS = [*UPPER_ARMS, *FOREARMS]
-
-WARNINGS = "warnings"
-"""Key of a run's meta."""
-
-HEADING = "heading"
-"""Key of a run's meta: how sure it is which way the person faces."""
-
+WARNINGS = "warnings"  # key of a run's meta
+HEADING = "heading"  # key of a run's meta: how sure it is which way the person faces
+# Probability of a heading below which it is undecided. To turn a run round more is needed: what is
+# right must not be made wrong.
 LIKELY = 0.95
-"""Probability of a heading below which it is told to be undecided. To turn a run round more is
-needed: what is right must not be made wrong."""
-
+# Unexplained fraction, median over the tracked frames, above which nothing fits: sound recordings
+# have 0.05 to 0.28, wrong calibrations 0.15 to 0.6 (docs/runs.md).
 MOST_UNEXPLAINED = 0.3
-"""Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:
-sound recordings have 0.05 to 0.28, those with wrong calibrations 0.15 to 0.6 (docs/runs.md)."""
-
+# Share of the points that other views see through, median over the frames asked, above which views
+# do not fit each other: sound recordings have up to 0.015, wrong calibrations mostly 0.04 to 0.7
+# (docs/runs.md).
 MOST_CONTRADICTED = 0.03
-"""Share of the points that other views see through, median over the frames that were asked, above
-which views do not fit each other: sound recordings have up to 0.015, those with wrong calibrations
-mostly 0.04 to 0.7 (docs/runs.md)."""
-
+# Mean probability that an arm segment is lost above which a run has probably gone wrong: sound runs
+# have 0.03 to 0.08, those that lost 2 to 50 % of the arms 0.16 to 0.47 (docs/runs.md).
 MOST_LOST = 0.12
-"""Mean probability that an arm segment is lost, above which a run has probably gone wrong: sound
-runs have 0.03 to 0.08, those that lost 2 to 50 % of the arms 0.16 to 0.47 (docs/runs.md)."""
-
-_ENOUGH_ARMS = 40
-"""Arm segments of tracked frames without which their mean says little."""
-
+_ENOUGH_ARMS = 40  # arm segments of tracked frames without which their mean says little
+# Measures of pictures, the medians beyond which arms suffer (docs/accuracy.md), and clauses.
 _POOR = (
     ("noise", 6.0, "have noise of {:.0f} grey levels"),
     (
@@ -65,18 +52,10 @@ _POOR = (
         "compression, as by a blur of {:.1f} px",
     ),
 )
-"""Measures of pictures, the medians beyond which arms suffer (docs/accuracy.md), and clauses."""
-
-MOST_LEFT_OUT = 0.05
-"""Share of the frames in which a view may be left out before that is told as a warning."""
-
-_MOST_BESIDE = 0.2
-"""Share of a camera's images in which keypoints may be left out before that is told."""
-
+MOST_LEFT_OUT = 0.05  # share of the frames in which a view may be left out without a warning
+_MOST_BESIDE = 0.2  # share of a camera's images in which keypoints may be left out
 _LEFT, _RIGHT = (LANDMARKS.index(f"{side}_shoulder") for side in ("left", "right"))
-
-_TURNED = np.radians(120.0)
-"""Turn of the shoulders between successive frames that nobody makes."""
+_TURNED = np.radians(120.0)  # turn of the shoulders between successive frames that nobody makes
 
 CHECK = (
     "Look for the cause with `stereotrack info --deep`: it compares the light and the cameras' "
@@ -88,13 +67,8 @@ CHECK = (
 def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ...]:
     """What looks wrong about a run, as clauses; :data:`CHECK` is what to do.
 
-    Parameters
-    ----------
-    frames : iterable of TrackedFrame
-        With or without their clouds.
-    settings : Settings
-        What is unexplained says nothing about trackers whose body has no legs, and about those
-        whose model looks for the data.
+    What is unexplained says nothing about trackers whose body has no legs, or whose model looks for
+    the data.
     """
     every, found = list(frames), []
     views = [frame.contradicted for frame in every if np.isfinite(frame.contradicted)]
@@ -185,19 +159,13 @@ class HeadingWords:
     """What a run says of the way that the person faces."""
 
     brief: str
-    what: str
-    """A clause."""
-    remedy: str
-    """Sentences."""
+    what: str  # a clause
+    remedy: str  # sentences
     undecided: bool = False
 
 
 def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
-    """Words for what a run states as :data:`HEADING`.
-
-    None where the heading was decided by the first frames or likely enough, given, or not looked
-    for, and where too few frames were tracked to tell.
-    """
+    """Words for what a run states as :data:`HEADING`; None where that is no doubt or correction."""
     known = heading or {}
     probability = float(known.get("probability", 0.5))
     enough = int(known.get("frames", ENOUGH)) >= ENOUGH
@@ -297,10 +265,7 @@ class Blindness:
 
 
 def gaps_of(reasons: Sequence[tuple[int, str]]) -> tuple[Gap, ...]:
-    """Join successive frames whose reasons differ in their numbers at most.
-
-    The numbers of a stretch are told from the smallest to the largest.
-    """
+    """Join successive frames whose reasons differ in their numbers at most."""
     gaps: list[tuple[Gap, list[str]]] = []
     for frame, reason in reasons:
         if gaps and gaps[-1][0].end == frame and _kind(gaps[-1][0].reason) == _kind(reason):

@@ -1,7 +1,5 @@
 """What to track of a recording, and how: all that decides how a run comes out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,10 +12,9 @@ from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.parameters import Settings
 
+# ``"auto"``: found without help; ``"auto 90"``: the same of somebody who faces so many degrees from
+# north over east; ``"tpose"``: the T pose facing north; or a pose.
 FirstPose: TypeAlias = str | Pose
-"""``"auto"``: found without help; ``"auto 90"``: the same of somebody who faces so many degrees
-from north over east; ``"tpose"``: the T pose facing north; or a pose."""
-
 AUTO = "auto"
 
 
@@ -44,20 +41,14 @@ class RunSpec:
     """
 
     settings: Settings
-    preset: str = ""
-    """Name of the preset that they were made from, for the run's description."""
-    frames: range | None = None
-    """Half-open; None: all."""
+    preset: str = ""  # name of the preset that they were made from, for the run's description
+    frames: range | None = None  # Half-open; None: all
     views: Sequence[str] | None = None
     """None: all that give depth; where none does, those with keypoints."""
-    seed: int = 0
-    """Of all that is random."""
-    init: FirstPose = AUTO
-    """First pose."""
-    smooth: bool = False
-    """Whether the frames are gone over backwards as well."""
-    keypoints: Keypoints | None = None
-    """Of one person, as a 2-D detector has predicted them."""
+    seed: int = 0  # of all that is random
+    init: FirstPose = AUTO  # first pose
+    smooth: bool = False  # whether the frames are gone over backwards as well
+    keypoints: Keypoints | None = None  # of one person, as a 2-D detector has predicted them
     clicks: Detections | None = None
     """Landmarks that a person clicked, whose kinds are the nine landmarks."""
     colour: bool | None = None
@@ -83,13 +74,10 @@ class RunSpec:
 class Hooks:
     """Functions that a run calls on its way; each may raise :class:`Cancelled`."""
 
+    # told a stage in words, done, count; in any thread
     on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
-    """Told, in any thread, a stage that gives no new frame, in words, and how many of how many of
-    its parts are done."""
-    before_step: Callable[[], None] = lambda: None
-    """Called before each step."""
-    cancelled: Callable[[], bool] = lambda: False
-    """Asked after every frame whether to stop, and keep the frames so far."""
+    before_step: Callable[[], None] = lambda: None  # called before each step
+    cancelled: Callable[[], bool] = lambda: False  # asked after every frame whether to stop
 
 
 def measured_keypoints(

@@ -1,10 +1,8 @@
 """A state as named arrays, to be kept in a file, and a state from them.
 
-A state is a frozen dataclass of arrays, numbers, texts and further states. Each of its numbers gets
-the path of its field as a name, so that no class needs code of its own to be saved.
+A state is a frozen dataclass of arrays, numbers, texts and further states. Each number is named by
+the path of its field, so that no class needs code of its own to be saved.
 """
-
-from __future__ import annotations
 
 import types
 import typing
@@ -17,9 +15,7 @@ from numpy.typing import NDArray
 
 from stereotrack_core.errors import InputError
 
-Arrays: TypeAlias = Mapping[str, NDArray[Any]]
-"""Arrays by name."""
-
+Arrays: TypeAlias = Mapping[str, NDArray[Any]]  # arrays by name
 T = TypeVar("T")
 
 
@@ -46,13 +42,7 @@ def has_state(arrays: Arrays, name: str) -> bool:
 
 
 def restored(kind: type[T], arrays: Arrays, name: str) -> T:
-    """State of a class that was saved under a name.
-
-    Raises
-    ------
-    InputError
-        If the arrays are not those of such a state.
-    """
+    """State of a class that was saved under a name; InputError if the arrays do not fit."""
     try:
         state: T = _restored(kind, arrays, name)
     except (KeyError, ValueError, TypeError) as error:

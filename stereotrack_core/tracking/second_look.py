@@ -1,8 +1,8 @@
 """A second look at stretches in which an arm may be lost: tried again, and the best way taken.
 
-Where arms cross or are hidden, two places of an arm often explain a frame about equally well. Which
-of them is taken is then a matter of chance, and it stays taken for as long as the arms stay. The
-frames of the whole stretch together tell the two apart much better than each of them alone.
+Where arms cross or are hidden, two places of an arm often explain a frame about equally well.
+Chance then takes one, and it stays taken for as long as the arms stay. The frames of the whole
+stretch together tell the two apart much better than each of them alone.
 """
 
 from __future__ import annotations
@@ -34,55 +34,29 @@ from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import SETTLED, PersonModel, PersonState
 
-LOOKING_AGAIN = "looking again at frames with doubtful arms"
-"""The stage, in words."""
-
-SECOND_LOOK = "second_look"
-"""The same as a stage of the frames that come again."""
-
+LOOKING_AGAIN = "looking again at frames with doubtful arms"  # the stage, in words
+SECOND_LOOK = "second_look"  # the same as a stage of the frames that come again
 _ARMS = [*UPPER_ARMS, *FOREARMS]
-
-_DOUBTFUL = 0.08
-"""Probability that some arm segment is lost from which a frame is looked at again."""
-
+_DOUBTFUL = 0.08  # probability that some arm segment is lost from which a frame is looked at again
+# Sum of these probabilities, the frames expected to be lost, from which a stretch is worth a look:
+# undisturbed views of mesh-P4 have up to 0.4, and looking there cost a sixth of the time.
 _LEAST = 0.5
-"""Sum of these probabilities, the frames expected to be lost, from which a stretch is worth a look:
-four undisturbed views of mesh-P4 have up to 0.4, and looking there cost a sixth of the time."""
-
-_BEFORE, _AFTER = 4, 8
-"""Frames without doubt before and after a stretch that are tracked again with it."""
-
-LONGEST = 100
-"""Frames after which a stretch is looked at although it goes on."""
-
-_AGREE = np.radians(15.0)
-"""Angle of every arm segment up to which one way may go over to another."""
-
-_SAME = np.radians(30.0)
-"""Angle up to which tries have come to the same place of an arm segment."""
-
-_AGREED = 0.2
-"""Factor on the probability that it is lost then (docs/failures.md)."""
-
-_FIRST = 2
-"""Tries that are made at first; all others only where these or the way gone come elsewhere."""
-
-_GAIN = 20.0
-"""Cost by which another way must be better altogether to be taken."""
-
-_SEEDS_APART = 1000
-"""Between the seeds of the tries, so that those of runs with seeds 0, 1, 2, ... differ."""
-
-_TOGETHER = 2
-"""Tries that are followed at the same time; each is the same however many are."""
+_BEFORE, _AFTER = 4, 8  # frames without doubt beside a stretch that are tracked again too
+LONGEST = 100  # frames after which a stretch is looked at although it goes on
+_AGREE = np.radians(15.0)  # angle of every arm segment up to which one way may go over to another
+_SAME = np.radians(30.0)  # angle up to which tries have come to the same place of an arm segment
+_AGREED = 0.2  # factor on the probability that it is lost then (docs/failures.md)
+_FIRST = 2  # tries made at first; others only where these or the way gone disagree
+_GAIN = 20.0  # cost by which another way must be better altogether to be taken
+_SEEDS_APART = 1000  # between tries, so that those of runs with seeds 0, 1, ... differ
+_TOGETHER = 2  # tries that are followed at the same time; each is the same however many are
 
 
 @dataclass(frozen=True)
 class LookNumbers:
     """Numbers of a second look from which a stopped run restores it."""
 
-    first: int
-    """First frame that is held; -1 if none is."""
+    first: int  # first frame that is held; -1 if none is
     expected: float
     calm: int
     changed: tuple[tuple[int, int], ...]
@@ -92,23 +66,14 @@ class LookNumbers:
 class SecondLook:
     """Tracked frames since arms have been doubtful, which are looked at again afterwards."""
 
-    tries: int
-    """Number of times that a stretch is tracked again; 0: never."""
-    changed: tuple[tuple[int, int], ...] = ()
-    """First and last frames of the stretches that have been changed."""
-    held: tuple[TrackedFrame, ...] = ()
-    """Without clouds; the first one is where the tries begin."""
-    expected: float = 0.0
-    """Sum of the probabilities that an arm is lost, over doubtful frames."""
-    calm: int = 0
-    """Frames without doubt since the last doubtful one."""
+    tries: int  # number of times that a stretch is tracked again; 0: never
+    changed: tuple[tuple[int, int], ...] = ()  # stretches that were changed, as (first, last)
+    held: tuple[TrackedFrame, ...] = ()  # without clouds; the first one is where the tries begin
+    expected: float = 0.0  # sum of the probabilities that an arm is lost, over doubtful frames
+    calm: int = 0  # frames without doubt since the last doubtful one
 
     def with_frame(self, tracked: TrackedFrame, *, sure: bool) -> SecondLook:
-        """The look after the next frame.
-
-        A frame that is not tracked or was clicked, or whose pose is on trial (not `sure`), ends a
-        stretch without a look.
-        """
+        """The look after the next frame; untracked, clicked or unsure ones end a stretch."""
         if not self.tries or not sure or not tracked.tracked or tracked.cloud.clicks:
             return self.forgotten()
         return self._holding(tracked)
@@ -185,16 +150,13 @@ class SecondLook:
 class LookedAgain:
     """A stretch as a second look leaves it."""
 
-    frames: tuple[TrackedFrame, ...]
-    """All of the stretch, at least with new probabilities that arms are lost."""
-    state: PersonState
-    """From which tracking goes on."""
-    look: SecondLook
-    """After the stretch."""
+    frames: tuple[TrackedFrame, ...]  # all of the stretch, with new limb_lost at least
+    state: PersonState  # from which tracking goes on
+    look: SecondLook  # after the stretch
 
 
+# The clouds of frames, as they are read.
 Ahead: TypeAlias = Callable[[range], AbstractContextManager[Iterable[ReadCloud]]]
-"""Gives the clouds of frames, as they are read."""
 
 
 def looked_again(
@@ -225,7 +187,9 @@ def looked_again(
     for i, (frame, way) in enumerate(zip(found, chosen, strict=True)):
         agreed = (apart[i, way] < _SAME).all(axis=0)
         estimate = _surer(ways[way].estimates[i], agreed, switched=way != chosen[max(0, i - 1)])
-        result.append(_exchanged(frame, estimate, model, spent))
+        points = landmarks(model.setup.body, estimate.pose)
+        seconds = {**frame.seconds, SECOND_LOOK: spent}
+        result.append(replace(frame, estimate=estimate, landmarks=points, seconds=seconds))
     return LookedAgain(tuple(result), state, SecondLook(look.tries, changed, (result[-1],)))
 
 
@@ -235,10 +199,11 @@ def spent_on(frame: TrackedFrame) -> float:
 
 
 def last_settled(frames: Mapping[int, TrackedFrame], frame: int) -> int | None:
-    """The last frame of a run, up to `frame`, whose stated pose alone decides how it went on.
+    """The last frame of a run, up to `frame`, whose stated pose alone decides how it went on, or
+    None.
 
     The tracker went on from another pose inside a stretch that was looked at again, and from more
-    than one while a pose was on trial after a loss. None if there is no such frame.
+    than one while a pose was on trial after a loss.
     """
     while frame in frames:
         spent = spent_on(frames[frame])
@@ -272,10 +237,8 @@ class _Way:
 
     follower: Follower
     state: State
-    cost: Callable[[Pose, Cloud], float]
-    """Cost of a pose in a cloud."""
-    estimates: list[Estimate | None] = field(default_factory=list)
-    """None from the frame on in which it was lost."""
+    cost: Callable[[Pose, Cloud], float]  # cost of a pose in a cloud
+    estimates: list[Estimate | None] = field(default_factory=list)  # None from when it was lost
     costs: list[float] = field(default_factory=list)
 
     @classmethod
@@ -348,16 +311,11 @@ def _apart(model: PersonModel, ways: Sequence[Sequence[Pose | None]]) -> FloatAr
 
 
 def best_way(costs: FloatArray, agree: BoolArray) -> IntArray:
-    """Which of the ways (F,) to be on in each frame, for the least sum of costs.
+    """Which of the ways (F,) to be on in each frame, for the least sum of costs (F, W).
 
-    From one frame to the next it goes over to another way only where both agree in the first
-    (Viterbi, doi:10.1109/TIT.1967.1054010). Way 0 is kept where nothing is clearly better.
-
-    Parameters
-    ----------
-    costs : (F, W) float64
-        Infinite where a way is lost.
-    agree : (F, W, W) bool
+    It goes over to another way only where both agree (F, W, W) in the frame before (Viterbi,
+    doi:10.1109/TIT.1967.1054010). Way 0 is kept where nothing is clearly better. Costs are infinite
+    where a way is lost.
     """
     count, ways = costs.shape
     least, before = costs[0], np.zeros((count, ways), dtype=np.int64)
@@ -375,20 +333,8 @@ def best_way(costs: FloatArray, agree: BoolArray) -> IntArray:
 
 
 def _surer(estimate: Estimate | None, agreed: BoolArray, *, switched: bool) -> Estimate:
-    """An estimate that says whether chance has decided where its arm segments (4,) are.
-
-    Where the way is another than before, no backward pass goes beyond it.
-    """
+    """An estimate with the probabilities by what the tries agreed on; after a switch, no prior."""
     assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
     lost = estimate.limb_lost.copy()
     lost[_ARMS] *= np.where(agreed, _AGREED, 1.0)
     return replace(estimate, limb_lost=lost, prior=None if switched else estimate.prior)
-
-
-def _exchanged(
-    frame: TrackedFrame, estimate: Estimate, model: PersonModel, spent: float
-) -> TrackedFrame:
-    """A frame with another estimate."""
-    seconds = {**frame.seconds, SECOND_LOOK: spent}
-    points = landmarks(model.setup.body, estimate.pose)
-    return replace(frame, estimate=estimate, landmarks=points, seconds=seconds)

@@ -5,8 +5,6 @@ Newton's method; each frame's pose is eliminated before the body is solved for. 
 arms stay as they are: block matching widens thin parts, and fitting them made forearms worse.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,18 +20,13 @@ from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.depth.chain import OnPart
-from stereotrack_core.depth.edges import EdgeMap
+from stereotrack_core.depth.cloud import EdgeMap
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals import standing
 from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.residuals.silhouette import contours_of
-from stereotrack_core.tracking.residuals.standing import (
-    SoleResidual,
-    UprightResidual,
-    soles,
-    upright,
-)
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
     Trust,
@@ -41,6 +34,8 @@ from stereotrack_core.tracking.residuals.surface import (
     surface_residual,
 )
 
+# What is fitted of the surface, and how much people differ from the default, in the parameters'
+# units. Shifts to the front are held firmly: all together cannot be told from a body that leans.
 _SHAPE_SIGMAS: dict[str, float] = {
     "torso_radius_low": 0.02,
     "torso_radius_high": 0.02,
@@ -56,12 +51,7 @@ _SHAPE_SIGMAS: dict[str, float] = {
     "leg_radius_factor": 0.15,
     "leg_length_factor": 0.12,
 }
-"""What is fitted of the surface, and how much people differ from the default, in the parameters'
-units.
-
-Shifts to the front are held firmly: all of them together cannot be told from a body that leans.
-"""
-
+# How much people of one height differ in their lengths, as parts of them.
 LENGTH_SIGMAS: dict[str, float] = {
     "shoulder_width": 0.05,
     "hip_width": 0.07,
@@ -71,32 +61,38 @@ LENGTH_SIGMAS: dict[str, float] = {
     "hand_length": 0.05,
     "shoulder_to_head": 0.06,
 }
-"""How much people of one height differ in their lengths, as parts of them."""
+_HEIGHT_SIGMA = 0.06  # part by which people differ in height; it moves all lengths together
+_STEP = 1e-3  # metres, radians and parts by which derivatives are taken
+_ITERATIONS = 6
+_POSE_SIGMA = 0.5  # metres and radians: poses are hardly held back
+_PRIOR_SIGMA = 0.015  # metres by which margins differ from person to person and camera to camera
+_NOISE = 0.015  # metres of one outline's distance
+_TOGETHER = 6.0  # so many of them are one independent measurement
+_ROUNDS = 8
 
-_HEIGHT_SIGMA = 0.06
-"""How much people differ in height, as a part of it; it moves all lengths together."""
+
+def shape_with(shape: BodyShape, names: Sequence[str], values: FloatArray) -> BodyShape:
+    """The shape with values (k,) by their names, within the limits of the parameters."""
+    rows = {row.name: row for row in shape.rows()}
+    limits = [(rows[name].minimum, rows[name].maximum) for name in names]
+    within = (float(np.clip(value, *ends)) for value, ends in zip(values, limits, strict=True))
+    return shape.replaced(**dict(zip(names, within, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """A body of which some numbers are free: lengths as logarithms of ratios, the surface's as
-    they are.
-    """
+    """A body with free numbers: lengths as logarithms of ratios, the surface's as they are."""
 
-    proportions: Proportions
-    """What lengths are expected to be."""
-    shape: BodyShape
-    """What the surface is expected to be."""
-    lengths: tuple[str, ...] = ()
-    surface: tuple[str, ...] = tuple(_SHAPE_SIGMAS)
-    """`lengths` and `surface`: names of the free ones."""
+    proportions: Proportions  # what lengths are expected to be
+    shape: BodyShape  # what the surface is expected to be
+    lengths: tuple[str, ...] = ()  # names of the free ones
+    surface: tuple[str, ...] = tuple(_SHAPE_SIGMAS)  # names of the free ones
 
     @property
     def start(self) -> FloatArray:
         """What is expected (k,)."""
         values = self.shape.values()
-        lengths = np.zeros(len(self.lengths))
-        return np.append(lengths, [float(values[name]) for name in self.surface])
+        return np.array([0.0] * len(self.lengths) + [float(values[name]) for name in self.surface])
 
     @property
     def information(self) -> FloatArray:
@@ -113,39 +109,22 @@ class FreeBody:
         k = len(self.lengths)
         ratios = dict(zip(self.lengths, np.exp(theta[:k]), strict=True))
         lengths = {name: float(r * getattr(self.proportions, name)) for name, r in ratios.items()}
-        rows = {row.name: row for row in BodyShape.rows()}
-        values = {
-            name: float(np.clip(value, rows[name].minimum, rows[name].maximum))
-            for name, value in zip(self.surface, theta[k:], strict=True)
-        }
-        return dataclasses.replace(self.proportions, **lengths), self.shape.replaced(**values)
+        shape = shape_with(self.shape, self.surface, theta[k:])
+        return dataclasses.replace(self.proportions, **lengths), shape
 
     def body(self, theta: FloatArray) -> BodyModel:
         """Body for values (k,) of the free numbers."""
         return body_model(*self.parts(theta))
 
 
-_STEP = 1e-3
-"""Metres, radians and parts by which derivatives are taken."""
-
-_ITERATIONS = 6
-
-_POSE_SIGMA = 0.5
-"""Metres and radians: poses are hardly held back."""
-
-
 @dataclass(frozen=True, eq=False)
 class SeenPose:
     """One frame that the shape is fitted to."""
 
-    data: FloatArray
-    """(N, 3), world."""
-    pose: Pose
-    """As followed with the present shape."""
-    edges: tuple[EdgeMap, ...] = ()
-    """Of the views that know the person's outline."""
-    upright: Upright = Z_UP
-    """Which way is up."""
+    data: FloatArray  # (N, 3), world
+    pose: Pose  # as followed with the present shape
+    edges: tuple[EdgeMap, ...] = ()  # of the views that know the person's outline
+    upright: Upright = Z_UP  # which way is up
 
 
 def fitted_shape(
@@ -181,10 +160,8 @@ def fitted_surface(
 class Adjusted:
     """Numbers of the body and poses that explain the data of all frames best."""
 
-    theta: FloatArray
-    """(k,). Of a :class:`FreeBody`."""
-    sigma: FloatArray
-    """(k,). Standard deviations."""
+    theta: FloatArray  # (k,). Of a `FreeBody`.
+    sigma: FloatArray  # (k,). Standard deviations.
     poses: tuple[Pose, ...]
 
 
@@ -197,26 +174,21 @@ def adjusted(
 ) -> Adjusted:
     """Adjust the poses of all frames and the free numbers of the body together.
 
-    Parameters
-    ----------
-    joints : tuple of int
-        Joints of the state.
-    on_frame : callable
-        Is told, in all iterations together, how many frames of how many are done.
+    `joints` are those of the state; `on_frame` is told, in all iterations together, how many frames
+    of how many are done.
     """
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
     theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
+    steps = _STEP * np.eye(len(theta))
     for iteration in range(_ITERATIONS):
         A, b = prior.copy(), prior @ (start - theta)
-        bodies, frames = _bodies_around(free, theta), list[_Normal]()
+        # The body, then each of its k numbers a step larger, then each a step smaller.
+        bodies = [free.body(theta + step) for step in (np.zeros(len(theta)), *steps, *-steps)]
+        frames: list[_Normal] = []
         for frame, pose in zip(seen, poses, strict=True):
             on_frame(iteration * len(seen) + len(frames), _ITERATIONS * len(seen))
-            standing = upright(pose, len(seen), frame.upright)
-            ends = soles(frame.data, bodies[0], pose, len(seen))
-            normal = _normal_equations(
-                frame.data, pose, free, bodies, parameters, joints, standing, ends
-            )
+            normal = _normal_equations(frame, len(seen), pose, free, bodies, parameters, joints)
             frames.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
             b += normal.c - normal.B.T @ np.linalg.solve(normal.A, normal.a)
@@ -247,24 +219,24 @@ class _Normal:
 
 
 def _normal_equations(
-    data: FloatArray,
+    seen: SeenPose,
+    count: int,
     pose: Pose,
     free: FreeBody,
     bodies: list[BodyModel],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
-    standing: tuple[UprightResidual, ...],
-    ends: SoleResidual,
 ) -> _Normal:
     body, names = bodies[0], (*free.lengths, *free.surface)
-    surface = surface_residual(data, body, body.frames(pose), Trust.of(parameters))
+    ends = standing.soles(seen.data, body, pose, count)
+    surface = surface_residual(seen.data, body, body.frames(pose), Trust.of(parameters))
     n = 6 + 2 * len(joints)
     near = np.concatenate([_STEP * np.eye(n), -_STEP * np.eye(n)])
     frames = body.frames(displaced(pose, near, joints))
     rows = limit_rows(body, pose, parameters, joints)
     limits = gathered((rows,), body.frames(pose), columns_of(joints))
     A, a = limits.A + np.eye(n) / _POSE_SIGMA**2, limits.b
-    for residual in standing:
+    for residual in standing.upright(pose, count, seen.upright):
         J = _differences(residual.predicted(frames))
         here = residual.predicted(body.frames(displaced(pose, np.zeros((1, n)), joints)))[0]
         A += (J / residual.variance) @ J.T
@@ -276,7 +248,8 @@ def _normal_equations(
     variance, e = surface.variance, surface.distance
     if len(ends.part):
         J = np.hstack([J, _differences(ends.predicted(body, frames))])
-        S = np.hstack([S, _soles_moved(ends, pose, bodies[1:])])
+        soles = np.array([ends.predicted(each, each.frames(pose)) for each in bodies[1:]])
+        S = np.hstack([S, _differences(soles)])
         variance = np.append(variance, ends.variance)
         e = np.append(e, ends.measured - ends.predicted(body, body.frames(pose)))
     weighted = J / variance
@@ -307,26 +280,6 @@ def _change(surface: SurfaceResidual, pose: Pose, name: str, sides: list[BodyMod
     return np.where(np.abs(change) < 3.0, change, 0.0)
 
 
-def _bodies_around(free: FreeBody, theta: FloatArray) -> list[BodyModel]:
-    """A body and its neighbours: each of its k numbers a step larger, then each a step smaller."""
-    steps = _STEP * np.eye(len(theta))
-    return [free.body(theta + step) for step in (np.zeros(len(theta)), *steps, *-steps)]
-
-
-def _soles_moved(ends: SoleResidual, pose: Pose, bodies: list[BodyModel]) -> FloatArray:
-    """Derivatives (k, m) of the soles' places by the numbers of the body."""
-    return _differences(np.array([ends.predicted(b, b.frames(pose)) for b in bodies]))
-
-
-_PRIOR_SIGMA = 0.015
-"""Metres by which margins differ from person to person and camera to camera."""
-
-_NOISE, _TOGETHER = 0.015, 6.0
-"""Metres of one outline's distance, and how many of them are one independent measurement."""
-
-_ROUNDS = 8
-
-
 def fitted_outline(body: BodyModel, seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]]) -> BodyShape:
     """The body's shape with the margins that the outlines of some frames show.
 
@@ -336,7 +289,7 @@ def fitted_outline(body: BodyModel, seen: Sequence[tuple[Pose, tuple[EdgeMap, ..
     shape = body.shape
     names = list(dict.fromkeys(name for pair in CONTOUR_NAMES for name in pair))
     start = np.array([float(shape.values()[name]) for name in names])
-    A, e = _rows(body, names, seen)
+    A, e = _rows(body, names, seen) if seen else (np.empty(0), np.empty(0))
     if not len(e):
         return shape
     prior = np.eye(len(names)) / _PRIOR_SIGMA**2
@@ -345,19 +298,11 @@ def fitted_outline(body: BodyModel, seen: Sequence[tuple[Pose, tuple[EdgeMap, ..
         weight = 1.0 / ((1.0 + (left / _NOISE) ** 2) * _NOISE**2 * _TOGETHER)
         theta: FloatArray = scipy.linalg.solve(prior + (A.T * weight) @ A, (A.T * weight) @ e)
         left = e - A @ theta
-    known = {row.name: row for row in shape.rows()}
-    return shape.replaced(
-        **{
-            name: float(np.clip(value, known[name].minimum, known[name].maximum))
-            for name, value in zip(names, start + theta, strict=True)
-        }
-    )
+    return shape_with(shape, names, start + theta)
 
 
 def _rows(
-    body: BodyModel,
-    names: list[str],
-    seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
+    body: BodyModel, names: list[str], seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]]
 ) -> tuple[FloatArray, FloatArray]:
     """Shares (m, n) of the margins in the outlines' distances, and the distances (m,)."""
     columns = np.array([[names.index(name) for name in pair] for pair in CONTOUR_NAMES])
@@ -375,6 +320,4 @@ def _rows(
             np.add.at(A, (at, columns[found.cone, axis]), part[:, axis])
         shares.append(A)
         distances.append(found.distance)
-    if not shares:
-        return np.empty((0, len(names))), np.empty(0)
     return np.concatenate(shares), np.concatenate(distances)

@@ -1,9 +1,4 @@
-"""Rauch-Tung-Striebel smoothing of tracked frames, on the manifold too (docs/method.md 4.13).
-
-Every frame keeps its pose, its covariance and its prior, nothing else: memory stays flat.
-"""
-
-from __future__ import annotations
+"""Rauch-Tung-Striebel smoothing of tracked frames, on the manifold too (docs/method.md 4.13)."""
 
 import time
 from collections.abc import Sequence
@@ -25,11 +20,8 @@ from stereotrack_core.tracking.estimate import Estimate, Prior, limb_sigma_deg, 
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.state import Setup
 
-_ARMS = (slice(6, 10), slice(10, 14))
-"""Numbers of each arm in the states of both trackers."""
-
-_JUMP = np.pi / 2
-"""Change of an arm's angles between two frames that is no movement but another chart."""
+_ARMS = (slice(6, 10), slice(10, 14))  # numbers of each arm in the states of both trackers
+_JUMP = np.pi / 2  # change of an arm's angles between two frames that is another chart
 
 
 @dataclass(frozen=True)
@@ -40,8 +32,7 @@ class ErrorState:
     them, as the tracker's own correction does.
     """
 
-    joints: tuple[int, ...]
-    """Parts whose two numbers follow position and rotation."""
+    joints: tuple[int, ...]  # parts whose two numbers follow position and rotation
 
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
         """Error state (n,) that displaces `origin` to `to`."""
@@ -94,16 +85,9 @@ class AdditiveErrorState(ErrorState):
 class Smoothed:
     """Frames after the backward pass."""
 
+    # What is said of residuals and lost limbs remains the forward pass's; NaN where bridged.
     frames: tuple[TrackedFrame, ...]
-    """Unexplained fraction, residual, innovation and what is said of lost limbs remain those of the
-    forward pass; NaN where bridged."""
-    bridged: tuple[int, ...]
-    """Numbers of the frames that were not tracked and lie in a gap that was bridged."""
-
-
-def error_state_of(joints: tuple[int, ...]) -> ErrorState:
-    """Error state of a tracker whose state has these joints."""
-    return AdditiveErrorState() if joints == THESIS_JOINTS else ErrorState(joints)
+    bridged: tuple[int, ...]  # numbers of untracked frames in a gap that was bridged
 
 
 def smoothed(
@@ -111,15 +95,13 @@ def smoothed(
 ) -> Smoothed:
     """Go backwards over successive frames of a tracker; their clouds are not needed.
 
-    Parameters
-    ----------
-    fit_movement : bool
-        Estimate from all frames how much the body moves, and when, instead of taking the process
-        noise of the parameters. It helps where a frame's measurements are few and uncertain.
+    `fit_movement`: estimate from all frames how much the body moves, and when, instead of taking
+    the parameters' process noise. It helps where a frame's measurements are few and uncertain.
     """
     if not frames:
         return Smoothed((), ())
-    begun, state = time.perf_counter(), error_state_of(setup.joints)
+    begun, thesis = time.perf_counter(), setup.joints == THESIS_JOINTS
+    state = AdditiveErrorState() if thesis else ErrorState(setup.joints)
     way = _fitting_movement if fit_movement else _backwards
     found = way([frame.estimate for frame in frames], state, setup)
     found = [_with_sigma(estimate, state, setup) for estimate in found]
@@ -172,10 +154,7 @@ def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorSta
 def _stayed(
     filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState, inflated_above: float
 ) -> tuple[Prior, Estimate]:
-    """Carry over the arms that were looked for anew and yet found where they were expected.
-
-    What was expected of them was not used in that search; it is added here.
-    """
+    """Carry over arms that were looked for anew and found where expected: adds the prior."""
     if prior.carried.all():
         return prior, after
     behind = state.difference(filtered, after)
@@ -225,8 +204,7 @@ def _joined(after: Estimate, before: Estimate, P: FloatArray, state: ErrorState)
     return replace(state.displaced(after, dx), P=joined)
 
 
-_ANYWHERE = 100.0
-"""Square metres and square radians: nothing is expected of the first frame of a stretch."""
+_ANYWHERE = 100.0  # variance, square metres and radians, of a stretch's first frame
 
 
 def _fitting_movement(estimates: list[Estimate], state: ErrorState, setup: Setup) -> list[Estimate]:
@@ -302,5 +280,4 @@ def _inflated(Q: FloatArray, moved: FloatArray, P: FloatArray, inflated_above: f
     groups = [squared[:3], squared[3:6], *squared[6:].reshape(-1, 2)]
     ratio = np.concatenate([np.full(len(g), np.sqrt(g.mean())) for g in groups])
     factor = np.where(ratio > inflated_above, ratio, 1.0)
-    wider: FloatArray = Q * np.outer(factor, factor)
-    return wider
+    return np.asarray(Q * np.outer(factor, factor))

@@ -1,7 +1,5 @@
 """What a tracker knows: body and parameters for good, pose and covariance for the moment."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,23 +19,16 @@ from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.part_colours import PartColours
 
+# Angle of a clavicle from its rest up to which it is held firmly (docs/accuracy.md); beyond, it is
+# held less and less, unless it is lowered.
 GIRDLE_REST = np.radians(2.5)
-"""Angle of a clavicle from its rest up to which it is held firmly (docs/accuracy.md); beyond, it is
-held less and less, unless it is lowered."""
-
 _ARM = np.radians(40.0) ** 2
+# Variances of joints, and of position and rotation, of a first pose.
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
-"""Variances of joints, and of position and rotation, of a first pose."""
 
-
-_UT_BETA, _UT_KAPPA = 2.0, 0.0
-"""Of the scaled unscented transform: for a normal distribution, and as the thesis leaves it."""
-
-_SIGMA_GIRDLE = 3.0
-"""Degrees. Expected rotation of a shoulder about its clavicle between two frame sets at 10 Hz."""
-
-_STATED_AT = 10.0
-"""Frame sets per second for which the parameters state the standard deviations."""
+_UT_BETA, _UT_KAPPA = 2.0, 0.0  # for a normal distribution, and as the thesis leaves it
+_SIGMA_GIRDLE = 3.0  # degrees a shoulder is expected to turn in a frame set at 10 Hz
+_STATED_AT = 10.0  # frame sets per second for which the parameters state the standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +36,7 @@ class Belief:
     """A pose and how certain it is."""
 
     pose: Pose
-    P: FloatArray
-    """(n, n). Covariance of the states, or of the pose's error state; metres and radians."""
+    P: FloatArray  # (n, n), of the states or of the pose's error state; metres, radians
 
     @cached_property
     def information(self) -> FloatArray:
@@ -71,29 +61,21 @@ class Belief:
 class Particles:
     """Poses of a particle filter after a frame."""
 
-    displacements: FloatArray
-    """(K, n). From `centre`."""
-    centre: Pose
-    """Prediction of the frame."""
-    pose: Pose
-    """Estimate of the frame."""
+    displacements: FloatArray  # (K, n). From `centre`.
+    centre: Pose  # prediction of the frame
+    pose: Pose  # estimate of the frame
 
 
 @dataclass(frozen=True, eq=False)
 class State(Belief):
     """A filter between two frames."""
 
-    time: float | None = None
-    """Frame that the pose belongs to; None: the one before the next cloud's."""
-    is_first: bool = False
-    """Whether the pose was given or found, so that no earlier frame predicts the next one."""
+    time: float | None = None  # of the pose; None: the frame before the next cloud's
+    is_first: bool = False  # whether no earlier frame predicts the next one
+    # (6, 2), of keypoints; see :mod:`tracking.failure.features`.
     disagreement: FloatArray = field(default_factory=lambda: np.zeros((len(LIMBS), 2)))
-    """(6, 2). What the last keypoints said of the limbs; see
-    :mod:`tracking.failure.disagreement`."""
-    colours: PartColours | None = None
-    """Learned colours of the parts; None if the filter uses none."""
-    particles: Particles | None = None
-    """Particles of the baseline `annealed`; None for every other estimator."""
+    colours: PartColours | None = None  # learned colours of the parts; None if the filter uses none
+    particles: Particles | None = None  # of the baseline `annealed`
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,16 +84,11 @@ class Setup:
 
     body: BodyModel
     parameters: TrackingParameters
-    cameras: FloatArray
-    """(V, 3), world, metres. Optical centres of the views."""
-    fps: float
-    """Frame sets per second; the process noise is stated for 10 Hz."""
-    seed: int
-    """Of all that is random."""
-    volume: Volume | None = None
-    """Working volume, where it is known: who is cut by its sides is not tracked."""
-    upright: Upright = Z_UP
-    """Which way is up; the tracker itself follows alike whatever is, poses are looked for so."""
+    cameras: FloatArray  # (V, 3), world, metres. Optical centres of the views.
+    fps: float  # frame sets per second; the process noise is stated for 10 Hz
+    seed: int  # of all that is random
+    volume: Volume | None = None  # who is cut by its sides is not tracked; None: unknown
+    upright: Upright = Z_UP  # which way is up, for searches; following needs it not
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -131,10 +108,7 @@ class Setup:
 
     @cached_property
     def Q(self) -> FloatArray:  # noqa: N802
-        """Process noise (n, n) of one frame, of a symmetric random walk.
-
-        Variances grow with the time between frame sets.
-        """
+        """Process noise (n, n) of one frame's time, of a symmetric random walk."""
         p = self.parameters
         turns = [_SIGMA_GIRDLE if j in CLAVICLES else p.sigma_joint for j in self.joints]
         rotations = np.radians([p.sigma_rotation] * 3 + np.repeat(turns, 2).tolist())
@@ -154,13 +128,5 @@ class Setup:
 
 
 def elapsed(since: float | None, time: float) -> float:
-    """Frames between two times, never negative: a random walk is alike forwards and backwards.
-
-    Parameters
-    ----------
-    since : float or None
-        In frames; where it is not known, the frame before `time`.
-    time : float
-        In frames.
-    """
+    """Frames between two times, never negative; `since` None is the frame before `time`."""
     return 1.0 if since is None else abs(time - since)

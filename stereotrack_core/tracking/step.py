@@ -1,7 +1,5 @@
 """The step of a person in clouds: follow, find after a loss, say when nobody is there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -37,81 +35,45 @@ from stereotrack_core.tracking.state import Setup, State, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.view_watch import ViewWatch
 
-_RIVALS = 3
-"""Poses besides the best that are kept on trial."""
-
-SETTLED = 12
-"""Frames after which a pose that no rival has replaced is settled on."""
-
-_LOOK_AGAIN = (2, 4, 7, 11)
-"""Frames after the first in which better poses are looked for."""
-
-_MEMORY = 0.8
-"""Share of the sum of earlier costs that still counts."""
-
-_HOPELESS, _BETTER = 40.0, 6.0
-"""Costs by which a pose on trial must be worse to be given up, and better to be taken."""
-
-_ENOUGH_DOUBT, _MOST_TRUST = 60.0, 200.0
-"""Sum of such costs over frames from which a settled pose is turned round, and the most that
-earlier frames can weigh against it."""
-
+_RIVALS = 3  # poses besides the best that are kept on trial
+SETTLED = 12  # frames after which a pose that no rival has replaced is settled on
+_LOOK_AGAIN = (2, 4, 7, 11)  # frames after the first in which better poses are looked for
+_MEMORY = 0.8  # share of the sum of earlier costs that still counts
+_HOPELESS, _BETTER = 40.0, 6.0  # costs of a pose on trial: worse to give up, better to take
+_ENOUGH_DOUBT, _MOST_TRUST = 60.0, 200.0  # sums of costs: to turn a settled pose, most against it
+# Cost by which the other way round may be more natural only because ranges are biased: strong
+# compression of somebody in a T pose has 4 to 11, a wrong heading 15 to 40.
 _BIAS = 8.0
-"""Cost by which the other way round may be more natural, frame after frame, only because ranges
-are biased: strong compression of somebody in a T pose has 4 to 11, a wrong heading 15 to 40."""
-
-_LEAST_SUPPORT, _WHOLE = 0.5, 0.9
-"""Shares of the trunk's patches without which too little of the body is there, and with which it
-is there as a whole."""
-
+_LEAST_SUPPORT, _WHOLE = 0.5, 0.9  # shares of the trunk's patches: least, and as a whole
+# Shares of the points at the sides of the volume from which a body is cut by them that is not seen
+# as a whole, and any body.
 _CUT, _HALF_CUT = 0.035, 0.15
-"""Shares of the points at the sides of the volume from which a body is cut by them that is not
-seen as a whole, and any body."""
-
-_DOUBT = 0.2
-"""Factor on these shares while a pose is on trial."""
-
+_DOUBT = 0.2  # factor on these shares while a pose is on trial
+# Successive frames that show enough of a body which was partly out of sight before it is stated, as
+# tracks of many objects are begun (doi:10.1109/ICIP.2016.7533003).
 _CONFIRMED_BY = 3
-"""Successive frames that show enough of a body which was partly out of sight before it is stated,
-as tracks of many objects are begun (doi:10.1109/ICIP.2016.7533003)."""
-
 _TRUNK_ROWS = [LANDMARKS.index(name) for name in TRUNK]
-
+# Metres of a landmark of the trunk from a side of the volume within which a body that comes back is
+# cut: what is left of it is seen as a whole one farther inside.
 _BESIDE = 0.1
-"""Metres of a landmark of the trunk from a side of the volume within which a body that comes back
-is cut: what is left of it is seen as a whole one that stands farther inside."""
-
-_ENOUGH_TRUNK = 3
-"""Clicked landmarks of a trunk that show where somebody is who was not there."""
-
-_CLICK_FRAMES = 11
-"""Frames from one in which a trunk is clicked on in which little of a body is enough to follow."""
-
-_FASTEST = 3.0
-"""Metres per second beyond which hips have not moved: another pose has been taken."""
+_ENOUGH_TRUNK = 3  # clicked landmarks of a trunk that show where somebody is who was not there
+_CLICK_FRAMES = 11  # frames from a clicked trunk on in which little of a body is enough
+_FASTEST = 3.0  # metres per second beyond which hips have not moved: another pose has been taken
 
 
 @dataclass(frozen=True, eq=False)
 class PersonState:
     """Everything that the next step of a person depends on."""
 
-    leader: State
-    """State of the filter that follows the stated pose."""
-    present: bool = True
-    """Whether somebody is followed; else the next frame that shows somebody is searched."""
-    age: int = 0
-    """Frames since the pose was found."""
-    unchanged: int = SETTLED
-    """Frames since no rival has replaced the pose."""
-    cost: float = 0.0
-    """Sum of the costs of a pose on trial."""
-    doubt: float = 0.0
-    """Evidence that a settled pose faces the other way."""
+    leader: State  # state of the filter that follows the stated pose
+    present: bool = True  # whether somebody is followed; else each frame is searched
+    age: int = 0  # frames since the pose was found
+    unchanged: int = SETTLED  # frames since no rival has replaced the pose
+    cost: float = 0.0  # sum of the costs of a pose on trial
+    doubt: float = 0.0  # evidence that a settled pose faces the other way
     rivals: tuple[Candidate, ...] = ()
-    unconfirmed: int = 0
-    """Frames that a pose which came back into view has yet to be confirmed by."""
-    click_frames: int = 0
-    """Frames in which little of a body is enough, as a trunk was clicked on."""
+    unconfirmed: int = 0  # frames that a pose which came back into view has yet to be confirmed by
+    click_frames: int = 0  # frames in which little of a body is enough, as a trunk was clicked on
     watch: ViewWatch = field(default_factory=ViewWatch)
 
     @property
@@ -205,7 +167,10 @@ class PersonModel(FollowedModel):
             return replace(lost, present=False, unconfirmed=unconfirmed), estimate
         estimate = replace(estimate, doubts=state.watch.doubts)
         state = self._learned(state, before, every, cloud, estimate)
-        return state, _unstated(estimate) if state.unconfirmed else estimate
+        if state.unconfirmed:
+            reason = "the body comes back into view; the next frames tell whether its pose is right"
+            estimate = Estimate(False, reason, estimate.pose, estimate.x, estimate.P)
+        return state, estimate
 
     def _restarted(self, state: PersonState, new: PersonState) -> PersonState:
         """A new state that keeps the learned colours."""
@@ -214,10 +179,7 @@ class PersonModel(FollowedModel):
     def _learned(
         self, state: PersonState, before: State, every: Cloud, own: Cloud, estimate: Estimate
     ) -> PersonState:
-        """State after a tracked frame, with the signs of all its views and the colours of its data.
-
-        `every`: the cloud of all views; `own`: the person's part of those that are trusted.
-        """
+        """State after a tracked frame of `every` view, and the trusted views' `own` part."""
         pairing = DataToModel(self.setup, state.leader.colours)
         colours = pairing.learned(own, state.pose, estimate.unexplained_fraction)
         unconfirmed = state.unconfirmed
@@ -264,16 +226,12 @@ class PersonModel(FollowedModel):
         )
 
     def _on_trial(
-        self,
-        state: PersonState,
-        estimate: Estimate,
-        cloud: Cloud,
-        recorder: StepRecorder | None,
+        self, state: PersonState, estimate: Estimate, cloud: Cloud, recorder: StepRecorder | None
     ) -> tuple[PersonState, Estimate]:
         """Follow the rivals as well, and now and then look for better ones.
 
         Whoever appears at the edge of the volume is found while there is little of the body, so
-        that what was found first may be wrong in a way that following does not mend.
+        that the first pose may be wrong in a way that following does not mend.
         """
         age, leader = state.age + 1, state.leader
         cost = _MEMORY * state.cost + self.finder.cost(leader.pose, cloud)
@@ -309,17 +267,9 @@ class PersonModel(FollowedModel):
         return kept
 
     def _turned_if_wrong(
-        self,
-        state: PersonState,
-        estimate: Estimate,
-        cloud: Cloud,
-        recorder: StepRecorder | None,
+        self, state: PersonState, estimate: Estimate, cloud: Cloud, recorder: StepRecorder | None
     ) -> tuple[PersonState, Estimate]:
-        """Turn round where frame after frame has said that the body faces the other way.
-
-        The evidence is added up as in Page's test (doi:10.1093/biomet/41.1-2.100), but what has
-        spoken for the pose before is remembered up to a limit.
-        """
+        """Turn round by lasting evidence, as Page's test (doi:10.1093/biomet/41.1-2.100)."""
         gain = self.finder.gain_of_turning(state.pose, cloud)
         evidence = min(gain - TURN_GAIN, 0.0) + max(gain - _BIAS, 0.0)
         state = replace(state, doubt=max(-_MOST_TRUST, state.doubt + evidence))
@@ -349,9 +299,3 @@ class PersonModel(FollowedModel):
         ):
             return "the body is partly outside the working volume"
         return ""
-
-
-def _unstated(estimate: Estimate) -> Estimate:
-    """The estimate of a frame whose pose the next ones have to confirm."""
-    reason = "the body comes back into view; the next frames tell whether its pose is right"
-    return Estimate(False, reason, estimate.pose, estimate.x, estimate.P)

@@ -63,22 +63,11 @@ _INFLATED = (
     "prior inflation."
 )
 
-_UNITS = {REST_ROW: "rad", ELBOW: "rad", PIXEL: "px"}
-"""Units of the kinds of rows that are not in metres."""
+_UNITS = {REST_ROW: "rad", ELBOW: "rad", PIXEL: "px"}  # of the kinds of rows not in metres
 
 
 class StepRecorder:
-    """Is told by a tracker, and by what it is made of, what its step does.
-
-    What it is given belongs to the tracker and is not to be changed.
-
-    Parameters
-    ----------
-    setup : Setup
-        Of the tracker.
-    start : Belief
-        Of the tracker before the step.
-    """
+    """Is told by a tracker, from its `start`, what its step does; nothing given may be changed."""
 
     def __init__(self, setup: Setup, start: Belief) -> None:
         self._setup = setup

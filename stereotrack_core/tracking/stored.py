@@ -1,7 +1,5 @@
 """What a run states about itself: of which kinds its values are; its body and its poses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -31,6 +29,7 @@ _VALUES: Kind = {str: (bool, int, float, str)}
 
 _POSE: Kind = {"position": [float], "rotations": [[[float]]]}
 
+# What :meth:`Origin.meta` and its users state; other keys may hold anything.
 _META_KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         **dict.fromkeys(("program", "version", "preset", "init", "made", "way"), str),
@@ -63,8 +62,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "warnings": [str],
     }
 )
-"""What :meth:`Origin.meta` and whoever adds to it state; other keys may hold anything."""
-
+# Keys that are stated although nothing is known.
 _MAY_BE_NULL = frozenset(
     {
         "heading",
@@ -79,18 +77,10 @@ _MAY_BE_NULL = frozenset(
         "wall_seconds",
     }
 )
-"""Keys of these that are stated although nothing is known."""
 
 
 def check_meta(meta: Any, where: str, remedy: str) -> None:
-    """Refuse what cannot be the meta of a run.
-
-    Raises
-    ------
-    InputError
-        Where it is no table, a value is of another kind, or the body that was tracked cannot be
-        made; it names the key.
-    """
+    """Refuse what cannot be the meta of a run; the InputError names the key."""
     check_kind(meta, _META_KINDS, where, remedy)
     for key in sorted(_META_KINDS.keys() - _MAY_BE_NULL):
         if key in meta and meta[key] is None:
@@ -106,36 +96,29 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
 
 
 def pose_of_run(run: Run, i: int) -> Pose | None:
-    """Pose of a run's i-th frame, None where it is not tracked.
-
-    Raises
-    ------
-    InputError
-        Where the run's states are not those of a body.
-    """
+    """Pose of a run's i-th frame, None where it is not tracked; InputError for other states."""
     if not run.tracked[i]:
         return None
-    return pose_of_state(run.x[i], _joints_of(run.state_names))
-
-
-def up_of_run(run: Run) -> Upright:
-    """Which axis of the run's world points up; z where it does not say."""
-    return up_of_meta(run.meta)
+    joints = joints_named(run.state_names)
+    if joints is None:
+        raise InputError(
+            "the states do not fit the body model",
+            where="state_names",
+            remedy="Track the recording again with this version.",
+        )
+    return pose_of_state(run.x[i], joints)
 
 
 def up_of_meta(meta: Mapping[str, Any]) -> Upright:
-    """The same by what a run states."""
+    """Which axis of a run's world points up; z where its meta does not say."""
     stated = meta.get("from_recording", {}).get("up_axis")
     axis = stated or meta.get("parameters", {}).get("up_axis", "auto")
     return Upright(axis) if axis in UP_AXES else Z_UP
 
 
 def upright_run(run: Run) -> Run:
-    """The run in a world whose z points up, as joint angles and many formats presume.
-
-    The same run where its world's z does.
-    """
-    upright = up_of_run(run)
+    """The run in a world whose z points up, as joint angles and many formats presume."""
+    upright = up_of_meta(run.meta)
     if upright == Z_UP:
         return run
     x, P, joints = run.x, run.P, joints_named(run.state_names)
@@ -148,13 +131,7 @@ def upright_run(run: Run) -> Run:
 
 
 def fps_of_run(run: Run) -> float:
-    """Frames per second that the run's meta states.
-
-    Raises
-    ------
-    InputError
-        Where it states none.
-    """
+    """Frames per second that the run's meta states; InputError if it states none."""
     fps = stated_fps(run.meta)
     if fps is None:
         raise InputError(
@@ -206,14 +183,3 @@ def pose_of_values(stored: Mapping[str, Any]) -> Pose:
             remedy="Track the recording again with this version.",
         )
     return pose
-
-
-def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:
-    joints = joints_named(names)
-    if joints is None:
-        raise InputError(
-            "the states do not fit the body model",
-            where="state_names",
-            remedy="Track the recording again with this version.",
-        )
-    return joints

@@ -1,7 +1,5 @@
 """The tracker of the thesis (chapter 3): model points look for the nearest measured ones."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -31,46 +29,35 @@ class Projection:
     """Pairs of points, each projected on the line that joins them, (3.5) to (3.8)."""
 
     drawn: SurfacePoints
-    sampled: SurfacePoints
-    """`drawn` and `sampled`: model points, fixed to their parts: all, and those that do not lie on
-    their partner."""
-    predicted: FloatArray
-    """(m, 3), world. The model points at x_hat: p_zhat."""
-    measured: FloatArray
-    """(m, 3), world. Their nearest measured points: p_z."""
+    sampled: SurfacePoints  # model points: all, and those apart from their partners
+    predicted: FloatArray  # (m, 3), world. The model points at x_hat: p_zhat.
+    measured: FloatArray  # (m, 3), world. Their nearest measured points: p_z.
+    # (m, 3). Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed
+    # for every sigma point the tracker is destroyed.
     e: FloatArray
-    """(m, 3). Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed
-    for every sigma point the tracker is destroyed."""
 
     @property
     def z(self) -> FloatArray:
         """The measurement vector (m,): (3.6) and (3.8)."""
-        result: FloatArray = np.einsum("mi,mi->m", self.e, self.measured)
-        return result
+        return np.asarray(np.einsum("mi,mi->m", self.e, self.measured))
 
     def z_hat(self, frames: PartFrames) -> FloatArray:
         """Predicted measurements (S, m) of stacked poses: (3.5), (3.7) and (3.11)."""
         rotations = frames.rotations[:, self.sampled.part]
         points = np.einsum("smij,mj->smi", rotations, self.sampled.points)
         points += frames.origins[:, self.sampled.part]
-        result: FloatArray = np.einsum("mi,smi->sm", self.e, points)
-        return result
+        return np.asarray(np.einsum("mi,smi->sm", self.e, points))
 
 
 @dataclass(frozen=True, eq=False)
 class ThesisState:
     """Everything that the next step of the thesis's tracker depends on."""
 
-    x: FloatArray
-    """(n,). Position and Euler angles, :data:`state_names`."""
-    P: FloatArray
-    """(n, n). Covariance of x."""
-    random: NDArray[np.uint8]
-    """State of the random numbers that draw model points, as JSON."""
-    time: float | None = None
-    """Frame that the pose belongs to; None: the one before the next cloud's."""
-    is_first: bool = True
-    """Whether the pose was given, so that no earlier frame predicts the next one."""
+    x: FloatArray  # (n,). Position and Euler angles, :data:`state_names`.
+    P: FloatArray  # (n, n). Covariance of x.
+    random: NDArray[np.uint8]  # state of the random numbers that draw model points, as JSON
+    time: float | None = None  # of the pose; None: the frame before the next cloud's
+    is_first: bool = True  # whether no earlier frame predicts the next one
 
     @property
     def pose(self) -> Pose:
@@ -135,7 +122,9 @@ class ThesisModel:
         seconds = {"track": perf_counter() - begun}
         found = replace(self._found(state, pairs, innovations[0]), prior=prior, seconds=seconds)
         X = pose_of_state(state.x + sigma_deviations(state.P, self.setup.weights), THESIS_JOINTS)
-        evidence = Evidence(X, _angles_wrapped(state.x - before.x))
+        dx = state.x - before.x
+        movement = np.append(dx[:3], np.arctan2(np.sin(dx[3:]), np.cos(dx[3:])))
+        evidence = Evidence(X, movement)
         return state, judged(found, cloud, self.setup, evidence)
 
     def predict(self, state: ThesisState, time: float) -> ThesisState:
@@ -228,8 +217,3 @@ def _random_of(state: NDArray[np.uint8]) -> np.random.Generator:
     rng = np.random.default_rng(0)
     rng.bit_generator.state = json.loads(state.tobytes())
     return rng
-
-
-def _angles_wrapped(dx: FloatArray) -> FloatArray:
-    """A change of the state (n,) whose angles lie between -pi and pi."""
-    return np.append(dx[:3], np.arctan2(np.sin(dx[3:]), np.cos(dx[3:])))

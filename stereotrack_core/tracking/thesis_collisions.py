@@ -1,7 +1,5 @@
 """Collision avoidance as the thesis does it: a jump after the last iteration (3.2.4)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +15,8 @@ class ArmCollision:
     """How far one arm did not keep the least distances and angles; 0 where it did."""
 
     elbow_missing: float
-    hand_missing: float
-    """`elbow_missing` and `hand_missing`: metres, to the least distance from the torso."""
-    bend_missing: float
-    """Radians by which the elbow was folded too far."""
+    hand_missing: float  # both in metres, to the least distance from the torso
+    bend_missing: float  # radians by which the elbow was folded too far
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +25,8 @@ class Jump:
 
     before: Pose
     after: Pose
-    arms: tuple[ArmCollision, ArmCollision]
-    """Left and right."""
-    least_distance: float
-    """Metres."""
+    arms: tuple[ArmCollision, ArmCollision]  # left and right
+    least_distance: float  # metres
 
 
 def collisions_avoided(
@@ -40,10 +34,9 @@ def collisions_avoided(
 ) -> Jump:
     """Move elbows and hands off the torso and unfold arms that are folded too far.
 
-    They keep `least_distance`, in metres and measured radially, from the torso's elliptic
-    cross-section, and upper arm and forearm the least angle between them, in radians. The shoulder
-    is corrected first; then the elbow, so that the hand comes as near as possible to where it was
-    before anything was changed, or to where the torso lets it be.
+    They keep `least_distance`, metres, measured radially from the torso's elliptic cross-section,
+    and the least elbow angle, radians. The shoulder is corrected first; then the elbow, so that the
+    hand comes as near as possible to where it was or the torso lets it be.
     """
     limits = least_distance, np.pi - least_elbow_angle
     halfway, left = _arm_corrected(body, pose, UPPER_ARMS[0], FOREARMS[0], *limits)

@@ -1,7 +1,5 @@
 """What one step of a tracker did, as numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -17,6 +15,7 @@ from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.thesis_collisions import Jump
 
 HIDDEN, INSIDE, SURPLUS, TOO_FAR, ON_PARTNER = range(5)
+# Why a point was not used; indices are those above.
 REASONS: tuple[str, ...] = (
     "hidden from every camera",
     "inside another cone",
@@ -24,79 +23,54 @@ REASONS: tuple[str, ...] = (
     "too far from the model",
     "coincides with its measured point",
 )
-"""Why a point was not used; indices are those above."""
 
 
 @dataclass(frozen=True, eq=False)
 class SigmaPoints:
-    """Poses that stand for a belief, (2.12) to (2.14); of a tracker that works with derivatives an
-    illustration of it.
-    """
+    """Poses that stand for a belief, (2.12) to (2.14); else an illustration of it."""
 
-    deviations: FloatArray
-    """(2n + 1, n). From the mean; the first is zero."""
-    poses: Pose
-    """Stacked (2n + 1)."""
+    deviations: FloatArray  # (2n + 1, n). From the mean; the first is zero.
+    poses: Pose  # stacked (2n + 1)
 
 
 @dataclass(frozen=True, eq=False)
 class Unused:
     """Points that were there and not used; k of them."""
 
-    place: FloatArray
-    """(k, 3), world, metres."""
-    part: IntArray
-    """(k,). -1 for measured points, which belong to no part."""
-    why: IntArray
-    """(k,). Index into :data:`REASONS`."""
+    place: FloatArray  # (k, 3), world, metres
+    part: IntArray  # (k,). -1 for measured points, which belong to no part
+    why: IntArray  # (k,). Index into :data:`REASONS`.
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
     """Further rows of a correction, of one kind."""
 
-    kind: str
-    """One of "elbow", "rest", "torso", "arms", "outline" or "detection"."""
-    part: IntArray
-    """(m,)."""
-    residual: FloatArray
-    """(m,). z - z_hat in the unit."""
-    sigma: FloatArray
-    """(m,). In the same unit."""
-    unit: str
-    """One of "m", "rad" or "px"."""
-    dx: FloatArray
-    """(n,). What they contributed to the correction."""
+    kind: str  # one of "elbow", "rest", "torso", "arms", "outline" or "detection"
+    part: IntArray  # (m,)
+    residual: FloatArray  # (m,). z - z_hat in the unit
+    sigma: FloatArray  # (m,). In the same unit.
+    unit: str  # one of "m", "rad" or "px"
+    dx: FloatArray  # (n,). What they contributed to the correction.
 
 
 @dataclass(frozen=True, eq=False)
 class Correction:
     """One iteration."""
 
-    stage: str
-    """One of "follow" and "again" (from a wider prior)."""
-    iteration: int
-    """From 1 on, within the stage."""
-    prior: Belief
-    """What is corrected."""
-    before: Belief
-    """Where the measurement is linearised: for the thesis's tracker the same as the prior."""
-    sigma_points: SigmaPoints
-    """Of `before`."""
+    stage: str  # one of "follow" and "again" (from a wider prior)
+    iteration: int  # from 1 on, within the stage
+    prior: Belief  # what is corrected
+    before: Belief  # where it is linearised; the thesis: at the prior
+    sigma_points: SigmaPoints  # of `before`
     points: Correspondences
     unused: Unused
-    rows: tuple[Rows, ...]
-    """Beside the points: limits, collisions, arms apart, outlines, detections."""
-    P_xz: FloatArray
-    """(n, m). Cross-covariance of states and points, (2.18), (2.11)."""
-    P_zz: FloatArray
-    """(m,), square metres. Variances of the predicted measurement."""
-    gain: FloatArray
-    """(n, m). Columns of the Kalman gain that belong to the points."""
-    dx: FloatArray
-    """(n,). The correction, metres and radians."""
-    from_prior: FloatArray
-    """(n,). The part of it that draws back to the prior's pose."""
+    rows: tuple[Rows, ...]  # limits, collisions, arms apart, outlines, detections
+    P_xz: FloatArray  # (n, m). Cross-covariance of states and points, (2.18), (2.11).
+    P_zz: FloatArray  # (m,), square metres. Variances of the predicted measurement.
+    gain: FloatArray  # (n, m). Columns of the Kalman gain that belong to the points.
+    dx: FloatArray  # (n,). The correction, metres and radians.
+    from_prior: FloatArray  # (n,). The part of it that draws back to the prior's pose.
     after: Belief
 
     @property
@@ -106,10 +80,7 @@ class Correction:
 
     @property
     def normalised_residual(self) -> float:
-        """Root mean square of the points' residuals over their predicted standard deviations.
-
-        That of the first correction is the frame's innovation.
-        """
+        """RMS of residuals over predicted sigmas; at first the innovation."""
         return normalised(self.points.residual, self.P_zz + self.points.sigma**2)
 
 
@@ -117,21 +88,16 @@ class Correction:
 class Proposals:
     """Places for one arm that were scored; K of them."""
 
-    side: int
-    """0 for the left arm, 1 for the right one."""
+    side: int  # 0 for the left arm, 1 for the right one
     upper: FloatArray
-    fore: FloatArray
-    """`upper` and `fore`: (K, 3). Directions in the torso's frame."""
-    terms: Mapping[str, FloatArray]
-    """By name. What speaks against them: data, sight, anatomy, change."""
-    kept: BoolArray
-    """(K,). Whether pairs were made with them."""
+    fore: FloatArray  # `upper` and `fore`: (K, 3). Directions in the torso's frame.
+    terms: Mapping[str, FloatArray]  # costs by name: data, sight, anatomy, change
+    kept: BoolArray  # (K,). Whether pairs were made with them.
 
     @property
     def cost(self) -> FloatArray:
         """Sum (K,) of the terms."""
-        result: FloatArray = np.sum(list(self.terms.values()), axis=0)
-        return result
+        return np.asarray(np.sum(list(self.terms.values()), axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,12 +105,9 @@ class Pair:
     """Places for both arms at once that the tracker has tried."""
 
     proposed: Pose
-    pose: Pose
-    """`proposed` and `pose`: before and after they were refined."""
-    terms: Mapping[str, float]
-    """By name. What speaks against the refined pose, by name."""
-    cost: float
-    """Its sum."""
+    pose: Pose  # `proposed` and `pose`: before and after they were refined
+    terms: Mapping[str, float]  # By name. What speaks against the refined pose, by name.
+    cost: float  # its sum
     chosen: bool
 
 
@@ -152,14 +115,10 @@ class Pair:
 class Search:
     """The search for the arms."""
 
-    followed: Pair
-    """What following alone has found; chosen if nothing else was clearly better."""
-    pairs: tuple[Pair, ...]
-    """In the order in which they were tried."""
-    proposals: tuple[Proposals, ...]
-    """Left and right."""
-    gain: float
-    """By which another pair must cost less."""
+    followed: Pair  # what following alone has found; chosen if nothing else was clearly better
+    pairs: tuple[Pair, ...]  # in the order in which they were tried
+    proposals: tuple[Proposals, ...]  # left and right
+    gain: float  # by which another pair must cost less
     seconds: float
 
 
@@ -168,39 +127,28 @@ class StepTrace:
     """Everything that a tracker did in one frame."""
 
     frame: int
-    method: str
-    """One of "thesis", "manifold", or the estimator's name for a baseline."""
+    method: str  # one of "thesis", "manifold", or the estimator's name for a baseline
     body: BodyModel
-    state_names: tuple[str, ...]
-    """Of the n numbers of covariances and corrections."""
+    state_names: tuple[str, ...]  # of the n numbers of covariances and corrections
     before: Belief
     predicted: Belief
-    after: Belief
-    """`before`, `predicted` and `after`: of the frame before, predicted for this one, and found."""
-    corrections: tuple[Correction, ...]
-    """In their order, without those that refine pairs of places for the arms."""
-    estimate: Estimate
-    """What the tracker said about the frame."""
-    measured: tuple[Correspondences, ...] = ()
-    """Pairs of points of trackers that do not correct by them; first and last."""
+    after: Belief  # of the frame before, predicted for this one, and found
+    corrections: tuple[Correction, ...]  # without refinements of arm proposals
+    estimate: Estimate  # what the tracker said about the frame
+    measured: tuple[Correspondences, ...] = ()  # of trackers without corrections
     search: Search | None = None
     jump: Jump | None = None
-    notes: tuple[str, ...] = ()
-    """Sentences about what is unusual."""
-    seconds: Mapping[str, float] = field(default_factory=dict)
-    """By step."""
+    notes: tuple[str, ...] = ()  # sentences about what is unusual
+    seconds: Mapping[str, float] = field(default_factory=dict)  # by step
 
 
 @dataclass(frozen=True, eq=False)
 class Movement:
     """From one pose to another."""
 
-    shift: float
-    """Metres. Of the torso."""
-    turn: float
-    """Radians. Of the torso."""
-    limbs: FloatArray
-    """(6,), radians. Of the limbs' directions, in the order of ``LIMBS``."""
+    shift: float  # Metres. Of the torso.
+    turn: float  # Radians. Of the torso.
+    limbs: FloatArray  # (6,), radians. Of the limbs' directions, in the order of ``LIMBS``.
 
 
 def movement(body: BodyModel, origin: Pose, to: Pose) -> Movement:

@@ -38,8 +38,7 @@ from stereotrack_core.tracking.saved_state import Arrays, saved
 from stereotrack_core.tracking.second_look import SecondLook, is_sure
 from stereotrack_core.tracking.step import PersonModel
 
-TRACK, LOOK, HEADING = "track", "look", "heading"
-"""Beginnings of the names under which state, second look and heading are saved."""
+TRACK, LOOK, HEADING = "track", "look", "heading"  # names under which states are saved begin so
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +46,18 @@ class Tracking:
     """A run under way: what is tracked, and everything that its next frame depends on."""
 
     clouds: Clouds
-    recording: Recording
-    """With the subject that is tracked, whose lengths may have been estimated."""
+    recording: Recording  # with the subject that is tracked, whose lengths may have been estimated
     model: TrackModel
     state: TrackState
-    init: FirstPose
-    """First pose, or how it is found."""
-    started: bool = False
-    """Whether somebody has been there, so that the model was given a first pose."""
-    found: Pose | None = None
-    """First pose that was found in advance."""
+    init: FirstPose  # first pose, or how it is found
+    started: bool = False  # whether the model was given a first pose, of somebody there
+    found: Pose | None = None  # first pose that was found in advance
     began: FirstFrame | None = None
-    heading: HeadingWatch | None = None
-    """None if the heading is given, or not looked for."""
+    heading: HeadingWatch | None = None  # None if the heading is given, or not looked for
     look: SecondLook = dataclasses.field(default_factory=lambda: SecondLook(0))
-    given: str = "pose"
-    """Source of a first pose that is given, in words."""
-    made: str = ""
-    """When tracking began, ISO 8601, UTC."""
-    resumed_at: tuple[int, ...] = ()
-    """Frames with which tracking went on after it had been stopped."""
+    given: str = "pose"  # source of a first pose that is given, in words
+    made: str = ""  # when tracking began, ISO 8601, UTC
+    resumed_at: tuple[int, ...] = ()  # frames with which tracking went on after it had been stopped
 
     @property
     def body(self) -> BodyModel:
@@ -200,9 +191,7 @@ def _started(run: Tracking, cloud: Cloud, hooks: Hooks) -> Tracking:
 def _with_heading(run: Tracking, cloud: Cloud, estimate: Estimate) -> Tracking:
     if run.heading is None or not isinstance(run.model, PersonModel):
         return run
-    pose, is_last = (
-        estimate.pose if estimate.tracked else None,
-        cloud.frame == run.clouds.frames[-1],
-    )
+    pose = estimate.pose if estimate.tracked else None
+    is_last = cloud.frame == run.clouds.frames[-1]
     heading = run.heading.updated(run.model.finder, pose, cloud, is_last=is_last)
     return dataclasses.replace(run, heading=heading)

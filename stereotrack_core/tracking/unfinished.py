@@ -1,7 +1,5 @@
 """A run that was stopped, and goes on from there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,37 +12,28 @@ from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
 from stereotrack_core.tracking.saved_state import Arrays
 from stereotrack_core.tracking.stored import shape_of_meta
 
-INCOMPLETE = "incomplete"
-"""Key of a run's meta: whether frames that were asked for are still to come."""
+INCOMPLETE = "incomplete"  # key of a run's meta: whether frames are still to come
 
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
     """State of a run between two frames."""
 
-    frame: int
-    """Last frame that it has seen."""
-    started: bool
-    """Whether somebody has been there, so that it was given a first pose."""
-    arrays: Arrays
-    """See :meth:`Tracking.saved`."""
+    frame: int  # last frame that it has seen
+    started: bool  # whether somebody has been there, so that it was given a first pose
+    arrays: Arrays  # see :meth:`Tracking.saved`
 
 
 @dataclass(frozen=True, eq=False)
 class UnfinishedRun:
     """Frames and saved state of a run that was stopped."""
 
-    frames: tuple[TrackedFrame, ...]
-    """Ascending; without clouds."""
+    frames: tuple[TrackedFrame, ...]  # ascending; without clouds
     state_names: tuple[str, ...]
-    meta: Mapping[str, Any]
-    """As a complete run has it."""
-    wall_seconds: float
-    """That were spent on it."""
-    checkpoint: Checkpoint | None = None
-    """The last one up to which no frame is missing; None where the run has to begin anew."""
-    keypoints: Keypoints | None = None
-    """That the run was given, of all frames that were asked for."""
+    meta: Mapping[str, Any]  # as a complete run has it
+    wall_seconds: float  # that were spent on it
+    checkpoint: Checkpoint | None = None  # last one before any missing frame
+    keypoints: Keypoints | None = None  # that the run was given, of all frames that were asked for
 
     @property
     def asked(self) -> range:

@@ -1,9 +1,8 @@
 """Views whose measurements contradict those of the others, and are left out until they agree.
 
 A camera that was knocked, runs late, or sees a shadow or a passer-by as part of the person pulls
-the body away from what all others see. Two signs tell which view it is, without a reference: how
-far its silhouette lies from the outline of the body, and how many of its points the body leaves
-unexplained; both beside the median of the other views.
+the body away. Two signs tell which view it is: how far its silhouette lies from the body's outline,
+and how many of its points the body leaves unexplained; both beside the others' median.
 """
 
 from __future__ import annotations
@@ -21,33 +20,19 @@ from stereotrack_core.tracking.residuals.silhouette import contours_of, edge_map
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 
 _LEFT_OUT = "contradicts the others and is not used"
-
-_EVERY = 3
-"""Frames between two judgements: a view that goes wrong stays wrong for longer."""
-
-_POINTS_EVERY = 5
-"""Step through the points that are judged."""
-
-_NEW = 0.3
-"""Weight of the latest frame in the averages over time."""
-
-_FIRST = 5
-"""Judged frames before any view is left out: the first pose may be what is wrong."""
-
-_FEWEST_VIEWS = 3
-"""Least number of views: if two contradict each other, neither is known to be right."""
-
-_FEWEST = 8
-"""Contours or points without which a view is not judged."""
-
+_EVERY = 3  # frames between two judgements: a view that goes wrong stays wrong for longer
+_POINTS_EVERY = 5  # step through the points that are judged
+_NEW = 0.3  # weight of the latest frame in the averages over time
+_FIRST = 5  # judged frames before any view is left out: the first pose may be what is wrong
+_FEWEST_VIEWS = 3  # of two that contradict each other, neither is known to be right
+_FEWEST = 8  # contours or points without which a view is not judged
+# Ratios to the median of the other views from which a view is left out, and used again. Undisturbed
+# views differ by up to 1.35 (contours) and 1.5 (points).
 _WORSE, _AGREES = 1.6, 1.25
-"""Ratios to the median of the other views from which a view is left out, and used again. Views of
-undisturbed recordings differ by up to 1.35 (contours) and 1.5 (points)."""
-
+# Deviation of contours, metres, and unexplained fraction that a view needs as well. Undisturbed:
+# 0.015 to 0.022 m and 0.15 to 0.34; a camera turned by 1.4 degrees: 0.03 to 0.06 m; by 3.5 degrees:
+# 0.1 m and 0.5.
 _LEAST = np.array([0.028, 0.42])
-"""Deviation of contours, metres, and unexplained fraction that a view needs as well. Undisturbed:
-0.015 to 0.022 m and 0.15 to 0.34; a camera turned by 1.4 degrees: 0.03 to 0.06 m; one of 3.5
-degrees: 0.1 m and 0.5."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +40,11 @@ class ViewWatch:
     """Signs of the views so far, V views."""
 
     names: tuple[str, ...] = ()
+    # (V, 2). Averages over time of the robust standard deviation of contours, metres, and the
+    # unexplained fraction of points; NaN where never judged.
     signs: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
-    """(V, 2). Robust standard deviation of contours, metres, and unexplained fraction of points;
-    averages over time, NaN where never judged."""
-    judged: int = 0
-    """Frames so far."""
-    left_out: str = ""
-    """The view that is not used; empty if all are."""
+    judged: int = 0  # frames so far
+    left_out: str = ""  # the view that is not used; empty if all are
 
     def trusted(self, cloud: Cloud) -> Cloud:
         """The cloud without what the view measures that is left out."""

@@ -1,7 +1,5 @@
 """A small rendered recording that several tests follow through its images."""
 
-from __future__ import annotations
-
 import pytest
 
 from stereotrack_core import open_recording

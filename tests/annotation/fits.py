@@ -1,7 +1,5 @@
 """Fits of a trajectory as they come out where every so many frames are clicked."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.annotation.click_gains import limb_sigma_deg
@@ -23,13 +21,7 @@ def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=Non
     for row in unknown:
         points[row], covariance[row], kind[row] = np.nan, np.nan, GAP
     return TrajectoryFit(
-        names=NINE.names,
-        frame=np.arange(frames),
-        landmarks=points,
-        covariance=covariance,
-        limb_sigma_deg=limb_sigma_deg(points, covariance, NINE),
-        kind=kind,
-        nine=points,
-        residual_px=residuals or {},
-        outlier_probability=outliers or {},
-    )
+        names=NINE.names, frame=np.arange(frames), landmarks=points, covariance=covariance,
+        limb_sigma_deg=limb_sigma_deg(points, covariance, NINE), kind=kind, nine=points,
+        residual_px=residuals or {}, outlier_probability=outliers or {},
+    )  # fmt: skip

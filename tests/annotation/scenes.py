@@ -1,7 +1,5 @@
 """Four cameras around a body, and clicks on it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -65,9 +63,17 @@ def bodies(frames: int, seed: int = 0) -> np.ndarray:
     return np.array(found)
 
 
-def clicks_of(
-    points: np.ndarray, rig: dict[str, Camera], *, sigma: float = 0.0, seed: int = 0
-) -> list[Click]:
+def moved_click(click: Click, by) -> Click:
+    """A click that is off by so many pixels."""
+    return replace(click, position=tuple(np.add(click.position, by)))
+
+
+def one_camera_off(clicks, camera: str, by) -> list[Click]:
+    """The clicks, those of a camera off by so many pixels."""
+    return [moved_click(one, by) if one.camera == camera else one for one in clicks]
+
+
+def clicks_of(points, rig, *, sigma=0.0, seed=0):
     """Clicks of all landmarks (F, 9, 3) in all cameras, with noise of `sigma` pixels per axis."""
     rng = np.random.default_rng(seed)
     found = []

@@ -1,7 +1,5 @@
 """Accepting takes what is certain, as visible as in the clicked frames around."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

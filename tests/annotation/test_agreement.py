@@ -1,7 +1,5 @@
 """Two readings side by side: what differs, how far, and how good a click is then."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,13 +1,11 @@
 """A camera that contradicts the others is named; clicks that are wrong themselves stay clicks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import ACCEPTED, Click
+from stereotrack_core.annotation.click import ACCEPTED
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     own_outliers,
@@ -22,14 +20,21 @@ from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.recording.folder import open_recording
-from tests.annotation.scenes import LENSES, MATRIX, bodies, clicks_of, looking_in
+from tests.annotation.scenes import (
+    LENSES,
+    MATRIX,
+    bodies,
+    clicks_of,
+    looking_in,
+    moved_click,
+    one_camera_off,
+)
 
 NOISE = 2.0
 BODIES = bodies(160, 3)[::2]
 
 
 def rig(rng: np.random.Generator, count: int) -> dict[str, Camera]:
-    """Cameras all around, by name."""
     turn = rng.uniform(0.0, 360.0)
     azimuths = turn + np.arange(count) * 360.0 / count + rng.uniform(-25.0, 25.0, count)
     lens, _ = LENSES["barrel"]
@@ -125,26 +130,15 @@ def test_the_camera_of_a_real_recording_is_named_with_its_residual(shared_record
     assert max(px[name] for name in found.others) < 0.3 * px["cam03"]
 
 
-def clicked(
-    seed: int = 0, count: int = 4, frames: int = 3
-) -> tuple[list[Click], dict[str, Camera]]:
+def clicked(seed=0, count=4, frames=3):
     cameras = rig(np.random.default_rng(seed), count)
     return clicks_of(BODIES[10 : 10 + frames], cameras, sigma=NOISE, seed=seed), cameras
-
-
-def off(clicks: list[Click], camera: str, x: float = 32.0, y: float = 24.0) -> list[Click]:
-    return [
-        replace(one, position=(one.position[0] + x, one.position[1] + y))
-        if one.camera == camera and one.position is not None
-        else one
-        for one in clicks
-    ]
 
 
 def test_it_is_said_by_how_much_and_what_to_do():
     clicks, cameras = clicked()
     assert doubtful_camera(clicks, cameras, NINE) is None
-    found = doubtful_camera(off(clicks, "cam3"), cameras, NINE)
+    found = doubtful_camera(one_camera_off(clicks, "cam3", (32.0, 24.0)), cameras, NINE)
     assert found is not None
     assert found.off_px == pytest.approx(40.0, abs=4.0)
     assert found.agreement_px < 4.0
@@ -157,9 +151,8 @@ def test_it_is_said_by_how_much_and_what_to_do():
 
 def test_clicks_are_to_blame_only_for_what_is_wrong_without_that_camera():
     clicks, cameras = clicked()
-    wrong = off(clicks, "cam3")
-    x, y = wrong[4].position
-    wrong[4] = replace(wrong[4], position=(x + 45.0, y))
+    wrong = one_camera_off(clicks, "cam3", (32.0, 24.0))
+    wrong[4] = moved_click(wrong[4], (45.0, 0.0))
     assert wrong[4].camera != "cam3"
     found = doubtful_camera(wrong, cameras, NINE)
     same = (wrong[4].frame, wrong[4].landmark)
@@ -181,7 +174,7 @@ def test_mixed_up_sides_are_no_bad_camera():
 
 def test_what_was_accepted_says_nothing():
     clicks, cameras = clicked(seed=5)
-    wrong = off(clicks, "cam0")
+    wrong = one_camera_off(clicks, "cam0", (32.0, 24.0))
     accepted = [replace(one, frame=one.frame + 10, origin=ACCEPTED) for one in clicks] * 4
     found = doubtful_camera([*wrong, *accepted], cameras, NINE)
     assert found is not None

@@ -104,17 +104,12 @@ def test_points_of_the_installed_detector_lie_beside_the_landmarks(cameras):
     other = predicted(keypoints_of(seen), cameras)
     own = predicted(keypoints_of([(*row[:6], DETECTOR_NAME, 0) for row in seen]), cameras)
     before = {one.key: one.position for one in other}
-    moved = {
-        name: np.median(
-            [
-                np.hypot(*np.subtract(one.position, before[one.key]))
-                for one in own
-                if one.landmark == name
-            ]
-        )
-        for name in ("left_elbow", "head")
-    }
-    assert moved["left_elbow"] > 2.0 * moved["head"]
+
+    def moved(name):
+        pairs = [(one.position, before[one.key]) for one in own if one.landmark == name]
+        return np.median([np.hypot(*np.subtract(*pair)) for pair in pairs])
+
+    assert moved("left_elbow") > 2.0 * moved("head")
 
 
 def test_landmarks_behind_the_body_are_accepted_as_guessed(cameras):

@@ -1,7 +1,5 @@
 """A click's curve in another image goes through every place where its landmark can be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -42,19 +40,7 @@ def test_curve_goes_through_every_point_of_the_ray(lens, pixel, share, names):
     assume(in_image(two, seen) and min(*seen, *(two.width, two.height) - seen) > 3)
     curve = epipolar_curve(one, pixel, two, VOLUME)
     assert distance_to_line(seen, curve) < 0.1
-
-
-@pytest.mark.parametrize("lens", LENSES)
-@given(pixel=pixels, names=st.permutations("NOSW"))
-def test_curve_ends_at_the_border_of_the_image(lens, pixel, names):
-    rig = cameras(lens)
-    two = rig[names[1]]
-    curve = epipolar_curve(rig[names[0]], pixel, two, VOLUME)
-    assert len(curve) <= 300
-    inside = in_image(two, curve)
-    assert inside[1:-1].all()
-    size = np.array([two.width, two.height])
-    assert (np.abs(curve - (size - 1) / 2) <= size / 2 + 8).all()
+    assert in_image(two, curve)[1:-1].all()
 
 
 def test_volume_out_of_sight_is_put_where_the_cameras_look():

@@ -1,7 +1,5 @@
 """Which frames of a reference are old."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

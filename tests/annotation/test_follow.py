@@ -1,17 +1,11 @@
 """Points are followed through the images, and it is known when they are lost."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.follow import (
-    follow_clicks,
-    follow_points,
-    pictures_of,
-)
+from stereotrack_core.annotation.follow import follow_clicks, follow_points, pictures_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
@@ -38,7 +32,6 @@ def moving(frames: int, rate: np.ndarray = RATE, picture: np.ndarray | None = No
 
 
 def last(pictures, *start, **how):
-    """Where points have come to in the last picture that was followed to, and how sure that is."""
     *_, (pixels, spreads) = follow_points(pictures, np.array(start, dtype=float), **how)
     return pixels, spreads
 

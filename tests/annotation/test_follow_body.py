@@ -1,15 +1,13 @@
 """How the body moved is seen in the images, although joints hide under skin that turns."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.follow_body import FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.recording.reader import FrameReader
+from tests.annotation.scenes import clicks_of, one_camera_off
 
 
 @pytest.fixture(scope="module")
@@ -19,12 +17,7 @@ def rig(clip):
 
 @pytest.fixture(scope="module")
 def clicks(clip, rig):
-    return tuple(
-        Click(frame, camera.name, name, tuple(camera.project(place).tolist()))
-        for frame, landmarks in enumerate(clip.reference.points)
-        for camera in rig.values()
-        for name, place in zip(NINE.names, landmarks, strict=True)
-    )
+    return clicks_of(clip.reference.points, rig)
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +48,7 @@ def test_the_body_is_seen_to_move(clip, rig, clicks, reader):
 
 def test_a_camera_that_is_clicked_beside_its_calibration_is_followed_there(rig, clicks, reader):
     start = [one for one in clicks if one.frame == 3]
-    moved = [
-        Click(*one.key, (one.position[0] + 3.0, one.position[1] + 2.0))
-        if one.camera == next(iter(rig))
-        else one
-        for one in start
-    ]
+    moved = one_camera_off(start, next(iter(rig)), (3.0, 2.0))
     right, beside = (follow(reader, given, 3, 4, rig) for given in (start, moved))
     assert np.median(np.linalg.norm(right.shift - beside.shift, axis=1)) < 0.015
 

@@ -1,7 +1,5 @@
 """Sets of landmarks are data: the nine are one of them, and slips are named."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,49 +1,27 @@
 """Suggestions are where a click helps, say why, and are kept up to date by edits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.click_gains import (
-    AXES,
-    SCORED,
-    ClickGains,
-    limb_sigma_deg,
-)
+from stereotrack_core.annotation.click_gains import SCORED, hidden_landmarks
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.next_clicks import NextClicks, Wish, good_enough
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.geometry.camera import pixel_jacobian
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.fits import fit_of
-from tests.annotation.scenes import bodies, cameras, clicks_of
+from tests.annotation.scenes import bodies, cameras, clicks_of, one_camera_off
 
 RIG = cameras()
 
 
 def clicked_every(points, step, rig=RIG):
     return [click for click in clicks_of(points, rig) if click.frame % step == 0]
-
-
-def test_gain_is_what_a_kalman_filter_gains():
-    points = bodies(3)
-    fit = fit_of(points, [0, 2])
-    gains = ClickGains(RIG, NINE, fit, [], sigma=3.0)
-    hand, camera = NINE.names.index("left_hand"), 1
-    name = gains.names[camera]
-    P = fit.covariance[1].copy()
-    J = pixel_jacobian(RIG[name], points[1, hand])
-    sigma = 9.0 if gains.hidden[1, camera, hand] else 3.0
-    K = P[hand] @ J.T @ np.linalg.inv(J @ P[hand] @ J.T + sigma**2 * np.eye(2))
-    P[hand] = (np.eye(3) - K @ J) @ P[hand]
-    before, after = fit.limb_sigma_deg[1], limb_sigma_deg(points[1], P, NINE)
-    own = [AXES.index(limb) for limb in LIMBS]
-    assert gains.by_axis(1, camera, hand)[own] == pytest.approx(before - after, abs=1e-9)
-    assert gains.gain[1, camera, hand] == pytest.approx((before - after).sum())
 
 
 def test_clicks_are_asked_for_where_least_is_known():
@@ -117,19 +95,9 @@ def test_probable_outliers_and_high_residuals_are_to_be_looked_at_again():
     assert found[far].gain_deg > 1.0
 
 
-def clicked_with_one_camera_off(points):
-    """Clicks in every fifth frame; those of S lie 40 px to the right."""
-    return [
-        replace(one, position=(one.position[0] + 40.0, one.position[1]))
-        if one.camera == "S"
-        else one
-        for one in clicked_every(points, 5)
-    ]
-
-
 def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
     points = bodies(20)
-    clicks = clicked_with_one_camera_off(points)
+    clicks = one_camera_off(clicked_every(points, 5), "S", (40.0, 0.0))
     keys = [one.key for one in clicks if one.camera == "S"]
     keys.append(ClickKey(10, "O", "right_hand"))  # drawn aside by that camera
     fit = fit_of(
@@ -146,7 +114,7 @@ def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
 
 def test_what_would_be_guessed_or_is_seen_by_a_wrong_camera_comes_last():
     points = bodies(20)
-    clicks = clicked_with_one_camera_off(points)
+    clicks = one_camera_off(clicked_every(points, 5), "S", (40.0, 0.0))
     outside = [
         Click(frame, camera, "left_hand", None, Visibility.OUTSIDE)
         for frame in range(20)
@@ -238,3 +206,12 @@ def test_stop_sign_counts_frames_and_limbs():
     )
     with pytest.raises(ValueError, match="not a valid target"):
         good_enough(sigma, 0.0)
+
+
+def test_a_hand_behind_the_back_is_hidden_from_the_front():
+    body, hand = body_model(AVERAGE), NINE.names.index("left_hand")
+    nine = NINE.places(body, body.frames(hanging_pose(np.array([0.0, 0, 0.95]))))
+    nine[hand] = [0.0, -0.25, 1.15]
+    places = np.array([[0.0, 3, 1.2], [0, -3, 1.2]])
+    hidden = hidden_landmarks(nine[None], NINE.names, nine[None], places)
+    assert hidden[0, :, hand].tolist() == [True, False]

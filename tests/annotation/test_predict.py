@@ -1,7 +1,5 @@
 """Predicted points: where the clicks' rays meet, with honest errors, and without creeping."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

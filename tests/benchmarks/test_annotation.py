@@ -1,32 +1,19 @@
-"""Simulated clicks are where the truth is seen, and fits of them are measured against it."""
-
-from __future__ import annotations
+"""Simulated clicks are where the truth is seen."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.annotation import (
-    OUTLIER_PX,
-    AnnotationCase,
-    annotated,
-    seen_landmarks,
-    simulated_clicks,
-)
+from benchmarks.annotation import OUTLIER_PX, AnnotationCase, seen_landmarks, simulated_clicks
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.fit.scenes import CAMERAS, places
 
 TRUTH = np.array([places(k) for k in range(8)])
-RECORDING = Recording(
-    folder=Path("nowhere"),
-    name="simulated",
-    fps=10.0,
-    views=tuple(View(name, "mono", Stream(name, f"{name}.mp4")) for name in CAMERAS),
-    cameras=CAMERAS,
-    reference=LandmarkTrajectory(np.arange(8), TRUTH),
-)
+VIEWS = tuple(View(name, "mono", Stream(name, f"{name}.mp4")) for name in CAMERAS)
+REFERENCE = LandmarkTrajectory(np.arange(8), TRUTH)
+RECORDING = Recording(Path("nowhere"), "simulated", 10.0, VIEWS, CAMERAS, reference=REFERENCE)
 
 
 def away(clicks):
@@ -64,13 +51,3 @@ def test_what_is_behind_the_trunk_or_outside_the_image_is_not_clicked():
     narrow = replace(CAMERAS["N"], width=200)
     seen = seen_landmarks(RECORDING, [narrow])
     assert not seen[0, 0].all()
-
-
-def test_a_fit_is_scored_against_the_truth():
-    case = AnnotationCase("a", 2.0, 1, depth=False, outliers=0.03)
-    score = annotated(RECORDING, case, 0, None)
-    assert score.summary.frames == 8
-    assert score.summary.measure("upper_arms").statistics.mean < 5
-    assert 0.8 < score.inside <= 1
-    assert score.found >= 0.9
-    assert score.accused <= 0.02

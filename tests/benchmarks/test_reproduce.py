@@ -5,16 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from benchmarks.reproduce import (
-    FAST,
-    SLOW,
-    Column,
-    Way,
-    jobs,
-    main,
-    parts_of,
-    tracked,
-)
+from benchmarks.reproduce import FAST, SLOW, Column, Way, jobs, main, parts_of, tracked
 from stereotrack_core.evaluation.summary import LimbErrors
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.folder import open_recording

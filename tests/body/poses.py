@@ -1,7 +1,5 @@
 """Poses, states and single cones for the tests."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.body.model import Cones

@@ -8,12 +8,7 @@ from hypothesis import strategies as st
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import columns_of, displaced, point_jacobian
 from stereotrack_core.body.model import body_model, body_of_subject, landmarks
-from stereotrack_core.body.offsets import (
-    NO_OFFSETS,
-    offset_axes,
-    offsets_by_landmark,
-    offsets_of,
-)
+from stereotrack_core.body.offsets import NO_OFFSETS, offset_axes, offsets_by_landmark, offsets_of
 from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import Pose, hanging_pose, t_pose
 from stereotrack_core.body.proportions import AVERAGE

@@ -1,7 +1,5 @@
 """Pictures of a calibration board with truth: any lens, blur and noise."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

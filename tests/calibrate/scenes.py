@@ -1,15 +1,10 @@
 """Boards before cameras, without pictures: corners projected and disturbed."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-
 import numpy as np
 
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.lens import BROWN5, FISHEYE, RATIONAL, Lens
 from stereotrack_core.calibrate.pictures import Sightings
-from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.calibrate.board_pictures import board_in_view
 
@@ -19,8 +14,7 @@ HERE = RigidTransform.identity()
 
 BENT = Lens(BROWN5, np.array([600.0, 603.0, 322.0, 236.0, -0.2, 0.06, 6e-4, -4e-4, 0.02, 0, 0, 0]))
 WIDE = Lens(
-    RATIONAL,
-    np.array([330.0, 331.0, 318.0, 241.0, 0.9, 0.25, 4e-4, -3e-4, 0.02, 1.2, 0.45, 0.06]),
+    RATIONAL, np.array([330.0, 331.0, 318.0, 241.0, 0.9, 0.25, 4e-4, -3e-4, 0.02, 1.2, 0.45, 0.06])
 )
 ROUND = Lens(FISHEYE, np.array([250.0, 251.0, 322.0, 238.0, -0.02, 0.006, -0.003, 0.0006]))
 
@@ -57,13 +51,3 @@ def sightings_of(camera, boards, seed, noise=0.1, board=BOARD):
         camera.name, SIZE, np.array(frames, dtype=np.int64),
         np.array(pixels).reshape(-1, len(board.corners), 2), names, (), len(boards),
     )  # fmt: skip
-
-
-def disturbed(pose, rng, turn=0.02, shift=0.02):
-    """A pose near another one."""
-    change = rotation_from_vector(rng.normal(0, turn, 3))
-    return replace(
-        pose,
-        rotation=change @ pose.rotation,
-        translation=pose.translation + rng.normal(0, shift, 3),
-    )

@@ -1,7 +1,5 @@
 """Accuracy on rendered boards with blur and noise, and on real pictures; speed is not judged."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from stereotrack_core.calibrate.align import (
     aligned,
@@ -13,7 +11,6 @@ from stereotrack_core.calibrate.align import (
     from_person,
     from_points,
     triangulated,
-    world_of_axes,
 )
 from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.errors import InputError
@@ -24,8 +21,6 @@ from tests.calibrate.scenes import BENT, BOARD, SIZE, looking_at, sightings_of
 
 _OLD_FROM_NEW = RigidTransform(rotation_from_vector(np.array([0.4, -0.3, 2.0])), np.ones(3))
 """The world as it was before; the new one is what the tests expect."""
-
-_CLIMB = np.array([0.0, 0.0, 1.0])
 
 
 @pytest.fixture
@@ -46,19 +41,6 @@ def check(cameras, alignment, place=0.01, degrees=0.5):
     np.testing.assert_allclose(both.translation, 0, atol=place)
     np.testing.assert_allclose(both.rotation, np.eye(3), atol=np.radians(degrees))
     np.testing.assert_allclose(new["a"].position_world, (0, 2.5, 1.6), atol=3 * place)
-
-
-@given(seed=st.integers(0, 10_000))
-def test_a_world_of_axes_is_right_handed_with_its_axes(seed):
-    rng = np.random.default_rng(seed)
-    up, north, origin = rng.normal(size=(3, 3))
-    world = world_of_axes(up, north, origin)
-    np.testing.assert_allclose(world.rotation @ world.rotation.T, np.eye(3), atol=1e-9)
-    assert np.linalg.det(world.rotation) == pytest.approx(1)
-    np.testing.assert_allclose(world.rotation @ up / np.linalg.norm(up), _CLIMB, atol=1e-9)
-    assert (world.rotation @ north)[1] > 0
-    assert abs((world.rotation @ north)[0]) < 1e-9
-    np.testing.assert_allclose(world.apply(origin), 0, atol=1e-9)
 
 
 def test_the_floor_is_found_below_furniture_and_beside_walls(cameras):

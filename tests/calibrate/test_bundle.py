@@ -10,17 +10,13 @@ from stereotrack_core.calibrate.bundle import BundleCamera, adjusted
 from stereotrack_core.calibrate.lens import BROWN, LENS_MODELS, Lens, lens_of, projected
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from tests.calibrate.scenes import (
-    BENT,
-    BOARD,
-    HERE,
-    ROUND,
-    SIZE,
-    WIDE,
-    boards_before,
-    disturbed,
-    looking_at,
-)
+from tests.calibrate.scenes import BENT, BOARD, HERE, ROUND, SIZE, WIDE, boards_before, looking_at
+
+
+def disturbed(pose, rng):
+    """A pose near another one."""
+    rotation = rotation_from_vector(rng.normal(0, 0.02, 3)) @ pose.rotation
+    return RigidTransform(rotation, pose.translation + rng.normal(0, 0.02, 3))
 
 
 @pytest.fixture

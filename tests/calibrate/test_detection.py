@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
-from stereotrack_core.calibrate.detection import find_board, recognised
+from stereotrack_core.calibrate.detection import find_board, recognised, tilts
 from stereotrack_core.calibrate.lens import BROWN, Lens
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -23,20 +23,17 @@ CHARUCO = Board(4, 3, 0.09, "4X4_50", 0.06)
 
 
 def placed(board, turn=(0.3, -0.25, 0.1), away=0.9):
-    """A board before the camera, tilted."""
     rotation = rotation_from_vector(np.array(turn))
     return RigidTransform(rotation, np.array([0, 0, away]) - rotation @ board.corners.mean(axis=0))
 
 
 def picture(board, frame=0, **place):
-    """A picture of a board, and its true corners (n, 2)."""
     pose = placed(board, **place)
     image = BoardRenderer(_CAMERA, board, _SENSOR).picture(pose, frame)
     return image, _CAMERA.project(pose.apply(board.corners))
 
 
 def close_to(found, true):
-    """Most corners are seen, where they are."""
     seen = np.isfinite(found[:, 0])
     assert seen.mean() > 0.7
     np.testing.assert_allclose(found[seen], true[seen], atol=0.5)
@@ -87,11 +84,7 @@ def test_the_board_that_was_named_is_taken_where_it_is_seen():
 
 @pytest.mark.parametrize(
     ("size", "square", "remedy"),
-    [
-        ("9", 0.025, "9x6"),
-        ("9x6", 25.0, "0.025 for 25 mm"),
-        ("9x6", -0.1, "metres"),
-    ],
+    [("9", 0.025, "9x6"), ("9x6", 25.0, "0.025 for 25 mm"), ("9x6", -0.1, "metres")],
 )
 def test_what_is_no_chessboard_is_refused(size, square, remedy):
     with pytest.raises(InputError) as refusal:
@@ -101,13 +94,15 @@ def test_what_is_no_chessboard_is_refused(size, square, remedy):
 
 @pytest.mark.parametrize(
     ("text", "remedy"),
-    [
-        ("5x7", "5x7:4X4_50:0.018"),
-        ("5x7:4X4_5:0.018", "4X4_50"),
-        ("5x7:4X4_50:0.03", "Measure"),
-    ],
+    [("5x7", "5x7:4X4_50:0.018"), ("5x7:4X4_5:0.018", "4X4_50"), ("5x7:4X4_50:0.03", "Measure")],
 )
 def test_what_is_no_charuco_board_is_refused(text, remedy):
     with pytest.raises(InputError) as refusal:
         charuco(text, 0.025)
     assert remedy in refusal.value.remedy
+
+
+def test_a_board_whose_corners_are_counted_the_other_way_is_tilted_as_much():
+    turned = [rotation_from_vector(np.radians([angle, 0.0, 0.0])) for angle in (20.0, -20.0, 160.0)]
+    found = tilts([RigidTransform(rotation, np.array([0.0, 0.0, 2.0])) for rotation in turned])
+    assert np.degrees(found).max() < 35.0

@@ -5,16 +5,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stereotrack_core.calibrate import report
 from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics
-from stereotrack_core.calibrate.lens import BROWN, RADIAL, Lens
+from stereotrack_core.calibrate.lens import BROWN, RADIAL, Lens, lens_of
+from stereotrack_core.calibrate.work import fit_lenses
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from tests.calibrate.scenes import BENT, BOARD, HERE, ROUND, SIZE, WIDE, boards_before, sightings_of
+from tests.calibrate.scenes import (
+    BENT,
+    BOARD,
+    HERE,
+    ROUND,
+    SIZE,
+    WIDE,
+    boards_before,
+    looking_at,
+    sightings_of,
+)
 
 
 def seen_by(lens, count=16, noise=0.1, seed=1, distances=(1.0, 2.0)):
-    """Sightings of boards by a camera with a lens, and that camera."""
     camera = lens.camera("a", SIZE, HERE)
     boards = boards_before(camera, count, seed, distances=distances)
     return sightings_of(camera, boards, seed, noise), camera
@@ -99,3 +110,41 @@ def test_a_board_that_is_small_in_the_image_has_to_come_nearer():
     assert "about 0." in vague.remedy
     assert abs(near.lens.focal / ROUND.focal - 1.0) < 0.002
     assert not [one for one in near.findings if "only known to" in one.what]
+
+
+@pytest.mark.parametrize("lens", [BENT, WIDE, ROUND])
+def test_a_camera_gives_its_lens_again(lens):
+    again = lens_of(lens.camera("a", SIZE, HERE))
+    assert again.model is lens.model
+    np.testing.assert_array_equal(again.values, lens.values)
+
+
+_LENS = Lens(RADIAL, np.array([600.0, 600, 320, 240, -0.1, 0.02, 0, 0, 0, 0, 0, 0]))
+
+
+class Asker:
+    def __init__(self):
+        self.told = []
+
+    def tell(self, word):
+        self.told.append(word)
+
+    def cancelled(self):
+        return False
+
+
+def test_lenses_that_fail_do_not_keep_the_others_from_their_results():
+    left, right = (
+        _LENS.camera(name, SIZE, looking_at((x, -2, 1.2)))
+        for name, x in (("N_left", 0.0), ("N_right", 0.12))
+    )
+    boards = boards_before(left, 14, seed=7, distances=(0.9, 1.8))
+    few = replace(sightings_of(right, boards, 3).only(np.arange(2)), searched=14)
+    asker = Asker()
+    found = fit_lenses((sightings_of(left, boards, 3), few), BOARD, "radial", asker)
+    assert found["N_left"].rms_px < 0.3
+    assert isinstance(found["N_right"], InputError)
+    assert [word.words for word in asker.told] == ["lens of N_left", "lens of N_right"]
+    said = report.of_lenses(found)
+    assert said.words == "Film again with N_right."
+    assert "found in 2 pictures of 14" in said.remarks[0]

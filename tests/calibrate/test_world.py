@@ -33,7 +33,6 @@ def off(world, true):
 
 @pytest.fixture(scope="module")
 def pair():
-    """A stereo camera, and boards before it."""
     cameras = [camera_at("N_left", 0.06, -2, 1.2), camera_at("N_right", 0.18, -2, 1.2)]
     return cameras, boards_before(cameras[0], 18, seed=7, distances=(0.9, 1.8))
 

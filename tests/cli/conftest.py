@@ -10,9 +10,8 @@ from stereotrack_core.program import main
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended."""
+    """What a command said."""
 
-    status: int
     out: str
     err: str
 
@@ -24,12 +23,14 @@ class Ended:
 
 @pytest.fixture
 def run(capsys):
-    """Function that runs a command line in this process."""
+    """Function that runs a command line in this process and checks its exit status."""
 
-    def command(*arguments, window=None):
-        status = main([str(argument) for argument in arguments], window=window)
-        captured = capsys.readouterr()
-        return Ended(status, captured.out, captured.err)
+    def command(*arguments, window=None, status=0):
+        found = main([str(argument) for argument in arguments], window=window)
+        ended = Ended(*capsys.readouterr())
+        assert found == status, ended.err
+        assert "Traceback" not in ended.err
+        return ended
 
     return command
 

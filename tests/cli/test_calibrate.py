@@ -25,10 +25,8 @@ NAMED = ("--board", "7x4", "--square", "0.06")
 def cameras():
     """A stereo camera."""
     places = {"N_left": (0.06, 0, 0), "N_right": (-0.06, 0, 0)}
-    return {
-        name: LENS.camera(name, SIZE, RigidTransform(np.eye(3), np.array(place)))
-        for name, place in places.items()
-    }
+    placed = {name: RigidTransform(np.eye(3), np.array(place)) for name, place in places.items()}
+    return {name: LENS.camera(name, SIZE, place) for name, place in placed.items()}
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +59,6 @@ def test_intrinsics(run, pictures, tmp_path):
     out = tmp_path / "lens.toml"
     images = f"{pictures}/N_left/*.png"
     ended = run("calibrate", "intrinsics", "--images", images, *NAMED, "-o", out, "--json")
-    assert ended.status == 0, ended.err
     told = ended.json
     assert told["rms_px"] < 0.15
     assert told["held_out_px"] < 0.2
@@ -80,13 +77,11 @@ def test_stereo_and_world_agree(run, pictures, tmp_path):
     out, other = tmp_path / "stereo.toml", tmp_path / "world.toml"
     sides = ("--left", pictures / "N_left", "--right", pictures / "N_right")
     ended = run("calibrate", "stereo", *sides, *NAMED, "-o", out, "--model", "radial", "--json")
-    assert ended.status == 0, ended.err
     assert ended.json["pair"]["baseline_m"] == pytest.approx(0.12, abs=0.002)
     assert ended.json["rms_px"] < 0.2
     assert ended.json["scale"]["ratio"] == pytest.approx(1, abs=0.01)
     assert {one["camera"] for one in ended.json["cameras"]} == {"N_left", "N_right"}
     world = run("calibrate", "world", pictures, *NAMED, "-o", other, "--model", "radial")
-    assert world.status == 0, world.err
     assert "All together" in world.out
     both = [read_calibration(path) for path in (out, other)]
     for name in ("N_left", "N_right"):
@@ -104,8 +99,7 @@ def test_stereo_and_world_agree(run, pictures, tmp_path):
 def test_what_cannot_work_ends_with_a_sentence(run, pictures, tmp_path, options, words):
     out = tmp_path / "lens.toml"
     images = ("--images", f"{pictures}/N_left/[0-4].png")
-    ended = run("calibrate", "intrinsics", *images, *options, "-o", out)
-    assert ended.status == 2
+    ended = run("calibrate", "intrinsics", *images, *options, "-o", out, status=2)
     assert words in ended.err
     assert ended.err.count("\n") == 1
     assert not out.exists()
@@ -121,7 +115,6 @@ def test_align_by_a_person(run, calibration, tmp_path):
     write_landmarks(person, LandmarkTrajectory(np.arange(4), turn.apply(points)))
     out = tmp_path / "new.toml"
     ended = run("calibrate", "align", calibration, "--person", person, "-o", out, "--json")
-    assert ended.status == 0, ended.err
     assert ended.json["source"] == "person"
     place = read_calibration(out)["N_left"].position_world
     np.testing.assert_allclose(place, cameras()["N_left"].position_world, atol=0.1)
@@ -138,15 +131,12 @@ def test_align_by_points_and_by_a_board(run, calibration, pictures, tmp_path):
             lines.append(f"{name},{camera.name},{x:.3f},{y:.3f}")
     clicks.write_text("\n".join(lines))
     ended = run("calibrate", "align", calibration, "--points", clicks, "-o", out, "--json")
-    assert ended.status == 0, ended.err
     assert read_calibration(out)["N_left"].position_world[2] > 1
     clicks.write_text("\n".join(lines[:4]))
-    refused = run("calibrate", "align", calibration, "--points", clicks, "-o", out)
-    assert refused.status == 2
+    refused = run("calibrate", "align", calibration, "--points", clicks, "-o", out, status=2)
     assert "in at least two cameras" in refused.err
     board = ("--board-on-floor", pictures, *NAMED)
     ended = run("calibrate", "align", calibration, *board, "-o", out, "--json")
-    assert ended.status == 0, ended.err
     assert ended.json["rms_px"] < 0.3
     assert ended.json["scale"]["ratio"] == pytest.approx(1, abs=0.02)
 
@@ -156,8 +146,7 @@ def test_align_by_the_floor_of_a_recording(run, recording, tmp_path):
     old, out = tmp_path / "old.toml", tmp_path / "new.toml"
     turn = RigidTransform(rotation_from_vector(np.array([0.2, -0.1, 0.4])), np.ones(3))
     write_calibration(old, aligned(true, turn))
-    ended = run("calibrate", "align", old, "--floor", recording, "-o", out, "--json")
-    assert ended.status == 0, ended.err
+    run("calibrate", "align", old, "--floor", recording, "-o", out, "--json")
     for name, camera in read_calibration(out).items():
         up = camera.camera_from_world.rotation[:, 2] @ true[name].camera_from_world.rotation[:, 2]
         assert up > np.cos(np.radians(2))

@@ -28,25 +28,12 @@ MEASURES = {
 def test_simulate_says_what_it_made(run, tmp_path):
     small = ("--set", "width=96", "--set", "height=64", "--set", "focal=60")
     ended = run("simulate", tmp_path / "a", "--frames", 2, "--views", "N", *small, "--json")
-    assert ended.status == 0
     assert ended.json["frames"] == 2
     assert (tmp_path / "a" / "recording.toml").is_file()
-    again = run("simulate", tmp_path / "a", "--frames", 2)
-    assert again.status == 2
-    assert again.out == ""
+    assert run("simulate", tmp_path / "a", "--frames", 2, status=2).out == ""
     for wrong in (("--person", "P9"), ("--set", "clothes=silk"), ("--frames", "0")):
-        ended = run("simulate", tmp_path / "b", *wrong)
-        assert ended.status == 2
+        ended = run("simulate", tmp_path / "b", *wrong, status=2)
         assert not (tmp_path / "b").exists()
-
-
-def test_track_writes_a_complete_run(run, recording, tracked):
-    stored = read_run(tracked)
-    assert stored.frame.tolist() == list(range(10))
-    assert stored.meta["preset"] == "fast"
-    assert stored.meta["recording_folder"] == str(recording)
-    assert stored.meta["wall_seconds"] > 0
-    assert stored.tracked.any()
 
 
 @pytest.mark.parametrize("suffix", RUN_SUFFIXES)
@@ -54,7 +41,6 @@ def test_track_writes_every_format(run, recording, tmp_path, suffix):
     path = tmp_path / f"run{suffix}"
     small = ("--set", "least_focal=0")  # enlarged, images as small as these are warned of
     ended = run("track", recording, "-o", path, "--frames", "2:4", *QUICK, *small, "--json")
-    assert ended.status == 0
     assert ended.err == ""
     assert ended.json["frames"] == 2
     assert ended.json["run"] == str(path)
@@ -65,20 +51,18 @@ def test_track_writes_every_format(run, recording, tmp_path, suffix):
 
 def test_track_goes_back_over_the_run(run, recording, tmp_path):
     options = (*QUICK, "--frames", ":5", "--set", "least_points=50")
-    files = {name: tmp_path / f"{name}.npz" for name in ("plain", "a", "b")}
+    files = {name: tmp_path / f"{name}.npz" for name in ("plain", "smooth")}
     facts = run("track", recording, "-o", files["plain"], *options, "--json").json
     assert not facts["smoothed"]
-    for name in ("a", "b"):
-        facts = run("track", recording, "-o", files[name], *options, "--smooth", "--json").json
-        assert facts["smoothed"]
-        assert "smooth" in facts["median_stage_ms"]
-    plain, a, b = (read_run(path) for path in files.values())
-    assert a.meta["smoothed"]
-    np.testing.assert_array_equal(a.x, b.x)
-    np.testing.assert_array_equal(a.frame, plain.frame)
+    facts = run("track", recording, "-o", files["smooth"], *options, "--smooth", "--json").json
+    assert facts["smoothed"]
+    assert "smooth" in facts["median_stage_ms"]
+    plain, smooth = (read_run(path) for path in files.values())
+    assert smooth.meta["smoothed"]
+    np.testing.assert_array_equal(smooth.frame, plain.frame)
     last = np.flatnonzero(plain.tracked)[-1]
-    assert (a.x[:last] != plain.x[:last]).any(axis=1).all()
-    assert run("evaluate", files["a"], "--json").status == 0
+    assert (smooth.x[:last] != plain.x[:last]).any(axis=1).all()
+    run("evaluate", files["smooth"], "--json")
 
 
 @pytest.fixture(scope="module")
@@ -92,12 +76,11 @@ def test_track_goes_on_from_a_file(run, recording, tracked, seen, tmp_path):
     stretch = ("--preset", "fast", "--frames", f"{seen}:{seen + 2}")
     for init in (tracked, recording / "reference.csv"):
         path = tmp_path / "later.npz"
-        assert run("track", recording, "-o", path, "--init", init, *stretch).status == 0
+        run("track", recording, "-o", path, "--init", init, *stretch)
         assert read_run(path).meta["init"] == "pose"
     beyond = tmp_path / "short.npz"
-    assert run("track", recording, "-o", beyond, *QUICK, "--frames", ":2").status == 0
-    ended = run("track", recording, "-o", tmp_path / "x.npz", "--init", beyond, *stretch)
-    assert ended.status == 2
+    run("track", recording, "-o", beyond, *QUICK, "--frames", ":2")
+    ended = run("track", recording, "-o", tmp_path / "x.npz", "--init", beyond, *stretch, status=2)
     assert f"frame {seen}" in ended.err
 
 
@@ -120,8 +103,7 @@ def test_track_refuses_wrong_input_before_working(
     monkeypatch.chdir(tmp_path)
     options = [text.format(recording=recording) for text in options]
     output = () if "-o" in options else ("-o", "run.npz")
-    ended = run("track", recording, *output, *options)
-    assert ended.status == 2
+    ended = run("track", recording, *output, *options, status=2)
     assert ended.out == ""
     assert words in ended.err
     assert ended.err.count("\n") == 1
@@ -136,8 +118,7 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
 
     monkeypatch.setattr(track_plan, "progress", interrupting)
     path = tmp_path / "run.npz"
-    ended = run("track", recording, "-o", path, *QUICK, "--json")
-    assert ended.status == 1
+    ended = run("track", recording, "-o", path, *QUICK, "--json", status=1)
     assert "3 of 10" in ended.err
     assert ended.json["stopped"] is True
     assert read_run(path).frame.tolist() == [0, 1, 2]
@@ -145,7 +126,6 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
 
 def test_evaluate_prints_the_measures(run, recording, tracked):
     ended = run("evaluate", tracked, "--segments")
-    assert ended.status == 0
     assert ended.err == ""
     for words in ("torso position [mm]", "forearms [deg]", "left forearm", "lost", "t-pose"):
         assert words in ended.out
@@ -169,20 +149,18 @@ def test_evaluate_without_truth(run, recording, tmp_path):
         ([reference, "--reference", reference, "--frames", "50:60"], "none of the frames"),
         ([reference, "--reference", reference, "--frames", "x"], "--frames"),
     ):
-        ended = run("evaluate", *arguments)
-        assert (ended.status, ended.out) == (2, "")
+        ended = run("evaluate", *arguments, status=2)
+        assert ended.out == ""
         assert words in ended.err
     alone = tmp_path / "alone.csv"
     shutil.copy(reference, alone)
-    ended = run("evaluate", reference, "--reference", alone, "--segments")
-    assert ended.status == 2
+    ended = run("evaluate", reference, "--reference", alone, "--segments", status=2)
     assert "segments.csv" in ended.err
 
 
 def test_cloud(run, recording, tmp_path):
     path = tmp_path / "cloud.ply"
     ended = run("cloud", recording, "--frame", 3, "-o", path, "--json")
-    assert ended.status == 0
     assert ended.json["points"] > 100
     assert sum(ended.json["points_of_view"].values()) == ended.json["points"]
     assert path.read_bytes().startswith(b"ply\nformat binary_little_endian 1.0\n")
@@ -190,13 +168,11 @@ def test_cloud(run, recording, tmp_path):
     assert "N" in north.out
     assert "S " not in north.out
     for wrong in (("--frame", 99, "-o", path), ("--frame", 0, "-o", tmp_path / "cloud.obj")):
-        ended = run("cloud", recording, *wrong)
-        assert (ended.status, ended.out) == (2, "")
+        assert run("cloud", recording, *wrong, status=2).out == ""
 
 
 def test_info(run, recording, tmp_path):
     ended = run("info", recording)
-    assert ended.status == 0
     assert "10 at 10 Hz" in ended.out
     assert "stereo" in ended.out
     facts = run("info", recording, "--json").json
@@ -211,17 +187,15 @@ def test_info(run, recording, tmp_path):
     shutil.copytree(recording, broken)
     text = (broken / "recording.toml").read_text()
     (broken / "recording.toml").write_text(text.replace("fps = ", "speed = "))
-    ended = run("info", broken, "--json")
-    assert ended.status == 2
+    ended = run("info", broken, "--json", status=2)
     assert "fps" in json.dumps(ended.json["findings"])
     assert "in" in ended.err
-    assert run("info", tmp_path / "none").status == 2
+    run("info", tmp_path / "none", status=2)
 
 
 def test_demo_headless(run, recording, tmp_path, monkeypatch):
     shutil.copytree(recording, tmp_path / "demo" / "recording")
     ended = run("demo", tmp_path / "demo", "--headless", "--preset", "fast")
-    assert ended.status == 0
     assert "forearms [deg]" in ended.out
     assert "t-pose" in ended.out
     assert str(tmp_path / "demo" / "run.npz") in ended.err
@@ -230,4 +204,4 @@ def test_demo_headless(run, recording, tmp_path, monkeypatch):
     facts = run("demo", tmp_path / "demo", "--headless", "--preset", "fast", "--json").json
     assert set(facts["measures"]) == MEASURES
     (tmp_path / "file").write_text("")
-    assert run("demo", tmp_path / "file", "--headless").status == 2
+    run("demo", tmp_path / "file", "--headless", status=2)

@@ -59,7 +59,6 @@ def with_meta(run, path, **meta):
 
 def test_angles_of_a_run_are_tables(run, tracked):
     ended = run("evaluate", tracked, "--angles")
-    assert ended.status == 0
     for words in ("left shoulder elevation", "Errors of the joint angles"):
         assert words in ended.out
 
@@ -88,7 +87,7 @@ def test_angles_are_exported_from_runs_and_projects(run, recording, tracked, tmp
         made.apply(save_reference("truth", Reference(truth.frame, truth.points)))
     for k, source in enumerate((tracked, project, recording / "reference.csv")):
         path = tmp_path / f"{k}.csv"
-        assert run("export", source, "--format", "angles", "-o", path).status == 0
+        run("export", source, "--format", "angles", "-o", path)
         with path.open(newline="") as file:
             tables.append(list(csv.DictReader(file)))
     assert tables[1] == tables[2]
@@ -101,7 +100,6 @@ def test_angles_are_exported_from_runs_and_projects(run, recording, tracked, tmp
 
 def test_failures_have_frames_limbs_peak_cause_and_evidence(run, failing):
     ended = run("evaluate", failing / "run.npz", "--failures")
-    assert ended.status == 0
     for words in ("1 failure in", "4-9", "left forearm", "80°"):
         assert words in ended.out
     told = run("evaluate", failing / "run.npz", "--failures", "--json").json["failures"]
@@ -113,9 +111,7 @@ def test_failures_have_frames_limbs_peak_cause_and_evidence(run, failing):
 
 
 def test_failures_of_a_run_that_has_lost_its_recording(run, failing, tmp_path):
-    gone = with_meta(
-        failing / "run.npz", tmp_path / "gone.npz", recording_folder=str(tmp_path / "gone")
-    )
+    gone = with_meta(failing / "run.npz", tmp_path / "gone.npz", recording_folder="/gone")
     arguments = ("evaluate", gone, "--failures", "--json")
     ended = run(*arguments, "--reference", failing / "truth.csv")
     assert len(ended.json["failures"]["list"]) == 1
@@ -129,7 +125,6 @@ def test_the_better_run_is_named_in_a_sentence(run, runs):
     arguments = ("--reference", runs / "truth.csv", "--frames", "20:")
     against = ("--against", runs / "rough.npz", *arguments)
     ended = run("evaluate", runs / "fine.npz", *against)
-    assert ended.status == 0
     assert "B is better by" in ended.out
     assert "140 frames" in ended.out
     facts = run("evaluate", runs / "fine.npz", *against, "--json").json["against"]
@@ -151,7 +146,7 @@ def test_several_runs_are_compared_with_the_first(run, runs):
     better, same = (pair["measures"]["forearms"]["difference"] for pair in facts["pairs"])
     assert better < 0.0 == same
     assert run(*arguments).out.count("B compared with A") == 2
-    assert run("compare", files[0]).status == 2
+    run("compare", files[0], status=2)
 
 
 def test_the_recordings_own_reference_and_segments_are_used(run, recording, tracked, tmp_path):
@@ -164,7 +159,6 @@ def test_the_recordings_own_reference_and_segments_are_used(run, recording, trac
     here = with_meta(tracked, tmp_path / "a.npz", recording_folder=str(moved))
     arguments = ("evaluate", here, "--against", here, "--angles", "--segments")
     ended = run(*arguments)
-    assert ended.status == 0, ended.err
     for words in ("start: B compared with A", "rest: B compared with A", "equal in every frame"):
         assert words in ended.out
     facts = run(*arguments, "--json").json
@@ -188,7 +182,6 @@ def test_wrong_input_is_one_sentence(run, recording, tracked, tmp_path, words, s
     bare.write_bytes((recording / "reference.csv").read_bytes())
     late.write_text("frame,landmark,x,y,z\n900,head,0,0,1\n")
     places = {"bare": bare, "late": late, "run": tracked}
-    ended = run("evaluate", *(word.format(**places) for word in words.split()))
-    assert (ended.status, ended.out) == (2, "")
+    ended = run("evaluate", *(word.format(**places) for word in words.split()), status=2)
+    assert ended.out == ""
     assert said in ended.err
-    assert "Traceback" not in ended.err

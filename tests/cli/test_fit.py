@@ -34,14 +34,14 @@ def clicks(recording, tmp_path_factory):
     return path
 
 
-def fit(run, recording, clicks, output, *more):
-    return run("fit", recording, "--clicks", clicks, "-o", output, "--sigma", 1, *more)
+def fit(run, recording, clicks, output, *more, status=0):
+    words = ("fit", recording, "--clicks", clicks, "-o", output, "--sigma", 1, *more)
+    return run(*words, status=status)
 
 
 @pytest.mark.parametrize(("depth", "worst"), [((), 12.0), (("--set", "use_depth=no"), 8.0)])
 def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     ended = fit(run, recording, clicks, tmp_path / "reference.npz", "--json", *depth)
-    assert ended.status == 0
     assert ended.json["frames"] == {"clicked": 4, "interpolated": 6, "gap": 0}
     assert ended.json["clicks"] == 72
     assert set(ended.json["limb_sigma_deg"]) == set(LIMBS)
@@ -56,10 +56,8 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
 
 
 def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
-    ended = fit(
-        run, recording, clicks, tmp_path / "a.npz", "--set", "use_depth=no", "--frames", "2:8"
-    )
-    assert ended.status == 0
+    options = ("--set", "use_depth=no", "--frames", "2:8")
+    ended = fit(run, recording, clicks, tmp_path / "a.npz", *options)
     assert "probable outlier" in ended.err
     assert "uncertainty left forearm" in ended.out
     stored = read_reference(tmp_path / "a.npz")
@@ -68,15 +66,9 @@ def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
     assert np.isfinite(stored.covariance).all()
     assert stored.filled.tolist() == [True, False, True, True, False, True]
     assert stored.meta["click_sigma_px"] == 1
-    assert (
-        run("evaluate", tmp_path / "a.npz", "--angles", "--json").json["angles"][
-            "frames_per_second"
-        ]
-        == 10.0
-    )
-    assert (
-        run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc").status == 0
-    )
+    angles = run("evaluate", tmp_path / "a.npz", "--angles", "--json").json["angles"]
+    assert angles["frames_per_second"] == 10.0
+    run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc")
     assert read_trc(tmp_path / "a.trc")[1] == 10.0
 
 
@@ -90,22 +82,17 @@ def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path)
         (("--views", "X"), "no view"),
         (("--set", "speed=3"), "unknown parameter"),
     ):
-        ended = fit(run, recording, clicks, output, *options)
-        assert ended.status == 2
+        ended = fit(run, recording, clicks, output, *options, status=2)
         assert ended.out == ""
         assert said in ended.err
-        assert "Traceback" not in ended.err
     for path, target in ((empty, output), (tmp_path / "none.csv", output), (clicks, "a.txt")):
-        ended = fit(run, recording, path, target)
-        assert ended.status == 2
-        assert "Traceback" not in ended.err
+        fit(run, recording, path, target, status=2)
     assert not output.exists()
 
 
 def test_a_few_clicked_frames_make_a_subject_file(run, recording, tracked, clicks, tmp_path):
     written = tmp_path / "subject.toml"
     ended = fit(run, recording, clicks, written, "--personalise", "--run", tracked, "--json")
-    assert ended.status == 0
     frames = ended.json["frames"]
     assert frames
     assert set(frames) <= {0, 3, 6, 9}
@@ -120,26 +107,20 @@ def test_a_few_clicked_frames_make_a_subject_file(run, recording, tracked, click
         assert offset == pytest.approx(tuple(ended.json["offsets_m"][name]), abs=1e-5)
     told = fit(run, recording, clicks, written, "--personalise", "--run", tracked)
     assert f"Offsets from {len(frames)} clicked frames, mm" in told.out
-    refused = fit(run, recording, clicks, tmp_path / "subject.csv", "--personalise")
-    assert refused.status != 0
+    refused = fit(run, recording, clicks, tmp_path / "subject.csv", "--personalise", status=2)
     assert ".toml" in refused.err
 
 
 def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
     settings = ("--preset", "fast", "--frames", "0:4", "--clicks", clicks, "--json")
     ended = run("track", recording, "-o", tmp_path / "run.npz", *settings)
-    assert ended.status == 0
     assert set(ended.json["repaired"]) <= {1, 2}  # between the clicked frames
-    meta = read_run(tmp_path / "run.npz").meta
-    assert meta["clicks"]["count"] == 72
-    again = run("track", recording, "-o", tmp_path / "b.npz", "--like", tmp_path / "run.npz")
-    assert again.status == 0
-    assert read_run(tmp_path / "b.npz").meta["clicks"] == meta["clicks"]
-    np.testing.assert_array_equal(
-        read_run(tmp_path / "b.npz").landmarks, read_run(tmp_path / "run.npz").landmarks
-    )
-    refused = run(
-        "track", recording, "-o", tmp_path / "c.npz", "--clicks", clicks, "--preset", "thesis"
-    )
-    assert refused.status != 0
+    first = read_run(tmp_path / "run.npz")
+    assert first.meta["clicks"]["count"] == 72
+    run("track", recording, "-o", tmp_path / "b.npz", "--like", tmp_path / "run.npz")
+    second = read_run(tmp_path / "b.npz")
+    assert second.meta["clicks"] == first.meta["clicks"]
+    np.testing.assert_array_equal(second.landmarks, first.landmarks)
+    thesis = ("-o", tmp_path / "c.npz", "--clicks", clicks, "--preset", "thesis")
+    refused = run("track", recording, *thesis, status=2)
     assert "does not use clicks" in refused.err

@@ -1,7 +1,5 @@
 """``stereotrack import recording``: from videos to a recording that opens."""
 
-from __future__ import annotations
-
 import pytest
 
 from stereotrack_core.recording.folder import open_recording
@@ -17,30 +15,25 @@ def videos(tmp_path):
 
 def test_a_folder_of_videos_becomes_a_recording(run, videos):
     ended = run("import", "recording", videos, "--json")
-    assert ended.status == 0, ended.err
     assert ended.json["guessed"] is True
     assert "need a calibration" in ended.err
     recording = open_recording(videos)
     assert [(view.name, view.kind) for view in recording.views] == [("N", "stereo"), ("S", "mono")]
     assert recording.name == "videos"
     shown = run("info", videos)
-    assert shown.status == 0
     assert "guessed from the size" in shown.out.replace("\n", " ") or "guessed" in shown.out
 
 
 def test_a_dry_run_writes_nothing(run, videos):
     before = sorted(videos.iterdir())
-    ended = run("import", "recording", videos, "--dry-run")
-    assert ended.status == 0
-    assert "left image of a stereo camera" in ended.out
+    assert "left image of a stereo camera" in run("import", "recording", videos, "--dry-run").out
     assert sorted(videos.iterdir()) == before
 
 
 def test_what_sources_show_can_be_said(run, videos, tmp_path):
     out = tmp_path / "new"
     roles = ("--view", "A=N_left", "--view", "S=S", "--mirrored", "S")
-    ended = run("import", "recording", videos, "-o", out, *roles, "--fps", "50", "--title", "t")
-    assert ended.status == 0, ended.err
+    run("import", "recording", videos, "-o", out, *roles, "--fps", "50", "--title", "t")
     recording = open_recording(out)
     assert [(view.name, view.kind) for view in recording.views] == [("A", "mono"), ("S", "mono")]
     assert (recording.name, recording.fps) == ("t", 50.0)
@@ -48,17 +41,11 @@ def test_what_sources_show_can_be_said(run, videos, tmp_path):
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [
-        (("--view", "A=M"), "there is no 'M'"),
-        (("--calibration", "nowhere.toml"), "nowhere.toml"),
-    ],
+    [(("--view", "A=M"), "there is no 'M'"), (("--calibration", "nowhere.toml"), "nowhere.toml")],
 )
 def test_what_does_not_fit_is_refused_in_a_sentence(run, videos, arguments, words):
     before = sorted(videos.iterdir())
-    ended = run("import", "recording", videos, *arguments)
-    assert ended.status == 2
-    assert words in ended.err
-    assert "Traceback" not in ended.err
+    assert words in run("import", "recording", videos, *arguments, status=2).err
     assert sorted(videos.iterdir()) == before
 
 
@@ -66,15 +53,15 @@ def test_offsets_are_estimated_or_given(run, tmp_path):
     for name, at in (("A", 9.0), ("B", 12.0)):
         clip(tmp_path / "in" / f"{name}.mp4", flashing(at), frames=20)
     ended = run("import", "recording", tmp_path / "in", "--synchronise", "flash", "--json")
-    assert ended.status == 0, ended.err
     assert "synchronised by flash: B: +3" in ended.err
     assert [one["frames"] for one in ended.json["synchronised"]] == pytest.approx([0, 3], abs=0.1)
     streams = [view.image.first_frame for view in open_recording(tmp_path / "in").views]
     assert streams == [0, 3]
     by_hand = ("--first", "A=2", "-o", tmp_path / "out")
-    assert run("import", "recording", tmp_path / "in" / "A.mp4", *by_hand).status == 0
-    ended = run("import", "recording", tmp_path / "in", "--first", "A=x", "-o", tmp_path / "no")
-    assert (ended.status, "'x' is no frame" in ended.err) == (2, True)
+    run("import", "recording", tmp_path / "in" / "A.mp4", *by_hand)
+    by_hand = ("--first", "A=x", "-o", tmp_path / "no")
+    ended = run("import", "recording", tmp_path / "in", *by_hand, status=2)
+    assert "'x' is no frame" in ended.err
 
 
 def test_a_bag_is_read_by_its_topics(run, tmp_path):
@@ -83,26 +70,9 @@ def test_a_bag_is_read_by_its_topics(run, tmp_path):
 
     bag = stereo_bag(tmp_path / "walk.bag")
     listed = run("import", "recording", bag, "--dry-run", "-o", tmp_path / "out")
-    assert listed.status == 0, listed.err
     assert "/stereo/left/image_raw" in listed.out
-    assert run("import", "recording", bag).status == 2
+    run("import", "recording", bag, status=2)
     view = ("--view", "front=/stereo/left/image_raw,/stereo/right/image_raw")
-    ended = run("import", "recording", bag, "-o", tmp_path / "out", *view)
-    assert ended.status == 0, ended.err
+    run("import", "recording", bag, "-o", tmp_path / "out", *view)
     recording = open_recording(tmp_path / "out")
     assert ([view.name for view in recording.views], recording.guessed) == (["front"], True)
-    calibration = []
-    for side, aside in (("left", 0.0), ("right", -7.2)):  # as `topic echo` prints camera_info
-        path = tmp_path / f"{side}.yaml"
-        path.write_text(
-            f"header:\n  frame_id: {side}\nheight: 48\nwidth: 64\ndistortion_model: plumb_bob\n"
-            "d: [0.1, 0, 0, 0, 0]\nk: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]\n"
-            "r: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
-            f"p: [60, 0, 31.5, {aside}, 0, 60, 23.5, 0, 0, 0, 1, 0]\n---\n"
-        )
-        calibration += ["--calibration", path]
-    ended = run("import", "recording", bag, "-o", tmp_path / "known", *view, *calibration)
-    assert ended.status == 0, ended.err
-    recording = open_recording(tmp_path / "known")
-    assert not recording.guessed
-    assert recording.cameras["right"].position_world == pytest.approx([0.12, 0, 0])

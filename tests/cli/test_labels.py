@@ -1,4 +1,6 @@
-"""Labels go into projects and out of them, and nothing of a person's is lost on the way."""
+"""Labels and keypoints go into projects and out of them; nothing of a person's is lost."""
+
+import json
 
 import numpy as np
 import pytest
@@ -42,7 +44,7 @@ def clicks_in(path):
 @pytest.mark.parametrize(("kind", "suffix"), [("csv", ".csv"), ("coco", ".json")])
 def test_clicks_go_from_project_to_project(run, project, empty, tmp_path, kind, suffix):
     path = tmp_path / f"clicks{suffix}"
-    assert run("export", project, "--format", kind, "-o", path).status == 0
+    run("export", project, "--format", kind, "-o", path)
     facts = run("import", "labels", path, "--into", empty, "--json").json
     assert (facts["taken"], facts["problems"]) == (3, 0)
     assert clicks_in(empty) == clicks_in(project)
@@ -55,17 +57,14 @@ def test_clicks_go_from_project_to_project(run, project, empty, tmp_path, kind, 
 
 def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
     path = tmp_path / "theirs.csv"
-    path.write_text(
-        "frame,view,landmark,x,y,visibility\n0,N,left_elbow,50,60,2\n0,S,left_elbow,5,6,2\n"
-        "0,N,head,5,6,2\n"
-    )
+    rows = "0,N,left_elbow,50,60,2\n0,S,left_elbow,5,6,2\n0,N,head,5,6,2\n"
+    path.write_text(f"frame,view,landmark,x,y,visibility\n{rows}")
     deleted = ClickKey(0, "N_right", "head")
     with Project.open(project) as opened:
         opened.apply(PlaceClicks((Click(*deleted, (1.0, 1.0)),)))
         opened.apply(DeleteClicks((deleted,)))
     before = clicks_in(project)
-    ended = run("import", "labels", path, "--into", project)
-    assert ended.status == 2
+    ended = run("import", "labels", path, "--into", project, status=2)
     assert "2 of its clicks contradict the project" in ended.err
     assert clicks_in(project) == before
     mine = run("import", "labels", path, "--into", project, "--conflicts", "mine", "--json").json
@@ -78,11 +77,9 @@ def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
 
 def test_wrong_lines_stop_the_import_unless_they_may_be_left_out(run, empty, tmp_path):
     path = tmp_path / "x.csv"
-    path.write_text(
-        "frame,view,landmark,x,y,visibility\n0,N,head,50,60,2\n0,N,nose,5,6,2\n99,N,head,5,6,2\n"
-    )
-    ended = run("import", "labels", path, "--into", empty)
-    assert ended.status == 2
+    rows = "0,N,head,50,60,2\n0,N,nose,5,6,2\n99,N,head,5,6,2\n"
+    path.write_text(f"frame,view,landmark,x,y,visibility\n{rows}")
+    ended = run("import", "labels", path, "--into", empty, status=2)
     assert "unknown landmark 'nose'" in ended.err
     assert "frame 99 does not exist" in ended.err
     assert "2 of its lines cannot be read" in ended.err
@@ -94,56 +91,50 @@ def test_wrong_lines_stop_the_import_unless_they_may_be_left_out(run, empty, tmp
 def test_names_can_be_said(run, empty, tmp_path):
     path = tmp_path / "S.csv"
     path.write_text("scorer,a,a\nbodyparts,left_wrist,left_wrist\ncoords,x,y\n2,5,6\n")
-    ended = run("import", "labels", path, "--into", empty, "--camera", "S")
-    assert ended.status == 2
+    ended = run("import", "labels", path, "--into", empty, "--camera", "S", status=2)
     assert "none of its landmarks is known" in ended.err
     named = ("--name", "left_wrist=left_hand", "--camera", "S")
-    assert run("import", "labels", path, "--into", empty, *named).status == 0
+    run("import", "labels", path, "--into", empty, *named)
     assert list(clicks_in(empty)) == [ClickKey(2, "S_right", "left_hand")]
-    assert run("import", "labels", path, "--into", empty, "--name", "x").status == 2
+    run("import", "labels", path, "--into", empty, "--name", "x", status=2)
 
 
 def test_trajectories_become_references_and_come_back(run, recording, project, tmp_path):
     path = tmp_path / "truth.trc"
-    ended = run("export", recording / "reference.csv", "--format", "trc", "-o", path)
-    assert ended.status == 2
+    ended = run("export", recording / "reference.csv", "--format", "trc", "-o", path, status=2)
     assert "--fps" in ended.err
     ended = run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "10")
-    assert ended.status == 0
     assert run("import", "labels", path, "--into", project, "--json").json["reference"] == "truth"
-    assert run("import", "labels", path, "--into", project).status == 2
-    assert run("import", "labels", path, "--into", project, "--conflicts", "theirs").status == 0
+    run("import", "labels", path, "--into", project, status=2)
+    run("import", "labels", path, "--into", project, "--conflicts", "theirs")
     truth = read_trajectory(recording / "reference.csv")
     for kind in ("csv", "trc", "c3d", "npz"):
         out = tmp_path / f"out.{kind}"
         ended = run("export", project, "--format", kind, "--reference", "-o", out)
-        assert ended.status == 0, ended.err
         assert np.allclose(read_trajectory(out).points, truth.points, atol=1e-5, equal_nan=True)
-    assert run("export", project, "--format", "bvh", "-o", tmp_path / "out.bvh").status == 0
+    run("export", project, "--format", "bvh", "-o", tmp_path / "out.bvh")
 
 
 def test_the_suffix_names_the_format(run, project, tracked, tmp_path):
-    assert run("export", tracked, "-o", tmp_path / "a.bvh").status == 0
+    run("export", tracked, "-o", tmp_path / "a.bvh")
     assert (tmp_path / "a.bvh").read_text().startswith("HIERARCHY")
     facts = run("export", tracked, "--format", "angles", "-o", tmp_path / "a.csv", "--json").json
     assert facts["files"][str(tmp_path / "a.csv")] == "joint angles of 10 frames"
-    assert run("export", project, "-o", tmp_path / "a.json").status == 0
+    run("export", project, "-o", tmp_path / "a.json")
     assert clicks_in(project)
-    ended = run("export", tracked, "-o", tmp_path / "a.xyz")
-    assert (ended.status, "means no format" in ended.err) == (2, True)
+    assert "means no format" in run("export", tracked, "-o", tmp_path / "a.xyz", status=2).err
 
 
 def test_other_tools_open_labels(run, project, empty, tmp_path):
     sio = pytest.importorskip("sleap_io")
     for kind, name in (("dlc", "d.csv"), ("slp", "s.slp")):
-        ended = run("export", project, "--format", kind, "-o", tmp_path / name)
-        assert ended.status == 0, ended.err
+        run("export", project, "--format", kind, "-o", tmp_path / name)
     stored = sio.load_slp(str(tmp_path / "s.slp"))
     places = [one.instances[0]["left_elbow"]["xy"].tolist() for one in stored.labeled_frames]
     assert sorted(places) == [[10.25, 20.5], [12.0, 20.5]]
     assert all(one.image.shape[:2] == (240, 320) for one in stored.labeled_frames)
     for name in ("s.slp", "d_N_left.csv"):
-        assert run("import", "labels", tmp_path / name, "--into", empty).status == 0
+        run("import", "labels", tmp_path / name, "--into", empty)
         assert clicks_in(empty).keys() <= clicks_in(project).keys()
 
 
@@ -162,6 +153,36 @@ def test_refusals(run, recording, project, tracked, tmp_path):
     )
     (tmp_path / "x.mat").write_bytes(b"")
     for arguments, words in wrong:
-        ended = run(*arguments)
-        assert ended.status == 2, arguments
-        assert words in ended.err
+        assert words in run(*arguments, status=2).err
+
+
+ROWS = (
+    "frame,view,keypoint,x,y,confidence,person\n"
+    "0,N,left_wrist,10.25,20.5,0.75,0\n0,N,nose,11.0,2.0,0.5,0\n"
+    "0,N,nose,30.0,2.0,0.25,1\n0,N,tail,3.0,2.0,0.25,1\n1,N_left,head,5.0,6.0,1.0,0\n"
+)
+
+
+def test_predictions_are_kept_counted_and_written(run, empty, tmp_path):
+    file = tmp_path / "rtm.csv"
+    file.write_text(ROWS)
+    ended = run("import", "predictions", file, "--into", empty, "--json")
+    facts = ended.json
+    assert (facts["keypoints"], facts["of_landmarks"], facts["detectors"]) == (3, 3, "rtm")
+    unknown = "of keypoints that are no part of the body's layouts"
+    assert facts["left_out"] == {unknown: 1, "of other people": 1}
+    with Project.open(empty, read_only=True) as opened:
+        assert opened.clicks.count() == 0
+        assert opened.keypoints.sources() == {"rtm": 3}
+    out = tmp_path / "out.csv"
+    run("export", empty, "--predictions", "--format", "csv", "-o", out)
+    lines = out.read_text().splitlines()
+    assert lines[1] == "0,N,left_wrist,10.250,20.500,0.75,0,rtm"
+    assert lines[3].startswith("1,N_left,head,")
+    again = run("import", "predictions", out, "--into", empty, "--json").json
+    assert (again["keypoints"], again["left_out"]) == (3, {})
+    results = tmp_path / "out.json"
+    coco = ("--format", "coco", "-o", results)
+    ended = run("export", empty, "--predictions", "rtm", *coco)
+    assert "1 that COCO does not have left out" in " ".join(ended.out.split())
+    assert len(json.loads(results.read_text())) == 1

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.cli.options import check_output
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.selection import asked_frames, views_of
@@ -44,21 +43,3 @@ def test_frames_that_make_no_sense(text):
 )
 def test_views(names, text, chosen):
     assert views_of(recording_with(*names), text) == chosen
-
-
-@pytest.mark.parametrize("text", ["NX", "cam_0", "", "N+", "N,S"])
-def test_views_that_are_not_there(text):
-    with pytest.raises(InputError, match="N, O, S, W") as caught:
-        views_of(recording_with(*"NOSW"), text)
-    assert caught.value.where == "--views"
-
-
-def test_output_places(tmp_path):
-    inside, other = tmp_path, tmp_path / "other"
-    assert check_output(tmp_path / "run.npz", other) == tmp_path / "run.npz"
-    with pytest.raises(InputError, match="never written to"):
-        check_output(tmp_path / "run.npz", inside)
-    with pytest.raises(InputError, match="no such folder"):
-        check_output(tmp_path / "absent" / "run.npz")
-    with pytest.raises(InputError, match="this is a folder"):
-        check_output(tmp_path)

@@ -50,3 +50,15 @@ def test_json_keeps_what_it_holds(capsys):
     out = capsys.readouterr().out
     assert json.loads(out) == {HIDDEN: [HIDDEN, "Größe\n"]}
     assert out.replace("\n", "").isprintable()
+
+
+def test_quiet_says_only_results_and_errors(run, tracked, tmp_path):
+    path = tmp_path / "a.bvh"
+    said = run("export", tracked, "-o", path)
+    quiet = run("export", tracked, "-o", path, "--quiet")
+    assert quiet.out == said.out
+    assert quiet.err == ""
+    assert run("-q", "export", tracked, "-o", path).err == ""
+    wrong = run("-q", "export", tracked, "-o", tmp_path / "a.xyz", status=2)
+    assert wrong.err.startswith("stereotrack: ")
+    assert run("export", tracked, "-o", path).err == said.err

@@ -9,15 +9,10 @@ from stereotrack_core.tracking.presets import UserPreset, preset, write_preset
 def test_a_file_is_a_preset_to_track_with(run, recording, tmp_path):
     own = tmp_path / "own.toml"
     write_preset(own, UserPreset("few points", "fast", {"data_points": 300, "fit_shape": False}))
-    for name, arguments in {
-        "file": ("--preset", own),
-        "words": ("--preset", "fast", "--set", "data_points=300", "--set", "fit_shape=no"),
-    }.items():
-        made = run(
-            "track", recording, "-o", tmp_path / f"{name}.npz", *arguments, "--frames", "0:2",
-            "--init", "tpose",
-        )  # fmt: skip
-        assert made.status == 0, made.err
+    words = ("--preset", "fast", "--set", "data_points=300", "--set", "fit_shape=no")
+    for name, arguments in {"file": ("--preset", own), "words": words}.items():
+        more = ("-o", tmp_path / f"{name}.npz", "--frames", "0:2", "--init", "tpose")
+        run("track", recording, *arguments, *more)
     by_file, by_words = (read_run(tmp_path / f"{name}.npz") for name in ("file", "words"))
     np.testing.assert_array_equal(by_file.x, by_words.x)
     changed = preset("fast").replaced(data_points=300, fit_shape=False)

@@ -1,7 +1,5 @@
 """Recordings in memory: rendered walls and boxes with exact geometry, no files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

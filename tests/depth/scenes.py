@@ -1,7 +1,5 @@
 """Synthetic stereo images whose disparity is known exactly, and rigs to take them with."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -5,10 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from stereotrack_core.depth.background import (
-    averaged,
-    percentile_model,
-)
+from stereotrack_core.depth.background import averaged, percentile_model
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameSet, ViewImages

@@ -7,18 +7,11 @@ import pytest
 
 from stereotrack_core.depth.chain import DepthChain, source_of
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.rows import row_offset
-from stereotrack_core.depth.sources import moved_up
+from stereotrack_core.depth.sources import moved_up, row_offset
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
-from tests.depth.recordings import (
-    BOX,
-    MemoryReader,
-    depth_recording,
-    frame_set,
-    stereo_recording,
-)
+from tests.depth.recordings import BOX, MemoryReader, depth_recording, frame_set, stereo_recording
 from tests.depth.scenes import camera
 
 FRONT_Y = BOX[1, 0]

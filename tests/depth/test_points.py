@@ -5,40 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import KDTree
 
-from stereotrack_core.depth.cloud import DepthGeometry
-from stereotrack_core.depth.points import inliers, range_of_disparity, thinned_pixels
-from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.geometry.transform import RigidTransform
-
-GEOMETRY = DepthGeometry(
-    focal=400.0,
-    c_x=150.3,
-    c_y=121.7,
-    baseline=0.12,
-    disparity_offset=-9.5,
-    width=320,
-    height=240,
-    world_from_depth=RigidTransform(
-        rotation_from_vector(np.array([0.3, -1.2, 0.5])), np.array([0.4, -2.0, 1.1])
-    ),
-)
-
-
-def test_points_come_back_from_their_disparities():
-    rng = np.random.default_rng(3)
-    chosen = rng.random((240, 320)) < 0.01
-    rows, columns = np.nonzero(chosen)
-    z = rng.uniform(1.0, 5.0, len(rows))
-    g = GEOMETRY
-    disparity = np.full((240, 320), np.nan, np.float32)
-    disparity[chosen] = g.focal * g.baseline / z + g.disparity_offset
-    pixels = thinned_pixels(chosen, 1, (0, 0))
-    ranges = range_of_disparity(g, disparity)[pixels[:, 1], pixels[:, 0]]
-    points = g.points(*pixels.T, ranges.astype(np.float64))
-    x, y = (columns - g.c_x) / g.focal * z, (rows - g.c_y) / g.focal * z
-    expected = g.world_from_depth.apply(np.stack([x, y, z], axis=1))
-    assert np.array_equal(pixels, np.stack([columns, rows], axis=1))
-    assert np.linalg.norm(points - expected, axis=1).max() < 1e-4
+from stereotrack_core.depth.points import inliers, thinned_pixels
 
 
 def test_a_region_keeps_the_rows_and_columns_of_the_whole_image():
@@ -81,7 +48,3 @@ def test_outliers_agree_with_a_tree_on_a_cloud_with_far_points(distance):
     farthest, _ = KDTree(points).query(points, k=[9])
     expected = farthest[:, 0] <= distance
     assert np.array_equal(inliers(points, 8, distance, repeat=False), expected)
-
-
-def test_an_empty_cloud_stays_empty():
-    assert inliers(np.zeros((0, 3)), 8, 0.06, repeat=True).shape == (0,)

@@ -6,8 +6,14 @@ import pytest
 
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.reach import check_reach, is_changed, reach_of
-from stereotrack_core.depth.volume import WorkingSpace, settled, working_space
+from stereotrack_core.depth.volume import (
+    WorkingSpace,
+    check_reach,
+    is_changed,
+    reach_of,
+    settled,
+    working_space,
+)
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording, Stream, View

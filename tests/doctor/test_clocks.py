@@ -7,10 +7,10 @@ import pytest
 
 from stereotrack_core.doctor.clocks import check_clocks, check_lags, lag_of, motion_signals
 from stereotrack_core.recording.reader import FrameSet, ViewImages
+from tests.depth.recordings import stereo_recording
 
 
 def motion(late=0.0, seed=0, length=120):
-    """Bursts of motion, as one of several views sees them."""
     at = np.arange(length) - late
     bursts = sum(
         size * np.exp(-0.5 * ((at - place) / 3.0) ** 2)
@@ -72,7 +72,7 @@ class Frames:
 
 
 @pytest.mark.parametrize("late", [0, 3])
-def test_the_left_image_of_a_pair_may_be_late(late, stereo_view):
-    findings = list(check_clocks(stereo_view, motion_signals(Frames(late))))
+def test_the_left_image_of_a_pair_may_be_late(late):
+    findings = list(check_clocks(stereo_recording(), motion_signals(Frames(late))))
     assert [f.where for f in findings] == ["view A, left"] * (late > 0)
     assert all(f.severity == "error" and "larger by 3" in f.remedy for f in findings)

@@ -21,7 +21,6 @@ from tests.recording.small import written_recording
 
 @pytest.fixture(scope="module")
 def pictures(tmp_path_factory):
-    """The small recording, written once."""
     return written_recording(tmp_path_factory.mktemp("small")).folder
 
 
@@ -39,7 +38,6 @@ def wrong(pictures, tmp_path, monkeypatch):
 
 @pytest.fixture
 def sound(pictures, tmp_path):
-    """A copy of it without segments."""
     recording = open_recording(shutil.copytree(pictures, tmp_path / "small"))
     (recording.folder / "segments.csv").unlink()
     return dataclasses.replace(recording, segments=())
@@ -105,8 +103,7 @@ def far(camera):
 
 
 @pytest.mark.parametrize(
-    ("fault", "kind", "amount"),
-    [(transposed, "transpose", 1.0), (far, "scale_translation", 0.001)],
+    ("fault", "kind", "amount"), [(transposed, "transpose", 1.0), (far, "scale_translation", 0.001)]
 )
 def test_cameras_are_as_they_were(sound, fault, kind, amount):
     names = ("N_left", "S_right")

@@ -11,6 +11,7 @@ from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.doctor.reference import Body, check_reference, limbs_of
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from tests.depth.recordings import stereo_recording
 from tests.tracking.scenes import pose_with_arms
 
 FRAMES = 40
@@ -52,41 +53,41 @@ def measured(truth):
     return bodies
 
 
-def found(stereo_view, measured, points, frame=None):
+def found(measured, points, frame=None):
     frame = np.arange(len(points)) if frame is None else frame
     reference = LandmarkTrajectory(frame, points)
-    changed = dataclasses.replace(stereo_view, reference=reference)
+    changed = dataclasses.replace(stereo_recording(), reference=reference)
     return list(check_reference(changed, measured))
 
 
-def test_the_true_reference_has_no_findings(stereo_view, measured, truth):
-    assert not found(stereo_view, measured, truth)
-    assert not found(stereo_view, [], truth)  # nothing measured proves nothing
+def test_the_true_reference_has_no_findings(measured, truth):
+    assert not found(measured, truth)
+    assert not found([], truth)  # nothing measured proves nothing
 
 
-def test_a_late_reference_is_named_and_measured(stereo_view, measured, truth):
-    [finding] = found(stereo_view, measured, truth, np.arange(FRAMES) + 8)
+def test_a_late_reference_is_named_and_measured(measured, truth):
+    [finding] = found(measured, truth, np.arange(FRAMES) + 8)
     assert finding.severity == "error"
     assert int(re.search(r"(\d+) frames", finding.what)[1]) == pytest.approx(8, abs=1)
     assert "late" in finding.what
     assert "numbers smaller by about" in finding.remedy
-    [early] = found(stereo_view, measured, truth[6:])
+    [early] = found(measured, truth[6:])
     assert int(re.search(r"larger by about (\d+) \(tested", early.remedy)[1]) == pytest.approx(
         6, abs=1
     )
 
 
-def test_a_world_whose_y_points_up_is_named(stereo_view, measured, truth):
-    [finding] = found(stereo_view, measured, truth[..., [0, 2, 1]] * [1, 1, -1])
+def test_a_world_whose_y_points_up_is_named(measured, truth):
+    [finding] = found(measured, truth[..., [0, 2, 1]] * [1, 1, -1])
     assert "its y axis points up" in finding.what
     assert "Write x, -z, y for x, y, z (tested" in finding.remedy
 
 
-def test_exchanged_sides_are_named(stereo_view, measured, truth):
-    [finding] = found(stereo_view, measured, truth[:, MIRROR])
+def test_exchanged_sides_are_named(measured, truth):
+    [finding] = found(measured, truth[:, MIRROR])
     assert "left and right are exchanged" in finding.what
 
 
-def test_a_reference_from_elsewhere_is_named(stereo_view, measured, truth):
-    [finding] = found(stereo_view, measured, truth + [0.5, 0.4, 0.0])
+def test_a_reference_from_elsewhere_is_named(measured, truth):
+    [finding] = found(measured, truth + [0.5, 0.4, 0.0])
     assert "another recording" in finding.remedy

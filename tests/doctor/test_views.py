@@ -8,11 +8,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.doctor.views import (
-    check_views,
-    measured_views,
-    misfits,
-)
+from stereotrack_core.doctor.views import check_views, measured_views, misfits
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.reader import FrameReader

@@ -1,7 +1,5 @@
 """A small recording as the program makes it, copies of it to damage, and the program itself."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable
@@ -14,12 +12,12 @@ import pytest
 from stereotrack_core.program import main
 
 FRAMES = 12
-FAST = (
-    *("--preset", "fast", "--init", "tpose"),
-    *("--set", "fit_shape=no", "--set", "least_focal=0"),
-)
-"""A run that is not about how the person is found or measured, nor about exact depths: these take
-most of the time."""
+# A run that is not about how the person is found or measured, nor about exact depths: these take
+# most of the time.
+FAST = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no", "--set", "least_focal=0")
+# With which small pictures give enough points for every preset.
+DENSE = ("--set", "speckle_size=10", "--set", "pixel_step=1", "--set", "match_window=9")
+SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
 
 
 @dataclass(frozen=True)
@@ -64,22 +62,24 @@ def sound(tmp_path_factory) -> Path:
     """A rendered recording of two stereo views in which nothing is wrong.
 
     Its pictures are so small that where limbs are, and whether enough of the body is seen, is a
-    matter of chance: for whatever depends on that there is ``clear``.
+    matter of chance.
     """
-    small = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
-    return _rendered(tmp_path_factory.mktemp("end to end") / "sound", *small)
+    return rendered(tmp_path_factory.mktemp("end to end") / "sound", *SMALL)
+
+
+def rendered(folder: Path, *size: str, views: str = "NS") -> Path:
+    """Simulate somebody in the T pose."""
+    frames = ("--frames", str(FRAMES), "--views", views, "--motion", "t-pose")
+    assert main(["simulate", str(folder), *frames, *size]) == 0
+    return folder
 
 
 @pytest.fixture(scope="session")
-def clear(tmp_path_factory) -> Path:
-    """The same in pictures of the usual size, in which the body is found where it is."""
-    return _rendered(tmp_path_factory.mktemp("end to end") / "clear")
-
-
-def _rendered(folder: Path, *size: str) -> Path:
-    frames = ("--frames", str(FRAMES), "--views", "NS", "--motion", "t-pose")
-    assert main(["simulate", str(folder), *frames, *size]) == 0
-    return folder
+def whole(sound, tmp_path_factory) -> Path:
+    """A fast run of the sound recording."""
+    place = tmp_path_factory.mktemp("whole") / "whole.npz"
+    assert main(["track", str(sound), "-o", str(place), *FAST]) == 0
+    return place
 
 
 @pytest.fixture

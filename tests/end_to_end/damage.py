@@ -1,7 +1,5 @@
 """Ways to damage a recording."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

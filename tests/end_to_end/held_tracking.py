@@ -4,8 +4,6 @@ It is given the frames, then the command line; a line on standard output says th
 With ``limit`` before the frames it is not held, but no file may grow any more, as on a full drive.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

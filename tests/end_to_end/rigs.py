@@ -1,28 +1,19 @@
 """Simulated rigs that a user may have built: other lenses, distances, people and worlds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.align import aligned
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.writing import (
-    VideoWriter,
-    write_png,
-    write_recording_description,
-)
-from stereotrack_core.simulation.make import Simulation, build_scene
-from stereotrack_core.simulation.people import PEOPLE, Person
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.simulation import make
+from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.rig import SceneOptions
 
 _COMPASS = "NOSW"
@@ -34,25 +25,19 @@ class Rig:
     """Stereo cameras of one kind around somebody in the middle of a room."""
 
     name: str
-    focal: float
-    """Pixels."""
-    baseline: float
-    distance: float
-    """`baseline` and `distance`: metres."""
+    focal: float  # pixels
+    baseline: float  # metres
+    distance: float  # metres
+    # Where the world is: at the `floor`, `away` from the person, `y-up` at the floor, at the first
+    # `camera` (x right, y down, z forward), or there with `camera-y-up`.
     world: str = "floor"
-    """Where the world is: at the ``floor``, ``away`` from the person, ``y-up`` at the floor, at the
-    first ``camera`` (x right, y down, z forward), or there with ``camera-y-up``."""
-    bearings: tuple[float, ...] = (0.0,)
-    """Degrees from north, clockwise, at which the cameras stand."""
+    bearings: tuple[float, ...] = (0.0,)  # degrees from north, clockwise, of the cameras
     width: int = 640
     height: int = 480
     camera_height: float = 1.5
-    looks_at: float = 1.05
-    """Metres above the floor at the person."""
+    looks_at: float = 1.05  # metres above the floor at the person
     stature: float = 1.75
-    background: bool = True
-    """Whether there are pictures of the empty room."""
-    motion: str = "cross-arms"
+    background: bool = True  # whether there are pictures of the empty room
 
 
 _SHORT = 960, 720
@@ -119,52 +104,17 @@ def world_from_room(rig: Rig, cameras: Mapping[str, Camera]) -> RigidTransform:
 
 
 def make_rig(folder: Path, rig: Rig, frames: int) -> None:
-    """Render a recording of a rig; subject and truth are those of the person drawn."""
+    """Simulate a recording of a rig; subject and truth are those of the person drawn."""
     person = min(PEOPLE, key=lambda name: abs(PEOPLE[name].stature - rig.stature))
     options = SceneOptions(
         width=rig.width, height=rig.height, background_images=rig.background, pace=1.8,
         furnished=False, stature=rig.stature,
     )  # fmt: skip
-    made = Simulation(person, rig.motion, frames, seed=_SEED, options=options)
     cameras = _cameras(rig)
-    folder.mkdir(parents=True)
-    with ThreadPoolExecutor(2) as workers, ExitStack() as opened:
-        scene = build_scene(made, workers, cameras)
-        size = {"width": rig.width, "height": rig.height}
-        videos = {
-            name: opened.enter_context(
-                VideoWriter(folder / f"{name}.mp4", fps=options.fps, **size, colour=False, crf=16)
-            )
-            for name in cameras
-        }
-        truth = []
-        for frame in range(frames):
-            people, points = scene.people(frame)
-            truth.append(points)
-            for name, video in videos.items():
-                video.write(scene.picture(name, people, frame))
-        if rig.background:
-            for name, renderer in scene.renderers.items():
-                write_png(folder / f"{name}_background.png", renderer.background())
-    _describe(folder, rig, made.who, cameras, np.array(truth))
-
-
-def _describe(
-    folder: Path, rig: Rig, person: Person, cameras: Mapping[str, Camera], truth: FloatArray
-) -> None:
-    def stream(camera: str) -> Stream:
-        return Stream(
-            camera, f"{camera}.mp4", f"{camera}_background.png" if rig.background else None
-        )
-
-    world = world_from_room(rig, cameras)
-    views = tuple(
-        View(name, "stereo", image=stream(f"{name}_right"), left=stream(f"{name}_left"))
-        for name in dict.fromkeys(camera.partition("_")[0] for camera in cameras)
-    )
-    reference = LandmarkTrajectory(np.arange(len(truth)), world.apply(truth))
-    changed = aligned(cameras, world)
-    subject = person.subject()
-    write_recording_description(
-        Recording(folder, rig.name, 10.0, views, changed, subject, reference, ())
-    )
+    with patch.object(make, "rig", lambda *_: cameras):
+        made = make.Simulation(person, "cross-arms", frames, seed=_SEED, options=options)
+        make.simulate(folder, made)
+    recording, world = open_recording(folder), world_from_room(rig, cameras)
+    truth = replace(recording.reference, points=world.apply(recording.reference.points))
+    moved = replace(recording, cameras=aligned(cameras, world), reference=truth)
+    write_recording_description(moved)

@@ -1,7 +1,5 @@
 """The whole chain on rendered pictures of crossing arms, preset ``accurate``, against the truth."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

@@ -1,7 +1,6 @@
 """A disk that is full: nothing is lost, and whoever asked is told."""
 
-from __future__ import annotations
-
+import functools
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -9,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.run_npz import write_npz
 from tests.end_to_end import writers
-from tests.end_to_end.writers import FILES, FOLDERS, Things, content_of, full_disk
-from tests.evaluation.failure_segments.runs import recorded
+from tests.end_to_end.writers import FILES, FOLDERS, content_of, full_disk
+from tests.reading.samples import Samples, made_samples
 
 ROOT = Path(__file__).resolve().parents[2]
 OLDER = b"what was there before\n"
@@ -25,38 +23,22 @@ ROOMS = ("no room", pytest.param("little room", marks=pytest.mark.slow), "nearly
 
 
 @pytest.fixture(scope="module")
-def things(tmp_path_factory, qapp) -> Things:
-    """A recording, and a run of it that fails twice."""
-    folder = tmp_path_factory.mktemp("things")
-    (folder / "recording").mkdir()
-    failing = (("left_forearm", 4, 6, 1.4), ("right_forearm", 8, 10, 1.4))
-    recording, run, truth = recorded(folder / "recording", 16, failing)
-    write_npz(folder / "run.npz", run)
-    return Things(recording, run, folder / "run.npz", truth)
+def samples(tmp_path_factory) -> Samples:
+    """A recording, a run of it and what else is written."""
+    return made_samples(tmp_path_factory.mktemp("samples"))
 
 
 @pytest.fixture(scope="module")
-def enough(tmp_path_factory) -> Callable[[str, Callable[[Path], object]], dict[str, bytes]]:
+def enough(samples, tmp_path_factory) -> Callable[[str], dict[str, bytes]]:
     """Function that writes once where there is room, and gives the files that were made."""
-    known: dict[str, dict[str, bytes]] = {}
 
-    def made(name: str, write: Callable[[Path], object]) -> dict[str, bytes]:
-        if name not in known:
-            folder = tmp_path_factory.mktemp("enough")
-            write(folder / name.split(": ")[-1])
-            known[name] = content_of(folder)
-            assert known[name]
-        return known[name]
+    @functools.cache
+    def made(name: str) -> dict[str, bytes]:
+        folder = tmp_path_factory.mktemp("enough")
+        (FILES | FOLDERS)[name](folder / name, samples)
+        return content_of(folder)
 
     return made
-
-
-def largest(made: dict[str, bytes]) -> int:
-    return max(len(content) for content in made.values())
-
-
-NEEDED = {".slp": "sleap_io"}
-"""Libraries that not everybody installs."""
 
 
 def with_older_files(folder: Path, made: dict[str, bytes]) -> dict[str, bytes]:
@@ -71,16 +53,14 @@ def with_older_files(folder: Path, made: dict[str, bytes]) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("name", [*FILES, *FOLDERS])
-def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path):
-    if (library := NEEDED.get(Path(name).suffix)) is not None:
-        pytest.importorskip(library)
-    if name == "run.rrd" and room == "nearly enough":
-        pytest.skip("it has another size every time")
-    write = FILES[name] if name in FILES else FOLDERS[name]
-    made = enough(name, lambda path: write(path, things))
+def test_a_writer_says_so_and_leaves_what_was_there(name, room, samples, enough, tmp_path):
+    if name == "sleap.slp":
+        pytest.importorskip("sleap_io")
+    made = enough(name)
     before = with_older_files(tmp_path / "full", made)
-    with full_disk(ROOM[room](largest(made))), pytest.raises(InputError) as refused:
-        write(tmp_path / "full" / name, things)
+    room = ROOM[room](max(map(len, made.values())))
+    with full_disk(room), pytest.raises(InputError) as refused:
+        (FILES | FOLDERS)[name](tmp_path / "full" / name, samples)
     assert content_of(tmp_path / "full") == before
     assert refused.value.where
     assert refused.value.remedy
@@ -89,6 +69,7 @@ def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, 
 def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
+        "app.shell.dialogs": "pictures of the window, tests/gui/test_picture_file.py",
         "stereotrack_core.doctor.correcting": "a recording of its own, tests/doctor",
         "stereotrack_core.pose_model.installation": "files of its own, tests/pose_model",
         "stereotrack_core.project.database": "tests/project",

@@ -1,7 +1,5 @@
 """A person who leaves the volume and comes back."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,9 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
 from stereotrack_core.tracking.presets import preset
 
-AWAY_BY = 0.4
-"""Metres behind the side of the volume, with which no part of the body is in it."""
-
+WHOLE = -0.25  # metres from the side, inside, from which the whole trunk is in the volume
+FOUND_WITHIN = 5  # frames after the trunk is in the volume again
+AWAY_BY = 0.4  # metres behind the side of the volume, with which no part of the body is in it
 TRUNK = [LANDMARKS.index(name) for name in ("left_hip", "right_hip")]
 
 
@@ -20,13 +18,6 @@ def _outside(points, settings) -> np.ndarray:
     hips = points[:, TRUNK].mean(axis=1)[:, :2]
     half = np.array([settings.volume_x, settings.volume_y]) / 2
     return (np.abs(hips - [settings.volume_centre_x, settings.volume_centre_y]) - half).max(axis=1)
-
-
-WHOLE = -0.25
-"""Metres from the side, inside, from which the whole trunk is in the volume."""
-
-FOUND_WITHIN = 5
-"""Frames after the trunk is in the volume again."""
 
 
 @pytest.mark.slow
@@ -39,9 +30,8 @@ def test_away_is_not_tracked_and_back_is_found_again(name, tmp_path, run):
     assert tracked.status == 0
     stored, truth = read_run(place), read_landmarks(folder / "reference.csv")
     out = _outside(truth.points, preset(name).depth)
-    away = out > AWAY_BY
-    assert away.any()
-    assert not stored.tracked[away].any()
+    assert (out > AWAY_BY).any()
+    assert not stored.tracked[out > AWAY_BY].any()
     hips = [p[:, TRUNK].mean(axis=1) for p in (stored.landmarks, truth.points)]
     off = np.linalg.norm(hips[0] - hips[1], axis=1)
     gone = int(np.flatnonzero(out > 0)[0])

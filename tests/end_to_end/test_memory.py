@@ -1,7 +1,5 @@
 """Memory stays flat however long a recording is."""
 
-from __future__ import annotations
-
 import gc
 import mmap
 from contextlib import closing
@@ -17,6 +15,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
 
+# Every stage at work, on little.
 QUICK = {
     "speckle_size": 10,
     "match_window": 9,
@@ -28,15 +27,11 @@ QUICK = {
     "search_proposals": 20,
     "search_refined": 1,
 }
-"""Every stage at work, on little."""
-
 SETTLED = 150
+# Bytes by which the process may grow with a frame, for the allocator's own needs; a kept estimate
+# has 10,000, a kept cloud 500,000.
 MOST_PER_FRAME = 4_000
-"""Bytes by which the process may grow with a frame, for the allocator's own needs; a kept estimate
-has 10,000, a kept cloud 500,000."""
-
-MOST_OBJECTS_PER_FRAME = 0.1
-"""Objects that may stay of a frame: none does, but the program as a whole is not quite still."""
+MOST_OBJECTS_PER_FRAME = 0.1  # none stays of a frame, but the program is not quite still
 
 
 class EndlessReader(FrameReader):

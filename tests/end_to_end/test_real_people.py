@@ -1,7 +1,5 @@
 """Recordings of real people that this project did not make; skipped where they are absent."""
 
-from __future__ import annotations
-
 import pytest
 
 from stereotrack_core.interop.run_file import read_run

@@ -1,7 +1,5 @@
 """Recordings that cannot be used: every command says the same one sentence and ends with 2."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable
@@ -19,8 +17,7 @@ TRANSPOSED = "matrix = [[200.0, 0.0, 0.0], [0.0, 200.0, 0.0], [159.5, 119.5, 1.0
 
 
 def _cut(folder: Path) -> None:
-    content = (folder / LEFT).read_bytes()
-    (folder / LEFT).write_bytes(content[: len(content) // 2])
+    os.truncate(folder / LEFT, (folder / LEFT).stat().st_size // 2)
 
 
 def _loop(folder: Path) -> None:
@@ -33,9 +30,8 @@ def _in_toml(file: str, pattern: str, text: str) -> Callable[[Path], None]:
 
 
 def _decimal_commas(folder: Path) -> None:
-    header, *rows = (folder / "reference.csv").read_text().splitlines()
-    rows = [row.replace(".", ",") for row in rows]
-    (folder / "reference.csv").write_text("\n".join([header, *rows]))
+    text = (folder / "reference.csv").read_text()
+    (folder / "reference.csv").write_text(text.replace(".", ","))
 
 
 DAMAGES: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {

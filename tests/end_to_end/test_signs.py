@@ -1,7 +1,6 @@
 """Recordings that are damaged in part: tracked where possible, and never without a sign."""
 
-from __future__ import annotations
-
+import re
 import shutil
 from pathlib import Path
 
@@ -10,8 +9,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.program import main
-from tests.end_to_end.conftest import FAST, FRAMES
+from tests.end_to_end.conftest import DENSE, FAST, FRAMES, SMALL, rendered
 from tests.end_to_end.damage import pictures_of, substitute, write_pictures
 
 PAIR = ("N_left", "N_right")
@@ -42,9 +40,8 @@ def _stretches(told, view):
 @pytest.mark.parametrize("preset", ["fast", pytest.param("thesis", marks=pytest.mark.slow)])
 def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_path, run):
     _darken(copy, PAIR, DARK)
-    dense = ("--set", "speckle_size=10", "--set", "pixel_step=1", "--set", "match_window=9")
-    quick = (*FAST, "--preset", preset)
-    told = run("track", copy, "-o", tmp_path / "run.npz", *quick, *dense, "--json")
+    quick = (*FAST, *DENSE, "--preset", preset)
+    told = run("track", copy, "-o", tmp_path / "run.npz", *quick, "--json")
     assert told.status == 0
     assert _stretches(told, "N") == [(DARK.start, DARK.stop)]
     assert _stretches(told, "S") == []
@@ -135,32 +132,20 @@ def test_a_shorter_stream_is_told_and_the_common_frames_are_used(copy, tmp_path,
 
 
 @pytest.mark.parametrize(
-    ("damage", "word"),
+    ("file", "pattern", "text", "word"),
     [
-        (
-            ("calibration.toml", r"distortions = \[[^\]]*\]", "distortions = [50, -900, 0, 0]"),
-            "fold",
-        ),
-        (("subject.toml", r"hip_width = .*", "hip_width = 220.0"), "not a body length"),
-        (("segments.csv", r",12", ",400"), "400"),
-        (("calibration.toml", r'units = "m"', 'units = "mm"'), "mm tall"),
+        ("calibration.toml", r"distortions = \[[^]]*\]", "distortions = [50, -900, 0, 0]", "fold"),
+        ("subject.toml", r"hip_width = .*", "hip_width = 220.0", "not a body length"),
+        ("segments.csv", r",12", ",400", "400"),
+        ("calibration.toml", r'units = "m"', 'units = "mm"', "mm tall"),
     ],
 )
-def test_what_looks_wrong_is_said_before_tracking(damage, word, copy, tmp_path, run):
-    file, pattern, text = damage
+def test_what_looks_wrong_is_said_before_tracking(file, pattern, text, word, copy, tmp_path, run):
     substitute(copy / file, pattern, text)
     assert word in run("info", copy).out.replace("\n", " ")
     place = tmp_path / "run.npz"
     told = run("track", copy, "-o", place, *FAST, "--frames", "0:2")
     assert word in told.err or told.status == 2
-
-
-@pytest.fixture(scope="module")
-def whole(sound, tmp_path_factory):
-    """A run of the sound recording."""
-    place = tmp_path_factory.mktemp("whole") / "run.npz"
-    assert main(["track", str(sound), "-o", str(place), *FAST]) == 0
-    return place
 
 
 def _spoilt(place: Path, **changes) -> None:
@@ -186,3 +171,40 @@ def test_runs_that_are_damaged_are_refused(damage, sound, whole, tmp_path, run):
             _spoilt(place, frame=np.arange(FRAMES)[::-1])
     assert str(place) in run("evaluate", place).sentence
     assert str(place) in run("track", sound, "-o", tmp_path / "b.npz", "--init", place).sentence
+
+
+@pytest.fixture(scope="module")
+def four_views(tmp_path_factory) -> Path:
+    """A rendered recording of four stereo views."""
+    return rendered(tmp_path_factory.mktemp("misfit") / "sound", *SMALL, views="NOSW")
+
+
+@pytest.fixture(scope="module")
+def exchanged(four_views) -> Path:
+    """The same with the cameras of two views exchanged."""
+    folder = shutil.copytree(four_views, four_views.with_name("exchanged"))
+    description, other = folder / "recording.toml", {"N": "O", "O": "N"}
+    description.write_text(
+        re.sub('(?<=camera = ")[NO]', lambda found: other[found[0]], description.read_text())
+    )
+    return folder
+
+
+def tracked(run, folder, place):
+    told = run("track", folder, "-o", place, *FAST, "--frames", ":6", "--json")
+    assert told.status == 0
+    assert read_run(place).meta["warnings"] == told.json["warnings"]
+    return told
+
+
+def test_two_views_that_are_exchanged_are_warned_of(exchanged, tmp_path, run):
+    told = tracked(run, exchanged, tmp_path / "run.npz")
+    [warning] = [one for one in told.json["warnings"] if "the views are inconsistent" in one]
+    assert f"warning: {warning}. Look for the cause" in told.err
+    assert "stereotrack info --deep" in told.err
+
+
+def test_sound_views_are_not(four_views, tmp_path, run):
+    told = tracked(run, four_views, tmp_path / "run.npz")
+    assert told.json["warnings"] == []
+    assert "warning" not in told.err

@@ -1,20 +1,18 @@
 """Whatever ends ``track``: what was there stays, every frame is kept, and it goes on."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from stereotrack_core.interop.run_file import read_run, write_run
-from tests.end_to_end.conftest import FAST, FRAMES
+from tests.end_to_end.conftest import DENSE, FAST, FRAMES, Ended
 from tests.end_to_end.damage import substitute
 from tests.same_run import same_run
 
@@ -31,19 +29,11 @@ ENDS = [
 """SIGTERM is sent by a test of its own."""
 
 
-@dataclass(frozen=True)
-class Child:
-    """How a tracking process ended."""
-
-    status: int
-    err: str
-
-
-def stopped_by(how: signal.Signals | str, *words: object, frames: int = HELD) -> Child:
-    """Track in a process that is ended when it has done so many frames."""
+def stopped_by(how: signal.Signals | str, *words: object) -> Ended:
+    """Track in a process that is ended when it has done some frames."""
     full = ["limit"] if how == "full drive" else []
     process = subprocess.Popen(
-        [sys.executable, str(PROGRAM), *full, str(frames), "track", *map(str, words)],
+        [sys.executable, str(PROGRAM), *full, str(HELD), "track", *map(str, words)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -54,28 +44,9 @@ def stopped_by(how: signal.Signals | str, *words: object, frames: int = HELD) ->
     if isinstance(how, signal.Signals):
         assert process.stdout.readline() == "held\n", process.communicate()[1]
         process.send_signal(how)
-    _, err = process.communicate("\n")
+    out, err = process.communicate("\n")
     assert "Traceback" not in err
-    return Child(process.returncode, err)
-
-
-@pytest.fixture(scope="module")
-def whole(sound, tmp_path_factory):
-    """The run that nobody stops."""
-    from stereotrack_core.program import main
-
-    place = tmp_path_factory.mktemp("unfinished") / "whole.npz"
-    assert main(["track", str(sound), "-o", str(place), *FAST]) == 0
-    return place
-
-
-@pytest.fixture(scope="module")
-def older(whole):
-    """A complete run that is another one."""
-    place = whole.with_name("older.npz")
-    run = read_run(whole)
-    write_run(place, replace(run, landmarks=run.landmarks + 0.01, x=run.x + 0.01))
-    return place
+    return Ended(process.returncode, out, err)
 
 
 @pytest.fixture(scope="module")
@@ -93,9 +64,11 @@ def left(killed, place):
 
 
 @pytest.fixture
-def place(older, tmp_path):
+def place(whole, tmp_path):
     """An output at which a complete older run stands."""
-    return Path(shutil.copy(older, tmp_path / "run.npz"))
+    run, place = read_run(whole), tmp_path / "run.npz"
+    write_run(place, replace(run, landmarks=run.landmarks + 0.01, x=run.x + 0.01))
+    return place
 
 
 def part_of(place):
@@ -149,9 +122,8 @@ def test_without_an_older_run_the_frames_are_written_too(sound, whole, tmp_path,
 )
 def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_path, run):
     substitute(copy / "recording.toml", r"(?m)^background = .*\n", "")
-    words = (copy, "--preset", preset, "--frames", "0:8", "--init", "tpose")
-    words += ("--set", "match_window=9", "--set", "speckle_size=10")
-    words += ("--set", "search_proposals=60", "--set", "data_points=300", "--set", "fit_shape=no")
+    words = (copy, *FAST, *DENSE, "--preset", preset, "--frames", "0:8")
+    words += ("--set", "search_proposals=60", "--set", "data_points=300")
     words += ("--set", "outlier_neighbours=0")  # tiny pictures give sparse points
     place = tmp_path / "run.npz"
     stopped_by(signal.SIGKILL, *words, "-o", place, "--smooth")

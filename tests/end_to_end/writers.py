@@ -1,20 +1,15 @@
 """Everything in the program that writes a file, and a disk that is full."""
 
-from __future__ import annotations
-
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtGui import QPixmap
 
-from app.shell.dialogs import write_picture
-from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
-from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.joint_angles import angles_of_run
 from stereotrack_core.interop.bvh import write_bvh
@@ -31,24 +26,23 @@ from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.exporting.runs import export_angles
+from stereotrack_core.project.exporting import export_angles
 from stereotrack_core.recording.calibration import write_calibration
-from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
+from stereotrack_core.recording.description import write_segments, write_subject
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
+from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
-from stereotrack_core.study.description import Study, StudyRecording, write_study
+from stereotrack_core.study.description import Study, StudyRecording, StudySettings, write_study
 from stereotrack_core.study.job import Job, JobResult, values_of
 from stereotrack_core.study.points import Point
 from stereotrack_core.study.store import write_result_table
-from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.presets import named, preset, write_preset
+from stereotrack_core.tracking.presets import UserPreset, preset, write_preset
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.reading.samples import Samples
 
 
 @contextmanager
@@ -70,143 +64,87 @@ def content_of(folder: Path) -> dict[str, bytes]:
     }
 
 
-@dataclass(frozen=True, eq=False)
-class Things:
-    """What the writers are given."""
-
-    recording: Recording
-    run: Run
-    run_file: Path
-    truth: LandmarkTrajectory
-
-    @property
-    def reference(self) -> Reference:
-        """The truth with something to say about itself."""
-        return Reference(self.truth.frame, self.truth.points, meta={"annotators": ["A"]})
-
-    @property
-    def clicks(self) -> list[Click]:
-        """Clicks in one camera."""
-        camera = self.recording.views[0].image.camera
-        return [
-            Click(frame, camera, name, (3.0 + frame, 7.5), Visibility.SEEN)
-            for frame in range(10)
-            for name in LANDMARKS
-        ]
-
-    @property
-    def keypoints(self) -> Keypoints:
-        """What a detector might say of one camera."""
-        camera = self.recording.views[0].image.camera
-        rows = ((k, camera, "left_wrist", 3.0 + k, 7.5, 0.5, "x", 0) for k in range(40))
-        return keypoints_of(rows)
-
-    @property
-    def picture(self) -> np.ndarray:
-        """Noise, which nothing makes smaller."""
-        return np.random.default_rng(1).integers(0, 256, (96, 128), dtype=np.uint8)
-
-
-def _video(path: Path, things: Things) -> None:
-    height, width = things.picture.shape
-    with VideoWriter(path, fps=10, width=width, height=height, crf=0) as video:
+def _video(path: Path, samples: Samples) -> None:
+    with VideoWriter(path, fps=10, width=128, height=96, crf=0) as video:
         for turn in range(12):
-            video.write(np.roll(things.picture, turn))
+            video.write(np.roll(samples.picture, turn))
 
 
-def _simulate(folder: Path, _things: Things) -> None:
+def _simulate(folder: Path, _samples: Samples) -> None:
     small = SceneOptions().replaced(width=96, height=64, focal=60)
     simulate(folder, Simulation(motion="t-pose", frames=3, views="N", options=small))
 
 
-def _foreign(path: Path, things: Things, form: str) -> None:
-    write_foreign(path, tuple(things.recording.cameras.values()), form)
-
-
-def _demo(folder: Path, _things: Things) -> None:
-    copied_demo(folder.parent)
-
-
-def _imported(folder: Path, things: Things) -> None:
-    images = (things.recording.folder / things.recording.views[0].image.frames).parent
-    choices = propose(look_at([images]))
+def _imported(folder: Path, samples: Samples) -> None:
+    choices = propose(look_at([samples.recording.folder / "N_right"]))
     make_recording(replace(choices, fps=10.0, calibration=None), folder)
 
 
-def _description(folder: Path, things: Things) -> None:
-    segments = (Segment("walk", 0, 5),)
-    facts = {**vars(things.recording), "folder": folder, "segments": segments}
-    write_recording_description(Recording(**facts))
+def _foreign(path: Path, samples: Samples, form: str) -> None:
+    write_foreign(path, tuple(samples.recording.cameras.values()), form)
 
 
-def _window(path: Path, _things: Things) -> None:
-    picture = QPixmap(160, 120)
-    picture.fill()
-    write_picture(path, picture)
-
-
-def _angles(path: Path, things: Things) -> None:
-    export_angles(path, angles_of_run(things.run), 10.0)
-
-
-def _cloud(path: Path, _things: Things) -> None:
+def _cloud(path: Path, _samples: Samples) -> None:
     points = np.random.default_rng(2).normal(size=(300, 3))
     write_cloud(path, points, np.arange(300) % 2, ("N", "S"), 7)
 
 
 def _study(path: Path) -> Study:
-    rows = (StudyRecording(f"data/r{k}", factors={"subject": f"s{k}"}) for k in range(40))
-    return Study(path, tuple(rows))
+    rows = (
+        StudyRecording("a/one", "one.stereotrack", factors={"gait": "slow"}),
+        StudyRecording("a/two", factors={"gait": "fast"}),
+    )
+    settings = StudySettings(changes=("iterations=3",), grid=("views=N,NS",), seeds="0,1")
+    return Study(path, rows, settings)
 
 
-def _results(path: Path, things: Things) -> None:
-    study, truth = _study(Path("walks.study.toml")), things.truth
-    result = JobResult("x", "done", values_of(things.run, things.recording.fps, truth))
+def _results(path: Path, samples: Samples) -> None:
+    study = _study(Path("walks.study.toml"))
+    result = JobResult("x", "done", values_of(samples.run, 10.0, samples.recording.reference))
     spec = RunSpec(preset("fast"), "fast")
     jobs = [Job("x", "", "", row.recording, "", "", Point(), spec) for row in study.rows]
     write_result_table(path, study, jobs, {"x": result})
 
 
-FILES: dict[str, Callable[[Path, Things], None]] = {
-    "run.npz": lambda path, things: write_npz(path, things.run),
-    "run.csv": lambda path, things: write_run(path, things.run),
-    "run.trc": lambda path, things: write_trc(path, things.truth, 10.0),
-    "run.c3d": lambda path, things: write_c3d(path, things.truth, 10.0, things.run.residual),
-    "run.bvh": lambda path, things: write_bvh(path, things.truth, 10.0),
-    "reference.npz": lambda path, things: write_reference(path, things.reference),
-    "exported reference.csv": lambda path, things: write_reference_table(path, things.reference),
-    "landmarks.csv": lambda path, things: write_landmarks(path, things.truth),
-    "clicks.csv": lambda path, things: write_clicks(path, things.clicks, things.recording),
-    "coco.json": lambda path, things: write_coco(path, things.clicks, things.recording, NINE),
-    "keypoints.csv": lambda path, things: write_table(path, things.keypoints, things.recording),
-    "keypoints.json": lambda path, things: write_results(path, things.keypoints, things.recording),
-    "deeplabcut.csv": lambda path, things: write_deeplabcut(path, things.clicks, LANDMARKS),
-    "sleap.slp": lambda path, things: write_sleap(path, things.clicks, things.recording, NINE),
+PRESET = UserPreset("mine", "fast", {"iterations": 4, "legs": True, "picture_cost": 500.0})
+
+FILES: dict[str, Callable[[Path, Samples], object]] = {
+    "run.npz": lambda path, our: write_npz(path, our.run),
+    "run.csv": lambda path, our: write_run(path, our.run),
+    "run.trc": lambda path, our: write_trc(path, our.recording.reference, 10.0),
+    "run.c3d": lambda path, our: write_c3d(path, our.recording.reference, 10.0, our.run.residual),
+    "run.bvh": lambda path, our: write_bvh(path, our.recording.reference, 10.0),
+    "reference.npz": lambda path, our: write_reference(path, our.reference),
+    "exported reference.csv": lambda path, our: write_reference_table(path, our.reference),
+    "landmarks.csv": lambda path, our: write_landmarks(path, our.recording.reference),
+    "clicks.csv": lambda path, our: write_clicks(path, our.clicks, our.recording),
+    "coco.json": lambda path, our: write_coco(path, our.clicks, our.recording, NINE),
+    "keypoints.csv": lambda path, our: write_table(path, our.keypoints, our.recording),
+    "keypoints.json": lambda path, our: write_results(path, our.keypoints, our.recording),
+    "deeplabcut.csv": lambda path, our: write_deeplabcut(path, our.clicks, NINE.names),
+    "sleap.slp": lambda path, our: write_sleap(path, our.seen_clicks, our.recording, NINE),
     "landmark set.toml": lambda path, _: write_landmark_set(path, NINE),
-    "preset.toml": lambda path, _: write_preset(
-        path, named("own", preset("fast").replaced(sigma_joint=20.0), "fast")
-    ),
-    "subject.toml": lambda path, things: write_subject(path, things.recording.subject),
-    "calibration.toml": lambda path, things: write_calibration(path, things.recording.cameras),
-    "theirs.toml": lambda path, things: _foreign(path, things, "aniposelib"),
-    "theirs.xml": lambda path, things: _foreign(path, things, "opencv"),
-    "segments.csv": lambda path, _: write_segments(
-        path, [Segment(f"part {k}", k, k + 1) for k in range(20)]
-    ),
+    "preset.toml": lambda path, _: write_preset(path, PRESET),
+    "subject.toml": lambda path, our: write_subject(path, our.recording.subject),
+    "calibration.toml": lambda path, our: write_calibration(path, our.recording.cameras),
+    "theirs.toml": partial(_foreign, form="aniposelib"),
+    "theirs.xml": partial(_foreign, form="opencv"),
+    "segments.csv": lambda path, our: write_segments(path, our.recording.segments),
     "cloud.ply": _cloud,
-    "picture.png": lambda path, things: write_png(path, things.picture),
+    "picture.png": lambda path, our: write_png(path, our.picture),
     "video.mp4": _video,
-    "window.png": _window,
-    "angles.csv": _angles,
+    "angles.csv": lambda path, our: export_angles(path, angles_of_run(our.run), 10.0),
     "walks.study.toml": lambda path, _: write_study(_study(path)),
     "results.csv": _results,
 }
 """What writes one file (and perhaps another one beside it), by the file's name."""
 
-FOLDERS: dict[str, Callable[[Path, Things], None]] = {
+FOLDERS: dict[str, Callable[[Path, Samples], object]] = {
     "simulated": _simulate,
-    "demo": _demo,
-    "recording": _description,
+    "demo": lambda folder, _: copied_demo(folder.parent),
+    "recording": lambda folder, our: write_recording_description(
+        replace(our.recording, folder=folder)
+    ),
     "imported": _imported,
 }
 """What makes a folder."""

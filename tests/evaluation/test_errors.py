@@ -1,24 +1,24 @@
 """Errors per frame: geometry that can be checked by hand, and what is missing."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.summary import errors_against
+from stereotrack_core.evaluation.summary import (
+    LimbErrors,
+    doubts_against,
+    errors_against,
+    summarise_segments,
+)
 from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 T_POSE = np.array(
     [
-        [-0.2, 0.0, 1.4],
-        [0.2, 0.0, 1.4],
-        [-0.5, 0.0, 1.4],
-        [0.5, 0.0, 1.4],
-        [-0.8, 0.0, 1.4],
-        [0.8, 0.0, 1.4],
-        [0.0, 0.0, 1.6],
-        [-0.1, 0.0, 0.9],
-        [0.1, 0.0, 0.9],
+        *([-0.2, 0, 1.4], [0.2, 0, 1.4], [-0.5, 0, 1.4], [0.5, 0, 1.4], [-0.8, 0, 1.4]),
+        *([0.8, 0, 1.4], [0, 0, 1.6], [-0.1, 0, 0.9], [0.1, 0, 0.9]),
     ]
 )
 
@@ -78,3 +78,53 @@ def test_what_the_reference_does_not_know_is_not_scored():
     assert not np.isnan(errors.torso_cross).any()
     nothing = errors_against(trajectory(T_POSE), trajectory(np.full((9, 3), np.nan)))
     assert len(nothing.frame) == 0
+
+
+def test_segments_and_empty_stretches():
+    random = np.random.default_rng(0)
+    reference = LandmarkTrajectory(np.arange(20), random.normal(0.0, 0.5, (20, 9, 3)))
+    run = LandmarkTrajectory(np.arange(10), reference.points[:10])
+    segments = [Segment("good", 0, 10), Segment("lost", 10, 20), Segment("outside", 50, 60)]
+    good, lost, outside = summarise_segments(errors_against(run, reference), segments)
+    assert good.lost == 0.0
+    assert good.not_tracked == 0
+    assert good.measure("forearms").statistics.p95 == pytest.approx(0.0, abs=1e-6)
+    assert lost.lost == 1.0
+    assert lost.not_tracked == 10
+    assert lost.measure("torso_position").statistics.mean == pytest.approx(500.0)
+    assert outside.frames == 0
+    assert np.isnan(outside.lost)
+    assert np.isnan(outside.measure("upper_arms").statistics.mean)
+    with pytest.raises(KeyError):
+        good.measure("tail")
+
+
+def arm_errors(frame, degrees) -> LimbErrors:
+    """Errors of the arms (F, 4): upper arms, forearms, in degrees."""
+    arms = np.radians(np.asarray(degrees, dtype=float))
+    nothing = np.zeros(len(frame))
+    return LimbErrors(
+        np.asarray(frame), nothing, nothing, nothing, arms[:, :2], arms[:, 2:],
+        np.ones(len(frame), dtype=bool),
+    )  # fmt: skip
+
+
+def test_counts_over_the_frames_that_both_know():
+    chance = np.full((4, 6), np.nan)
+    chance[:, 2:] = [[0.9, 0.1, 0.1, 0.1], [0.9, 0.9, 0.1, 0.1], [0.6, 0.4, 0.2, 0.9], [1, 1, 1, 1]]
+    found = doubts_against(
+        np.array([3, 4, 5, 9]),
+        chance,
+        arm_errors([2, 3, 4, 5], [[90] * 4, [80, 5, 5, 5], [10, 50, 60, 44], [np.nan, 46, 5, 5]]),
+    )
+    assert (found.judged, found.lost, found.called, found.both) == (11, 4, 4, 2)
+    assert found.precision == pytest.approx(0.5)
+    assert found.recall == pytest.approx(0.5)
+
+
+def test_nothing_is_known_of_a_run_that_does_not_say():
+    found = doubts_against(
+        np.arange(3), np.full((3, 6), np.nan), arm_errors(range(3), [[90] * 4] * 3)
+    )
+    assert found.judged == 0
+    assert np.isnan([found.precision, found.recall]).all()

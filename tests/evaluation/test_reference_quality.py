@@ -1,7 +1,5 @@
 """What a reference says of itself is stated in the units of the errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

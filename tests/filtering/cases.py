@@ -1,7 +1,5 @@
 """Random problems for filters."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

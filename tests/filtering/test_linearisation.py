@@ -6,19 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from stereotrack_core.filtering.linearisation import Information, information, posterior
+from stereotrack_core.filtering.linearisation import information, posterior
 from tests.filtering.cases import covariance
 from tests.oracle.kalman import kalman_correction
-
-
-def test_information_of_independent_measurements_adds_up(rng):
-    D, nu, R = rng.normal(size=(4, 20)), rng.normal(size=20), rng.uniform(0.1, 2.0, 20)
-    total = Information(np.zeros((4, 4)), np.zeros(4))
-    for part in (slice(0, 7), slice(7, 20)):
-        total += information(D[:, part], nu[part], R[part])
-    together = information(D, nu, R)
-    np.testing.assert_allclose(total.A, together.A, atol=1e-12)
-    np.testing.assert_allclose(total.b, together.b, atol=1e-12)
 
 
 @settings(max_examples=50, deadline=None)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
-from tests.filtering.cases import covariance, curved
+from tests.filtering.cases import covariance
 from tests.oracle import unscented
 
 
@@ -37,20 +37,6 @@ def test_the_points_have_the_mean_and_the_covariance_they_stand_for(n, alpha, ka
     assert weights.mean.sum() == pytest.approx(1.0, abs=1e-9)
     np.testing.assert_allclose(weights.mean @ dX, 0.0, atol=1e-9)
     np.testing.assert_allclose((dX.T * weights.covariance) @ dX, P, atol=1e-9 * abs(P).max())
-
-
-def test_a_curved_function_is_transformed_as_by_sums(rng):
-    n, m = 6, 4
-    x, P, h = rng.normal(size=n), covariance(rng, n, 0.3), curved(rng, n, m)
-    weights = scaled_weights(n, 0.5, 2.0, 0.0)
-    dX = sigma_deviations(P, weights)
-    Y = np.array([h(x + d) for d in dX])
-    mean, P_zz, P_xz = unscented.transformed(h, x, P, 0.5, 2.0, 0.0)
-    z_hat = weights.mean @ Y
-    np.testing.assert_allclose(z_hat, mean, atol=1e-12)
-    weighted = (Y - z_hat) * weights.covariance[:, None]
-    np.testing.assert_allclose(weighted.T @ (Y - z_hat), P_zz, atol=1e-12)
-    np.testing.assert_allclose(dX.T @ weighted, P_xz, atol=1e-12)
 
 
 def test_a_covariance_that_is_none_is_refused():

@@ -1,7 +1,5 @@
 """The step backwards against the least squares of all frames at once."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -102,10 +100,3 @@ def test_the_covariance_never_grows_and_never_becomes_indefinite(seed, factors, 
     assert np.linalg.eigvalsh(P - smoothed).min() > -1e-9 * scale
     assert np.linalg.eigvalsh(smoothed).min() > -1e-9 * scale
     np.testing.assert_array_equal(smoothed, smoothed.T)
-
-
-def test_nothing_comes_back_where_nothing_was_carried_over(rng):
-    P = _symmetric(rng, N)
-    gain, smoothed = backward_step(P, P + np.eye(N), np.zeros(N, dtype=bool), 1e-6 * np.eye(N))
-    np.testing.assert_array_equal(gain, 0.0)
-    np.testing.assert_array_equal(smoothed, P)

@@ -1,7 +1,5 @@
 """Cameras project as the pinhole equation says, and rays go back through their pixels."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

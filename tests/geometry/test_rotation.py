@@ -63,13 +63,3 @@ def test_the_inverse_undoes(a_from_b, in_b):
     assert np.allclose(
         a_from_b.matrix() @ a_from_b.inverse().matrix(), np.eye(4), rtol=0, atol=1e-12
     )
-
-
-@given(transforms, points)
-def test_the_matrix_does_the_same(a_from_b, in_b):
-    homogeneous = np.concatenate([in_b, np.ones((4, 1))], axis=1)
-    assert np.allclose((homogeneous @ a_from_b.matrix().T)[:, :3], a_from_b.apply(in_b))
-
-
-def test_identity_changes_nothing():
-    assert RigidTransform.identity().apply(np.array([1.0, 2, 3])).tolist() == [1, 2, 3]

@@ -3,8 +3,6 @@
 It is given a recording and a folder for its project, and works until it is killed.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import time

@@ -1,7 +1,5 @@
 """A real window on a small recording; without a screen unless one is asked for."""
 
-from __future__ import annotations
-
 import os
 
 # before Qt is loaded: by default nothing is shown anywhere
@@ -22,13 +20,7 @@ from app.services.failures import FailureRelay
 from app.services.tasks.task import Processes
 from app.session import camera_doubts
 from stereotrack_core.simulation.make import Simulation, simulate
-from tests.gui.kept_window import (
-    PATIENCE_MS,
-    KeptWindow,
-    close_window,
-    open_recording,
-    show_window,
-)
+from tests.gui.kept_window import PATIENCE_MS, KeptWindow, close_window, open_recording, show_window
 
 FRAMES = 8
 FOLDER = Path(__file__).parent
@@ -108,10 +100,8 @@ def settings(tmp_path) -> QSettings:
 @pytest.fixture
 def failures():
     """Exceptions that nobody caught, of any thread; there shall be none."""
-    relay = FailureRelay()
     seen = []
-    relay.message.connect(seen.append)
-    relay.install()
+    relay = FailureRelay(seen.append)
     yield seen
     relay.remove()
 

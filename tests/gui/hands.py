@@ -1,14 +1,14 @@
 """What somebody who annotates does in the real window, as mouse and key events."""
 
-from __future__ import annotations
-
 import numpy as np
-from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtCore import QPoint, QPointF, QSettings, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.program import make_window
 from app.services.tasks.task import Processes
+from app.session.changes import Part
 from app.shell.main_window import MainWindow
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -39,10 +39,24 @@ def heard(window: MainWindow) -> list:
     return said
 
 
+def frames_shown(window: MainWindow) -> list:
+    """Frames that the window goes to from now on."""
+    seen, session = [], window.context.session
+    session.changes.watch(Part.FRAME, lambda: seen.append(session.document.frame))
+    return seen
+
+
 def double_click(widget, place: QPoint) -> None:
     """Click twice; the test library's own event leaves the button down, and the mouse captured."""
     QTest.mouseDClick(widget, LEFT, pos=place)
     QTest.mouseRelease(widget, LEFT, pos=place)
+
+
+def wheel_event(widget, place: QPointF, steps: int) -> QWheelEvent:
+    """The wheel turned away from a person, over a place of a widget."""
+    where, turned, phase = widget.mapToGlobal(place), QPoint(0, 120 * steps), Qt.ScrollPhase
+    button = Qt.MouseButton.NoButton
+    return QWheelEvent(place, where, QPoint(), turned, button, NONE, phase.NoScrollPhase, False)
 
 
 def view(window, name="N"):

@@ -1,7 +1,5 @@
 """A window for several tests: put back after each, made anew where something else is left of it."""
 
-from __future__ import annotations
-
 import gc
 import threading
 from dataclasses import dataclass, fields
@@ -13,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.services.tasks.task import GarbageTimer, Processes
+from app.session.changes import Part
 from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from tests.gui.hands import window_with
@@ -180,7 +179,7 @@ def _put_back_choice(window: MainWindow, state: dict[str, Any]) -> None:
 def _with_another_project(window: MainWindow, qtbot: QtBot, first: _First, projects: Path) -> None:
     """Go on with the recording that is open, and an empty project."""
     session, docks = window.context.session, window.context.docks
-    session.leaving.emit()  # what works on the runs stops
+    session.changes.tell(Part.LEAVING)  # what works on the runs stops
     session.project.close()
     session.runs.clear()
     session.document.set_loop(None)

@@ -1,7 +1,5 @@
 """A short recording made long, for tests of what grows."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,15 +1,13 @@
 """Runs that are made of a recording's reference instead of being tracked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
-from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.posing import pose_of_landmarks
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run

@@ -1,7 +1,5 @@
 """What is wrong with texts and controls that are seen: cut off, or without a word about them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from PySide6.QtCore import Qt

@@ -1,24 +1,15 @@
 """From clicks to hints, marks and rows; edits of a second reading. No window."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from app.features.annotate.clicking.controller import SwapOffers
-from app.features.annotate.clicking.landmark_rows import (
-    limb_rows,
-)
+from app.features.annotate.clicking.landmark_rows import limb_rows
 from app.features.annotate.clicking.marks import FrameMarks, marks_of
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.frame_clicks import (
-    FitQuestion,
-    Fitter,
-    HintQuestion,
-    hints_of,
-)
+from stereotrack_core.annotation.frame_clicks import FitQuestion, Fitter, HintQuestion, hints_of
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import AVERAGE

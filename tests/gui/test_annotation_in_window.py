@@ -1,7 +1,5 @@
 """Lanes, Next and second readings around the clicking; and a window that is killed."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -13,6 +11,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
+from app.session.changes import Part
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.project.clicks import PlaceClicks
@@ -44,8 +43,9 @@ def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording
     with Project.create(path, folder) as project:
         project.apply(PlaceClicks(tuple(moved)))
     seen = []
-    annotating.context.session.document.opened.connect(lambda: seen.append(facts.now().fit))
-    facts.changed.connect(lambda: seen and seen.append(facts.now().fit))
+    watch = annotating.context.session.changes.watch
+    watch(Part.RECORDING_OPENED, lambda: seen.append(facts.now().fit))
+    watch(Part.HINTS | Part.PROPOSALS, lambda: seen and seen.append(facts.now().fit))
     annotating.context.session.opening.open(path)
     qtbot.waitUntil(lambda: bool(seen) and seen[-1] is not None)
     known = [one.question.clicks for one in seen if one is not None]

@@ -4,8 +4,6 @@ The window's own computing is compared, in the thread that paints: how fast the 
 what other programs do to it meanwhile, is not asked for.
 """
 
-from __future__ import annotations
-
 import functools
 import shutil
 import statistics

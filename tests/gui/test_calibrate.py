@@ -1,7 +1,5 @@
 """From pictures of a board to a calibration, by mouse, without and with a recording."""
 
-from __future__ import annotations
-
 import shutil
 
 import cv2

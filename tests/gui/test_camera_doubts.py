@@ -1,7 +1,5 @@
 """A camera that contradicts the others is named in the window, instead of its clicks."""
 
-from __future__ import annotations
-
 import pytest
 
 from app.features.annotate.clicking.landmark_rows import fit_words as words_of_frame

@@ -1,7 +1,5 @@
 """Ellipsoids of hands and elbows follow the tracker's covariance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Somebody annotates: real mouse and key events in the real window, edits in a real project."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

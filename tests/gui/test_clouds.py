@@ -68,10 +68,9 @@ def chains(monkeypatch):
 
 @pytest.fixture
 def presenter(qtbot):
-    wrong = []
-    made = CloudPresenter(wrong.append)
-    made.told, made.wrong = [], wrong
-    made.measured.connect(made.told.append)
+    told, wrong = [], []
+    made = CloudPresenter(lambda _part, cloud=None: told.append(cloud), wrong.append)
+    made.told, made.wrong = told, wrong
     yield made
     made.set_recording(None)
 

@@ -1,7 +1,5 @@
 """Palette, shortcuts, and every command in every state."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
@@ -35,7 +33,7 @@ def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
     palette.search.setText("track one frame")
     assert "No recording is open" in palette._why.text()
     palette._choose()
-    assert palette.chosen() is None
+    assert not palette.result()
 
 
 def listed(palette, text):
@@ -167,7 +165,7 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
     window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
-    window.context.session.tracker.choose_first_pose("tpose")
+    window.context.session.tracker.first_pose = "tpose"
     window.context.actions.action("step").trigger()
     qtbot.waitUntil(
         lambda: (

@@ -1,7 +1,5 @@
 """Runs beside each other in numbers, in their panel and over a selection."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Whatever has become of the settings file, the window starts."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import QSettings
 
 from app.program import stored_theme

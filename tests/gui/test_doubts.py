@@ -1,7 +1,5 @@
 """What is said about the limbs of a tracked frame: their errors, or what speaks against them."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The stack of edits: those that the project stores and those of the window, in one order."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -22,7 +20,7 @@ class Stage:
 
     def __init__(self, project):
         self.value, self.project, self.messages = 0, project, []
-        self.edits = EditStack(self.messages.append)
+        self.edits = EditStack(lambda *_: None, self.messages.append)
         self.edits.set_project(project)
         project.on_change(self.edits.follow)
 

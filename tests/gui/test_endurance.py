@@ -1,7 +1,5 @@
 """A window that is given frame after frame, plays and is edited: its memory stays as it was."""
 
-from __future__ import annotations
-
 import gc
 import mmap
 import os

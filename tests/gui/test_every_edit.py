@@ -1,7 +1,5 @@
 """Every edit, its undo and its redo, on every kind of frame: window, project and file agree."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings

@@ -1,7 +1,5 @@
 """Everything that can be done in the window, in every state that it can be in."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

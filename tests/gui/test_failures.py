@@ -1,11 +1,10 @@
 """Failures in the window: found by themselves, listed, filtered, jumped to, looped."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from tests.gui.hands import frames_shown
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
@@ -62,8 +61,7 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     assert "Frames 1 to 3" in said
     assert below, "the picture comes after the evidence"
 
-    seen = []
-    reviewing.context.session.document.frame_changed.connect(seen.append)
+    seen = frames_shown(reviewing)
     QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
     assert reviewing.context.session.document.loop == range(7)
     qtbot.waitUntil(lambda: 6 in seen and 0 in seen[seen.index(6) :], timeout=10_000)

@@ -1,7 +1,5 @@
 """A fit of the whole recording says what it does until it is over, and can be stopped."""
 
-from __future__ import annotations
-
 import multiprocessing
 import time
 

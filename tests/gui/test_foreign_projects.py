@@ -1,7 +1,5 @@
 """Damaged projects and projects of strangers in the window: a sentence, and it goes on."""
 
-from __future__ import annotations
-
 import shutil
 import sqlite3
 from contextlib import closing
@@ -11,11 +9,7 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import (
-    Choose,
-    save_landmark_set,
-    save_subject,
-)
+from stereotrack_core.project.entries import Choose, save_landmark_set, save_subject
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 from stereotrack_core.recording.description import Subject
@@ -79,7 +73,7 @@ def opened_without_harm(window, qtbot, path) -> str:
 @pytest.mark.parametrize("statements", [*VALUES, TRIGGER])
 def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statements):
     monkeypatch.setattr(
-        "app.features.project.projects.QFileDialog.getExistingDirectory", lambda *_: ""
+        "app.features.project.files.QFileDialog.getExistingDirectory", lambda *_: ""
     )
     path = whole.with_name("spoilt.stereotrack")
     shutil.copyfile(whole, path)

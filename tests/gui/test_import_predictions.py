@@ -1,7 +1,5 @@
 """A detector's predictions come into the project in the window, are accepted and removed."""
 
-from __future__ import annotations
-
 import os
 import threading
 

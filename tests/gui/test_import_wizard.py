@@ -1,7 +1,5 @@
 """From a folder of videos to an open recording, by keyboard, mouse and drop."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The inside of a frame in the real window: looked into, stepped through by keys."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt

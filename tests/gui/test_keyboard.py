@@ -1,7 +1,5 @@
 """Everything can be reached by keys, has a name for who cannot see it, and hidden pages wait."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAccessible

@@ -1,7 +1,5 @@
 """While somebody clicks: curves, predictions, the fitted body, mixed-up sides, overlays."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

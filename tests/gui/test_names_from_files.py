@@ -1,7 +1,5 @@
 """What files hold is shown as it is written: never as formatting, never as a command."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel, QToolTip, QWidget

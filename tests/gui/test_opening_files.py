@@ -1,7 +1,5 @@
 """Whatever is named or dropped opens: runs with their recording, recents, damaged projects."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A run fails, a frame is clicked, the stretch is tracked again; then the body is personalised."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 
@@ -122,15 +120,15 @@ def personalised(window, qtbot, recording):
         session.project.apply(PlaceClicks(clicked(recording, frame)))
     qtbot.waitUntil(personalise.isEnabled)
     QTest.mouseClick(personalise, LEFT)
-    qtbot.waitUntil(lambda: bool(session.subject().offsets))
+    qtbot.waitUntil(lambda: bool(session.project.subject().offsets))
     said = window.messages.text()
     assert "personalised from 3 clicked frames" in said
     assert "The trunk leans " in said
-    assert len(session.subject().offsets) == 9
-    assert session.subject() == session.project.project.subject()
-    assert session.kept.recording.subject == session.subject()
+    assert len(session.project.subject().offsets) == 9
+    assert session.project.subject() == session.project.project.subject()
+    assert session.kept.recording.subject == session.project.subject()
     assert undo_words(window) == "use subject P, personalised"
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
     QTest.keyClick(window, Qt.Key.Key_Z, CONTROL)
-    assert session.subject() == recording.subject
+    assert session.project.subject() == recording.subject

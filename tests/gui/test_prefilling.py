@@ -1,7 +1,5 @@
 """Predictions from the fit, a run and neighbours, made and taken with the window's commands."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 
@@ -13,6 +11,7 @@ from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.propose import PROPOSED
+from stereotrack_core.project import prefilling
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
 from stereotrack_core.project.prefilling import FIT
@@ -159,11 +158,9 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     """Cancel works between portions of frames; the first is made, the others are not."""
     work = clicked.features.annotate.predicting
     done(clicked, qtbot, "annotate-fit")
-    made, cancelled = [], threading.Event()
+    made, cancelled, fit_filling = [], threading.Event(), prefilling.fit_filling
 
     def slowly(*arguments):
-        from stereotrack_core.project.prefilling import fit_filling
-
         filling = fit_filling(*arguments)
         whole = filling.make
 
@@ -174,7 +171,7 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
 
         return replace(filling, make=make, at_once=2)
 
-    monkeypatch.setattr("app.features.annotate.filling.predicting.fit_filling", slowly)
+    monkeypatch.setattr(prefilling, "fit_filling", slowly)
     trigger(clicked, "annotate-fill-fit")
     assert work.busy
     qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)

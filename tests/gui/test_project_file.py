@@ -1,7 +1,5 @@
 """The window's project: made, found again, locked, moved; nothing is ever lost or saved by hand."""
 
-from __future__ import annotations
-
 import os
 import shutil
 
@@ -12,6 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.__main__ import main
+from app.session.changes import Part
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.project import Project
@@ -77,8 +76,9 @@ def test_a_recording_that_was_read_when_another_one_was_asked_for_is_not_opened(
     window, qtbot, folder, small_recording
 ):
     opened = []
-    window.context.session.document.opened.connect(
-        lambda: opened.append(window.context.session.document.recording.folder)
+    session = window.context.session
+    session.changes.watch(
+        Part.RECORDING_OPENED, lambda: opened.append(session.document.recording.folder)
     )
     window.context.session.opening.open(folder)
     (task,) = window.context.tasks.tasks

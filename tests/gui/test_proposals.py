@@ -1,7 +1,5 @@
 """No frame starts empty: proposals come by themselves, are accepted with keys, and corrected."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt

@@ -4,8 +4,6 @@ The places were read off the pictures by eye, to some ten pixels of 1280 x 720; 
 themselves are no part of this project.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt

@@ -1,7 +1,5 @@
 """The Review workspace: the plot, its threshold, and numbers of the selection."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QPointF, Qt
 
@@ -57,7 +55,7 @@ def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing
     object.__setattr__(recording, "reference", None)  # as if it had none
     reviewing.context.session.judging.judge()
     settle(reviewing, qtbot)
-    assert reviewing.features.review.plot.plot.heading != "angular error"
+    assert reviewing.features.review.plot.plot._heading.text() != "angular error"
     assert reviewing.features.review.plot.plot.threshold == 12.0
 
 

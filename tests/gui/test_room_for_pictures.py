@@ -1,7 +1,5 @@
 """How much of the window the cameras' pictures get, and who takes it from them."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

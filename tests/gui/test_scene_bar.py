@@ -1,7 +1,5 @@
 """Switches in the scene's title, and how the scene follows the views."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton

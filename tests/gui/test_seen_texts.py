@@ -1,7 +1,5 @@
 """No text in the window is cut off, and something says what each control does."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtWidgets import QApplication
 

@@ -1,7 +1,5 @@
 """Start-up: pictures without a screen, clear refusals, everything else to the command line."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

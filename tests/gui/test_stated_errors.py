@@ -1,7 +1,5 @@
 """Errors of a run against the recording's or the project's reference, and how good that is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

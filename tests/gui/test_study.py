@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 
 from app.features.study import controller as controller_module
 from app.features.study.settings_form import SettingsForm
+from app.session.changes import Part
 from stereotrack_core.errors import InputError
 from stereotrack_core.study.description import StudySettings, read_study, write_study
 from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
@@ -53,8 +54,10 @@ def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, win
     assert shown.chosen() == ("data/ben/slow",), "all that are shown, if none is selected"
     shown.select(shown.chosen())
     assert shown.messages.text() == "No problems are known."
-    with qtbot.waitSignal(window.context.session.document.opened, timeout=30_000):
-        QTest.mouseClick(shown.open_button, Qt.MouseButton.LeftButton)
+    opened = []
+    window.context.session.changes.watch(Part.RECORDING_OPENED, lambda: opened.append(True))
+    QTest.mouseClick(shown.open_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: bool(opened), timeout=30_000)
     folder = window.context.session.document.recording.folder
     assert folder == shown.study.place("data/ben/slow")
     qtbot.waitUntil(window.context.tasks.settled)

@@ -1,7 +1,5 @@
 """A recording that is plainly wrong is not tracked unasked; its images are checked on request."""
 
-from __future__ import annotations
-
 import shutil
 from types import SimpleNamespace
 
@@ -75,9 +73,7 @@ def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp
     # by this process, and by a glance: how long either takes is not what is asked here
     monkeypatch.setattr(correcting, "diagnose", lambda recording, _: glance(recording))
     monkeypatch.setattr(
-        calibrate.checks,
-        "_process",
-        lambda work, hear, *_, **__: work(SimpleNamespace(tell=hear)),
+        calibrate.checks, "_process", lambda work, hear, *_, **__: work(SimpleNamespace(tell=hear))
     )
     [button] = [one for one in calibrate.findings.tree.findChildren(QToolButton) if one.text()]
     assert button.text() == "Correct …"

@@ -1,7 +1,5 @@
 """Mono views are tracked in the window with the keypoints of the project."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt

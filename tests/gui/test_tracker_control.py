@@ -1,7 +1,5 @@
 """The tracker is run, held, stepped and stopped from the window."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal
@@ -13,7 +11,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from stereotrack_core.project.exporting.formats import formats_of
+from app.session.changes import Part
+from stereotrack_core.project.exporting import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -28,14 +27,14 @@ unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such sig
 def opened(opened):
     """The window, with settings that take little time."""
     opened.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
-    opened.context.session.tracker.choose_first_pose("tpose")
+    opened.context.session.tracker.first_pose = "tpose"
     return opened
 
 
 def choose_usual(window):
     """Find the first pose, and track, as in a new window."""
     window.context.session.track.choose("accurate", preset("accurate"))
-    window.context.session.tracker.choose_first_pose("auto")
+    window.context.session.tracker.first_pose = "auto"
 
 
 @contextmanager
@@ -64,7 +63,7 @@ def tracked(window) -> int:
 def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
     choose_usual(opened)
     seen = []
-    opened.context.session.track.advanced.connect(lambda frame: seen.append(frame.frame))
+    opened.context.session.changes.hear(Part.TRACKED, lambda frame: seen.append(frame.frame))
     QTest.keyClick(opened, Qt.Key.Key_F8)
     qtbot.waitUntil(
         lambda: (
@@ -150,10 +149,10 @@ def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, q
     choose_usual(opened)
     session = opened.context.session
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: "%" in session.track.preparing_words())
-    assert 0.0 < session.track.preparing_share <= 1.0
+    qtbot.waitUntil(lambda: "%" in session.track.live.preparing_words())
+    assert 0.0 < session.track.live.preparing_share <= 1.0
     opened.context.actions.refresh()
-    assert session.track.preparing_words() in opened.status.state.text()
+    assert session.track.live.preparing_words() in opened.status.state.text()
     trigger(opened, "stop")
     assert session.track.entry is None
     assert session.runs.entries == ()

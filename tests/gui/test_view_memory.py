@@ -1,7 +1,5 @@
 """What is shown comes back with the project, and a project for reading only is left alone."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QSettings, Qt
 
@@ -60,7 +58,7 @@ def test_it_comes_back_in_another_window(opened, qtbot, small_recording, tmp_pat
     open_path(other, qtbot, small_recording)
     qtbot.waitUntil(lambda: view(other).painted_frame == 5, timeout=10_000)
     assert shown(other) == before
-    assert other.features.view.light.values()[0] == pytest.approx(0.3)
+    assert other.features.view.light.brightness.value() == 30
     assert other.context.session.project.project.history.entries() == (), "looking is no edit"
     other.close()
 

@@ -1,7 +1,5 @@
 """The wheel scrolls pages, and changes no field."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QDate, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest

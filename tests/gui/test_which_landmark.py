@@ -1,7 +1,5 @@
 """Which landmark a click places: the first that the view under the cursor has not, said before."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest

@@ -1,20 +1,17 @@
 """Somebody opens a recording, looks around and closes the window again."""
 
-from __future__ import annotations
-
 import gc
 import threading
 import weakref
 
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.start import WORKSPACE_NAMES
 from app.widgets.camera.camera_view import CameraView
-from tests.gui.hands import double_click
+from tests.gui.hands import double_click, frames_shown, wheel_event
 from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
@@ -70,8 +67,7 @@ def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
 
 
 def test_space_plays_to_the_end_and_stops_there(opened, qtbot):
-    seen = []
-    opened.context.session.document.frame_changed.connect(seen.append)
+    seen = frames_shown(opened)
     press(qtbot, opened, Qt.Key.Key_Space)
     assert opened.context.session.document.playing
     qtbot.waitUntil(lambda: not opened.context.session.document.playing, timeout=20_000)
@@ -83,17 +79,7 @@ def test_the_wheel_zooms_at_the_cursor(opened, qtbot):
     camera: CameraView = opened.context.docks.views.tiles["N"].camera
     place = QPointF(camera.width() * 0.3, camera.height() * 0.4)
     before = camera.pixel_at(place)
-    wheel = QWheelEvent(
-        place,
-        QPointF(camera.mapToGlobal(place.toPoint())),
-        QPoint(),
-        QPoint(0, 360),
-        Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(camera, wheel)
+    QApplication.sendEvent(camera, wheel_event(camera, place, 3))
     assert camera.zoom > 1.5
     after = camera.pixel_at(place)
     assert abs(after.x() - before.x()) < 1e-6

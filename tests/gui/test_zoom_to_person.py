@@ -1,7 +1,5 @@
 """Zoom to the person: by key, to where clicks, fit, run or reference are, and back."""
 
-from __future__ import annotations
-
 import shutil
 
 import pytest

@@ -3,8 +3,6 @@
 It is given a theme and a recording; Qt is told by its environment how large a pixel is.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile

@@ -3,8 +3,6 @@
 It is given a recording, a folder for its project, and the number of frames.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import time

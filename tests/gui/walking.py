@@ -30,9 +30,7 @@ class Watch:
         self.now = ""
 
     def __enter__(self) -> Watch:
-        self._relay = FailureRelay()
-        self._relay.message.connect(lambda message: self.note(message.sentence()))
-        self._relay.install()
+        self._relay = FailureRelay(lambda message: self.note(message.sentence()))
         self._before = qInstallMessageHandler(self._on_qt)
         return self
 

@@ -30,9 +30,8 @@ def joints_of(path):
                 continue
         elif word == "CHANNELS":
             assert rest[-3:] == ["Zrotation", "Xrotation", "Yrotation"]
-            parent = (
-                stack[-2] if len(stack) > 1 else (np.zeros((len(values), 3)), Rotation.identity())
-            )
+            origin = (np.zeros((len(values), 3)), Rotation.identity())
+            parent = stack[-2] if len(stack) > 1 else origin
             position = parent[0] + parent[1].apply(offset)
             if rest[0] == "6":
                 assert rest[1:4] == ["Xposition", "Yposition", "Zposition"]
@@ -46,9 +45,7 @@ def joints_of(path):
         elif word == "}":
             stack.pop()
     assert column == values.shape[1]
-    in_metres = {
-        name: np.stack([-p[:, 0], p[:, 2], p[:, 1]], axis=-1) / 100.0 for name, p in places.items()
-    }
+    in_metres = {name: p[:, [0, 2, 1]] * [-0.01, 0.01, 0.01] for name, p in places.items()}
     return in_metres, float(re.fullmatch(r"Frame Time: (\S+)", time).group(1))
 
 

@@ -132,11 +132,9 @@ def test_a_start_and_a_rate_that_the_header_contradicts(tmp_path):
     found, fps = read_c3d(path)
     assert found.frame.tolist() == list(range(500, 520))
     assert (fps, found.fps) == (100.0, 100.0)
-    said = [note.what for note in found.notes[:2]]
-    assert said == [
-        "100 frames per second by POINT:RATE; the header states 50",
-        "begins at frame 501 by TRIAL:ACTUAL_START_FIELD; the header states 1",
-    ]
+    rate, start = (note.what for note in found.notes[:2])
+    assert rate == "100 frames per second by POINT:RATE; the header states 50"
+    assert start == "begins at frame 501 by TRIAL:ACTUAL_START_FIELD; the header states 1"
 
 
 def test_more_than_255_labels_and_points_without_one(tmp_path):
@@ -183,11 +181,7 @@ def test_same_points_as_another_reader(tmp_path, random):
 
 @pytest.mark.parametrize(
     ("right", "vertical", "axes"),
-    [
-        ("+X", "+Z", "x,y,z"),
-        ("+Z", "+Y", "z,x,y"),
-        ("-X", "+Z", "-x,-y,z"),
-    ],
+    [("+X", "+Z", "x,y,z"), ("+Z", "+Y", "z,x,y"), ("-X", "+Z", "-x,-y,z")],
 )
 def test_axes_follow_the_screen(tmp_path, random, body_trajectory, right, vertical, axes):
     trajectory = body_trajectory(random, range(3))

@@ -1,7 +1,5 @@
 """Labels of other tools come back as they were written, or are refused in words."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys
@@ -15,29 +13,21 @@ from hypothesis import strategies as st
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.coco import read_coco, write_coco
 from stereotrack_core.interop.deeplabcut import file_of_camera, read_deeplabcut, write_deeplabcut
 from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_of, map_names
 from stereotrack_core.interop.labels import read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
-from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.writing import write_png
+from tests.interop.coco_files import coco_file
+from tests.recording.small import filmless
 
 CAMERAS = ("N_left", "N_right", "S")
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    lens = np.array([[50.0, 0, 31.5], [0, 50, 23.5], [0, 0, 1]])
-    cameras = {
-        name: Camera(name, 64, 48, lens, np.zeros(5), False, RigidTransform.identity())
-        for name in CAMERAS
-    }
-    left, right, mono = (Stream(name, f"{name}/%d.png") for name in CAMERAS)
-    views = (View("N", "stereo", right, left=left), View("S", "mono", mono))
-    return Recording(tmp_path_factory.mktemp("r"), "walk", 10.0, views, cameras)
+    return filmless(tmp_path_factory.mktemp("r"), *CAMERAS)
 
 
 numbers = st.floats(-0.5, 47.5).map(lambda value: round(value, 3) + 0.0)
@@ -96,12 +86,11 @@ def test_sleap_round_trip(recording, tmp_path, written):
 
 def test_sleap_needs_its_library(recording, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "sleap_io", None)
-    for call in (
-        lambda: write_sleap(tmp_path / "a.slp", [], recording, NINE),
-        lambda: read_labels(LabelSource(tmp_path / "a.slp", recording, NINE.names)),
-    ):
-        with pytest.raises(InputError, match="sleap-io, which is not installed"):
-            call()
+    path = tmp_path / "a.slp"
+    with pytest.raises(InputError, match="sleap-io, which is not installed"):
+        write_sleap(path, [], recording, NINE)
+    with pytest.raises(InputError, match="sleap-io, which is not installed"):
+        read_labels(LabelSource(path, recording, NINE.names))
 
 
 def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path):
@@ -121,15 +110,7 @@ def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path
 
 
 def test_labels_with_confidences_are_refused_as_predictions(recording, tmp_path):
-    path = tmp_path / "a.json"
-    content = {
-        "images": [{"id": 1, "file_name": "S/000003.png"}],
-        "annotations": [
-            {"id": 1, "image_id": 1, "category_id": 1, "keypoints": [1, 2, 1.0, 3, 4, 0.99]}
-        ],
-        "categories": [{"id": 1, "keypoints": ["left_elbow", "head"]}],
-    }
-    path.write_text(json.dumps(content))
+    path = coco_file(tmp_path / "a.json", ["left_elbow", "head"], [1, 2, 1.0, 3, 4, 0.99])
     with pytest.raises(InputError, match=r"confidences \(0.99\).*import predictions"):
         read_labels(LabelSource(path, recording, NINE.names))
 
@@ -155,15 +136,12 @@ def test_deeplabcut_predictions_are_of_the_camera_that_is_said(recording, tmp_pa
         "2,12.5,20.25,0.8,1,2,0.9\n"
     )
     found = read_labels(LabelSource(path, recording, NINE.names, camera="N"))
-    assert [(one.frame, one.position) for one in found.clicks] == [
-        (0, (10.5, 20.25)),
-        (2, (12.5, 20.25)),
-    ]
+    places = {one.frame: one.position for one in found.clicks}
+    assert places == {0: (10.5, 20.25), 2: (12.5, 20.25)}
     assert {one.camera for one in found.clicks} == {"N_right"}
     assert found.left_out == ("nose",)
-    named = read_labels(
-        LabelSource(path, recording, NINE.names, camera="S", names={"nose": "head"})
-    )
+    names = {"nose": "head"}
+    named = read_labels(LabelSource(path, recording, NINE.names, camera="S", names=names))
     assert {one.landmark for one in named.clicks} == {"left_elbow", "head"}
     assert named.left_out == ()
     unsaid = read_labels(LabelSource(path, recording, NINE.names))
@@ -233,24 +211,19 @@ def test_foreign_coco_is_told_by_its_file_names(recording, tmp_path):
     content = {"images": images, "annotations": people, "categories": [keypoints]}
     path.write_text(json.dumps(content))
     found = read_labels(LabelSource(path, recording, NINE.names))
-    assert [one.key for one in found.clicks] == [
-        ClickKey(12, "N_left", "left_shoulder"),
-        ClickKey(13, "N_right", "left_shoulder"),
-    ]
-    assert found.clicks[1].visibility == Visibility.GUESSED
+    first, second = found.clicks
+    assert first.key == (12, "N_left", "left_shoulder")
+    assert second.key == (13, "N_right", "left_shoulder")
+    assert second.visibility == Visibility.GUESSED
     assert found.left_out == ("left_wrist",)  # a wrist is not the middle of a hand
     assert len(found.problems) == 2
 
 
 def test_names_are_matched_where_they_mean_the_same():
-    known = map_names(["LShoulder", "Elbow_R", "left-hand", "Head", "RHip", "pelvis"], NINE.names)
-    assert known == {
-        "LShoulder": "left_shoulder",
-        "Elbow_R": "right_elbow",
-        "left-hand": "left_hand",
-        "Head": "head",
-        "RHip": "right_hip",
-    }
+    theirs = ("LShoulder", "Elbow_R", "left-hand", "Head", "RHip")
+    ours = ("left_shoulder", "right_elbow", "left_hand", "head", "right_hip")
+    known = map_names([*theirs, "pelvis"], NINE.names)
+    assert known == dict(zip(theirs, ours, strict=True))
     stated = map_names(["left_wrist", "head"], NINE.names, {"left_wrist": "left_hand"})
     assert stated["left_wrist"] == "left_hand"
     for names, said, words in (
@@ -273,13 +246,8 @@ def test_cameras_and_frames_are_told_from_names(recording):
     for name, said in (*others, ("S12.png", None), ("1S.png", None)):
         with pytest.raises(InputError):
             camera_of(name, recording, said, where="f")
-    for name in (
-        "cam2/img_0012.png",
-        "cam02.0012.json",
-        "0012_cam1.png",
-        "0012-c3.png",
-        "cam12.h5",
-    ):
+    numbered = "cam2/img_0012.png cam02.0012.json 0012_cam1.png 0012-c3.png cam12.h5"
+    for name in numbered.split():
         assert frame_of(name, ["c3"], where="f") == 12
     assert frame_of("frame_0012_png.rf.8f3a9.jpg", where="f") == 12
     assert frame_of("1a" * 200_000 + "7.png", where="f") == 7  # not in the square of its length
@@ -309,17 +277,6 @@ def test_clicks_of_a_camera_that_the_recording_does_not_have(recording, tmp_path
     assert not list(tmp_path.iterdir())
 
 
-def _coco(tmp_path, **changes):
-    one = {"images": [{"id": 1, "file_name": "S/3.png"}], "categories": [
-        {"id": 1, "keypoints": ["head"]}]}  # fmt: skip
-    annotation = {"image_id": 1, "category_id": 1, "keypoints": [1, 2, 2]}
-    image = {**one["images"][0], **changes.pop("image", {})}
-    path = tmp_path / "a.json"
-    text = {**one, "images": [image], "annotations": [{**annotation, **changes}]}
-    path.write_text(json.dumps(text))
-    return path
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -331,7 +288,8 @@ def _coco(tmp_path, **changes):
     ],
 )
 def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes, words):
-    found = read_labels(LabelSource(_coco(tmp_path, **changes), recording, NINE.names))
+    path = coco_file(tmp_path / "a.json", ["head"], **{"keypoints": [1, 2, 2], **changes})
+    found = read_labels(LabelSource(path, recording, NINE.names))
     assert len(found.problems) == 1
     assert re.search(words, str(found.problems[0]))
     assert found.problems[0].remedy

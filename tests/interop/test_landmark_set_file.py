@@ -1,7 +1,5 @@
 """A set of landmarks goes into a file and comes back; slips are named with file and landmark."""
 
-from __future__ import annotations
-
 import pytest
 
 from stereotrack_core.annotation.landmark_set import (
@@ -24,9 +22,8 @@ def test_round_trip(tmp_path, landmarks):
 
 def test_a_set_without_a_name_gets_the_files(tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(
-        '[[landmarks]]\nname = "nose"\ncolour = "#112233"\nlimb = "head"\npart = "head"\n'
-    )
+    facts = 'name = "nose"\ncolour = "#112233"\nlimb = "head"\npart = "head"'
+    path.write_text(f"[[landmarks]]\n{facts}\n")
     found = read_landmark_set(path)
     assert (found.name, found.names) == ("mine", ("nose",))
 

@@ -87,11 +87,8 @@ def _write_trc(path, labels, axes="z,x,y"):
 
 def _labelled(names, prefix=""):
     """Markers of both sides by label; `names` maps places to labels with {S} for the side."""
-    return {
-        prefix + label.replace("{S}", side): _markers(side)[place]
-        for side in "LR"
-        for place, label in names.items()
-    }
+    pairs = [(side, place) for side in "LR" for place in names]
+    return {f"{prefix}{names[place].replace('{S}', s)}": _markers(s)[place] for s, place in pairs}
 
 
 WHOLE = {"head": (0.0, 0.0, 1.6)} | {
@@ -197,14 +194,10 @@ def test_a_c3d_that_states_down_for_up_is_refused(tmp_path, labels):
     assert as_stated.points[0, LANDMARKS.index("head"), 2] == pytest.approx(-1.6)
 
 
-def _turned(labels, turn, pivot=(0.0, 0.0, 0.92), legs=True):
-    """Markers turned about the hips; without `legs` the feet stay where they are."""
-    return {
-        name: tuple(pivot + turn @ (np.array(place) - pivot))
-        if legs or "HEE" not in name
-        else place
-        for name, place in labels.items()
-    }
+def _turned(labels, turn):
+    """Markers turned about the hips."""
+    pivot = np.array([0.0, 0.0, 0.92])
+    return {name: tuple(pivot + turn @ (place - pivot)) for name, place in labels.items()}
 
 
 def test_who_lies_is_asked_for_and_then_taken_as_stated(tmp_path):

@@ -1,10 +1,5 @@
 """Journals of runs: torn, damaged, foreign, and gone on with to the last bit."""
 
-from __future__ import annotations
-
-import json
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,7 +10,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.records import Journal, Record, RecordFile, read_journal, read_records
-from stereotrack_core.interop.run_file import read_run, read_trajectory
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import RunJournal, Wish, has_frames, read_unfinished
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -109,9 +104,6 @@ def test_other_files_are_refused(content, tmp_path):
     assert has_frames(path) == bool(content)
 
 
-# ---- going on
-
-
 LESS = {
     "accurate": {"data_points": 300, "search_proposals": 60},
     "thesis": {"model_points": 40},
@@ -189,36 +181,6 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(done, recording, trac
     assert kept.wall_seconds == (9.0 if done < FRAMES else 7.0)
 
 
-def test_what_is_left_is_a_run_that_says_so(tracked, tmp_path):
-    _, _, whole, states = tracked
-    path = tmp_path / "run.npz.part"
-    path.write_bytes(states[4])
-    run = read_run(path)
-    assert run.frame.tolist() == list(range(5))
-    assert run.meta["incomplete"]
-    assert run.meta["wall_seconds"] == 7.0
-    assert not run.meta["smoothed"]
-    assert json.loads(json.dumps(run.meta))["frames"] == [0, FRAMES]
-    assert run.stage_names
-    np.testing.assert_array_equal(run.frame, whole.frame[:5])
-    np.testing.assert_array_equal(read_trajectory(path).points, run.landmarks)
-
-
-def test_another_tracker_s_memory_is_refused(recording, tracked, tmp_path):
-    name, _, _, states = tracked
-    path = tmp_path / "run.part"
-    path.write_bytes(states[2])
-    begun, _ = read_unfinished(path)
-    other = settings("fast" if name == "thesis" else "thesis")
-    with pytest.raises(InputError, match="does not belong"):
-        track(recording, RunSpec(other, init="tpose"), begun=begun)
-    covariance = next(key for key in begun.checkpoint.arrays if key.endswith(".P"))
-    broken = {**begun.checkpoint.arrays, covariance: np.eye(3)}
-    begun = replace(begun, checkpoint=replace(begun.checkpoint, arrays=broken))
-    with pytest.raises(InputError, match="does not belong"):
-        track(recording, RunSpec(settings(name), init="tpose"), begun=begun)
-
-
 ENTRIES = [{"job": "a", "value": 1.5}, {"job": "b", "words": 'ü \n " ]}'}, {"job": "c"}]
 
 
@@ -250,10 +212,3 @@ def test_a_torn_line_is_lost_alone(tmp_path_factory, share):
         # the line's end alone was missing, so that the entry is complete after all
         read_journal(path) == [*ENTRIES[: len(left) + 1], {"job": "d"}]
     )
-
-
-def test_what_cannot_be_written_is_refused_in_words(tmp_path):
-    with pytest.raises(InputError, match="cannot be written"):
-        Journal(tmp_path / "missing" / "a.jsonl")
-    with pytest.raises(InputError, match="a folder, not a file"):
-        read_journal(tmp_path)

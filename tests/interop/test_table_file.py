@@ -5,13 +5,7 @@ import csv
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.tables import (
-    csv_text,
-    guarded,
-    markdown_text,
-    read_csv_table,
-    unguarded,
-)
+from stereotrack_core.tables import csv_text, guarded, markdown_text, read_csv_table, unguarded
 
 CELL = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=12)
 ROWS = st.integers(1, 4).flatmap(

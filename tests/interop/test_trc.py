@@ -42,10 +42,7 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
     np.testing.assert_allclose(found.points, wanted)
 
 
-@pytest.mark.parametrize(
-    ("frame", "words"),
-    [("1", "repeats frame 1"), ("1.5", "'1.5'")],
-)
+@pytest.mark.parametrize(("frame", "words"), [("1", "repeats frame 1"), ("1.5", "'1.5'")])
 def test_wrong_frame_numbers_are_refused_by_their_line(
     tmp_path, random, body_trajectory, frame, words
 ):
@@ -110,10 +107,7 @@ def test_commas_names_and_axes_of_other_programs(tmp_path, random, body_trajecto
     np.testing.assert_array_equal(turned.points, np.stack([north, -east, up], axis=-1))
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [("x,x,z", "three axes"), ("y,x,z", "mirror")],
-)
+@pytest.mark.parametrize(("text", "words"), [("x,x,z", "three axes"), ("y,x,z", "mirror")])
 def test_axes_that_are_none(text, words):
     with pytest.raises(InputError, match=words) as error:
         world_from_axes(text)
@@ -133,25 +127,3 @@ def test_opensim_reads_it(tmp_path, random, body_trajectory, monkeypatch):
     row = table.getRowAtIndex(1)
     assert np.isnan(row[0].to_numpy()).all()
     np.testing.assert_allclose(row[4].to_numpy(), trajectory.points[1, 4, [1, 2, 0]])
-
-
-def test_times_tell_the_frame_where_numbers_count_from_one(tmp_path, random, body_trajectory):
-    trajectory = body_trajectory(random, range(50, 60))
-    path = tmp_path / "half.trc"
-    write_trc(path, trajectory, 10.0)
-    lines = path.read_text().splitlines()
-    for k in range(5, len(lines)):
-        lines[k] = "\t".join([str(k - 4), *lines[k].split("\t")[1:]])
-    path.write_text("\n".join(lines))
-    found, fps = read_trc(path)
-    assert (fps, found.fps) == (10.0, 10.0)
-    np.testing.assert_array_equal(found.frame, trajectory.frame)
-    np.testing.assert_array_equal(found.points, trajectory.points)
-    assert (
-        found.notes[0].what
-        == "its row of frame 1 has the time 5 s, which is frame 50 counted from 0"
-    )
-    path.write_text(path.read_text().replace("10\t10\t", "100\t100\t", 1))
-    found, fps = read_trc(path)
-    assert (fps, found.frame[0]) == (10.0, 50)
-    assert "it states 100 frames per second, but its times have 10" in found.notes[0].what

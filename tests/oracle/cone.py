@@ -1,7 +1,5 @@
 """Truncated cones by brute force; everything in the cone's own frame, y flattened by s."""
 
-from __future__ import annotations
-
 import numpy as np
 
 
@@ -11,34 +9,37 @@ def side_point(r1, r2, height, s, h, angle):
     return np.array([radius * np.cos(angle), s * radius * np.sin(angle), h * height])
 
 
-def nearest_on_side(r1, r2, height, s, point, steps=48):
-    """Nearest point of the side: the best of a grid, then ever finer grids around the best."""
-    centre, width = np.array([0.5, np.pi]), np.array([0.5, np.pi])
+def nearest(surface, centre, limits, point, steps):
+    """Nearest point of a surface (2 numbers to 3): the best of a grid, then of ever finer grids."""
+    width = centre.copy()
     for _ in range(14):
-        h = np.clip(np.linspace(centre[0] - width[0], centre[0] + width[0], steps), 0.0, 1.0)
-        angle = np.linspace(centre[1] - width[1], centre[1] + width[1], steps)
-        grid = side_point(r1, r2, height, s, h[:, None] + 0 * angle, angle[None] + 0 * h[:, None])
+        u, v = (np.linspace(c - w, c + w, steps) for c, w in zip(centre, width, strict=True))
+        u = np.clip(u, *limits)
+        grid = surface(u[:, None] + 0 * v[None], v[None] + 0 * u[:, None])
         distance = np.sqrt(sum((grid[k] - point[k]) ** 2 for k in range(3)))
         i, j = np.unravel_index(np.argmin(distance), distance.shape)
-        centre = np.array([h[i], angle[j]])
-        width = width * 4.0 / steps
-    return side_point(r1, r2, height, s, *centre)
+        centre, width = np.array([u[i], v[j]]), width * 4.0 / steps
+    return surface(*centre)
 
 
-def nearest_on_half_sphere(r, centre_z, s, point, steps=60):
-    """Nearest point of the half (flattened) sphere beyond z = centre_z, by ever finer grids."""
-    centre, width = np.array([np.pi / 4, np.pi]), np.array([np.pi / 4, np.pi])
-    for _ in range(12):
-        up = np.clip(np.linspace(centre[0] - width[0], centre[0] + width[0], steps), 0, np.pi / 2)
-        angle = np.linspace(centre[1] - width[1], centre[1] + width[1], steps)
-        x = r * np.cos(up)[:, None] * np.cos(angle)
-        y = s * r * np.cos(up)[:, None] * np.sin(angle)
-        z = centre_z + r * np.sin(up)[:, None] + 0 * angle
-        distance = np.sqrt((x - point[0]) ** 2 + (y - point[1]) ** 2 + (z - point[2]) ** 2)
-        i, j = np.unravel_index(np.argmin(distance), distance.shape)
-        centre = np.array([up[i], angle[j]])
-        width = width * 4.0 / steps
-    return np.array([x[i, j], y[i, j], z[i, j]])
+def nearest_on_side(r1, r2, height, s, point):
+    """Nearest point of the side."""
+
+    def side(h, angle):
+        return side_point(r1, r2, height, s, h, angle)
+
+    return nearest(side, np.array([0.5, np.pi]), (0.0, 1.0), point, 48)
+
+
+def nearest_on_half_sphere(r, centre_z, s, point):
+    """Nearest point of the half (flattened) sphere beyond z = centre_z."""
+
+    def half_sphere(up, angle):
+        across = r * np.cos(up)
+        places = across * np.cos(angle), s * across * np.sin(angle), centre_z + r * np.sin(up)
+        return np.array(places)
+
+    return nearest(half_sphere, np.array([np.pi / 4, np.pi]), (0.0, np.pi / 2), point, 60)
 
 
 def depth_inside(r1, r2, height, s, point):

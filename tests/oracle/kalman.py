@@ -1,7 +1,5 @@
 """Kalman corrections as section 2.2.1 prints them, sums written out."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,6 @@
 """Forward kinematics from the thesis's numbers, with 4 x 4 matrices and elementary rotations."""
 
-from __future__ import annotations
-
+import functools
 import math
 
 import numpy as np
@@ -29,12 +28,7 @@ def shift(x, y, z):
 
 def chained(*matrices):
     """Product of homogeneous matrices, from left to right."""
-    result = np.eye(4)
-    for matrix in matrices:
-        result = [
-            [sum(result[i][k] * matrix[k][j] for k in range(4)) for j in range(4)] for i in range(4)
-        ]
-    return np.array(result, dtype=float)
+    return functools.reduce(np.matmul, matrices)
 
 
 def landmarks_of_state(x, p):
@@ -63,14 +57,13 @@ def landmarks_of_state(x, p):
 def landmarks_of_rotations(position, rotation, proportions):
     """The nine landmarks by name, of a rotation for every part by name."""
     p = proportions
-    torso = np.eye(4)
-    torso[:3, :3], torso[:3, 3] = rotation["torso"], position
 
     def turned(part):
         matrix = np.eye(4)
         matrix[:3, :3] = rotation[part]
         return matrix
 
+    torso = chained(shift(*position), turned("torso"))
     neck = chained(torso, shift(0, 0, p.torso_length), turned("head"))
     points = {
         "left_hip": torso @ shift(-p.hip_width / 2, 0, 0),

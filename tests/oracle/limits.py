@@ -1,7 +1,5 @@
 """Limits of a body in plain NumPy: each is a number that depends on the pose, z - z_hat(pose)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

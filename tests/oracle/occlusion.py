@@ -1,7 +1,5 @@
 """Occlusion by walking along every sight line in small steps."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

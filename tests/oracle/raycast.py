@@ -1,7 +1,5 @@
 """Ranges of truncated cones, one ray and one quadratic equation at a time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,5 @@
 """The scaled unscented transform, point by point, as section 2.2.4 and van der Merwe have it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

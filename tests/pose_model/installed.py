@@ -1,7 +1,5 @@
 """The pretrained detector where it is installed."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 from unittest.mock import patch

@@ -4,13 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.pose_model.crops import (
-    Crop,
-    crop_from_body,
-    whole_picture,
-)
+from stereotrack_core.pose_model.crops import Crop, whole_picture
 from stereotrack_core.pose_model.pictures import as_rgb, as_uint8, shaded_depth
-from tests.tracking.recordings import camera_towards_the_middle
 
 SIZE = (256, 256)
 SPOT = np.array([140.0, 90.0])
@@ -41,36 +36,11 @@ def test_what_is_seen_leads_back_to_the_pixel(side, angle, size):
     assert np.linalg.norm(place - SPOT) < max(0.1, 0.1 * side / max(size))
 
 
-def test_a_mask_comes_back_to_the_picture():
-    crop = Crop(SPOT, 100.0, 0.5)
-    back = crop.mask_in_picture(crop.seen(picture_of_a_spot(), SIZE) / 255.0, (200, 300))
-    assert back.shape == (200, 300)
-    np.testing.assert_allclose(middle_of_brightness(back), SPOT, atol=0.1)
-
-
 @pytest.mark.parametrize(("turned", "flag"), [(90, cv2.ROTATE_90_CLOCKWISE), (180, 1), (270, 2)])
 def test_a_view_on_its_side_is_seen_upright(turned, flag):
     picture = np.random.default_rng(1).integers(0, 256, (64, 64)).astype(np.uint8)
     seen = whole_picture(picture.shape, turned).seen(picture, (64, 64))
     np.testing.assert_allclose(seen.astype(int), cv2.rotate(picture, flag).astype(int), atol=1)
-
-
-def test_a_bent_body_has_a_crop_of_the_same_size():
-    camera = camera_towards_the_middle("N", np.array([0.0, 3.0, 1.0]))
-    hips = np.array([0.0, 0.0, 1.0])
-    upright = crop_from_body(camera, hips, hips + [0, 0, 0.5])
-    bent = crop_from_body(camera, hips, hips + [0.1, 0.5, 0.0])  # towards the camera
-    assert upright.side == pytest.approx(2.5 * camera.focal / 3.0, rel=0.01)
-    assert bent.side == pytest.approx(upright.side)
-    np.testing.assert_allclose(upright.centre, camera.project(hips))
-    assert crop_from_body(camera, np.array([0.0, 9.0, 1.0]), hips) is None  # behind it
-
-
-def test_colours_are_in_the_order_of_networks():
-    blue = np.zeros((4, 4, 3), np.uint8)
-    blue[..., 0] = 200
-    assert as_rgb(blue)[0, 0].tolist() == [0, 0, 200]
-    assert as_rgb(blue[..., 0])[0, 0].tolist() == [200, 200, 200]
 
 
 def test_a_dark_picture_gets_contrast_and_a_bright_one_stays():

@@ -1,7 +1,5 @@
 """Pose models as ONNX files, made here: they find the most red, green or blue place."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -48,10 +46,9 @@ def model_file(path, *, simcc: bool):
             helper.make_node("ReduceMax", ["fine"], ["simcc_x"], axes=[2], keepdims=0),
             helper.make_node("ReduceMax", ["fine"], ["simcc_y"], axes=[3], keepdims=0),
         ]
-        outputs = [
-            helper.make_tensor_value_info(name, kind, ["n", count, length])
-            for name, length in (("simcc_x", doubled[1]), ("simcc_y", doubled[0]))
-        ]
+        lengths = {"simcc_x": doubled[1], "simcc_y": doubled[0]}
+        made = helper.make_tensor_value_info
+        outputs = [made(name, kind, ["n", count, lengths[name]]) for name in lengths]
     given = helper.make_tensor_value_info("input", kind, ["n", 3, height, width])
     graph = helper.make_graph(nodes, "pose", [given], outputs, initial)
     opset = [helper.make_opsetid("", 13)]
@@ -139,8 +136,7 @@ def test_other_files_are_no_models(tmp_path):
     helper, kind = onnx.helper, onnx.TensorProto.FLOAT
     ends = [helper.make_tensor_value_info(name, kind, [1, 4]) for name in ("a", "b")]
     graph = helper.make_graph([helper.make_node("Relu", ["a"], ["b"])], "g", ends[:1], ends[1:])
-    onnx.save(
-        helper.make_model(graph, ir_version=8, opset_imports=[helper.make_opsetid("", 13)]), path
-    )
+    opset = [helper.make_opsetid("", 13)]
+    onnx.save(helper.make_model(graph, ir_version=8, opset_imports=opset), path)
     with pytest.raises(InputError, match="no pose model: its input has the shape"):
         PoseModel(path)

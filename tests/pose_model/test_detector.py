@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.pose_model.crops import crop_from_body
 from stereotrack_core.pose_model.detector import POINT_NAMES
 from stereotrack_core.pose_model.following import Whereabouts, detect_person
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
@@ -81,16 +80,6 @@ def test_landmarks_are_where_the_joints_are(detector, picture, truth):
     assert left[1] < -0.3  # above the hips
 
 
-def test_a_tracked_body_tells_what_to_look_at(detector, recording, picture, camera, truth):
-    by_name = dict(zip(LANDMARKS, recording.reference.points[0], strict=True))
-    hips, shoulders = (
-        (by_name[f"left_{name}"] + by_name[f"right_{name}"]) / 2 for name in ("hip", "shoulder")
-    )
-    pose = detector.landmarks(picture, crop_from_body(camera, hips, shoulders))
-    assert pose.score > 0.9
-    assert np.median(misfit(pose, truth)) < 9
-
-
 def test_a_small_person_is_found_in_tiles(detector, picture, truth):
     scale = 0.25  # some 60 pixels tall
     small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -125,17 +114,6 @@ def test_dark_and_grey_pictures_do(detector, picture, truth, change):
     changed = np.ascontiguousarray(change(picture))
     pose = detector.landmarks(changed, detector.find_people(changed)[0].crop)
     assert np.median(misfit(pose, truth)) < 10
-
-
-def test_the_mask_covers_the_person(detector, picture, truth):
-    crop = detector.find_people(picture)[0].crop
-    assert detector.landmarks(picture, crop).mask is None
-    mask = detector.landmarks(picture, crop, mask=True).mask
-    assert mask.shape == picture.shape[:2]
-    columns, rows = np.round(truth[0]).astype(int).T
-    assert (mask[rows, columns] > 0.5).all()
-    assert mask[:40].max() < 0.1
-    assert 0.02 < (mask > 0.5).mean() < 0.12
 
 
 def test_the_command_writes_named_points(detector, recording, truth, tmp_path, monkeypatch):

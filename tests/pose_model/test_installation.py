@@ -8,13 +8,16 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.detector import load_detector, required_detector
 from stereotrack_core.pose_model.installation import (
+    HEAVY,
     MODEL_FILES,
+    detector_versions,
     install,
     installation,
     is_installed,
+    landmark_file,
 )
 from stereotrack_core.program import main
-from tests.pose_model.small_files import CONTENTS, use_small_files, wheel
+from tests.pose_model.small_files import CONTENTS, LARGE, npm_archive, use_small_files, wheel
 
 FINDER = MODEL_FILES[0].name
 
@@ -45,6 +48,21 @@ def test_files_come_out_of_a_folder(folder, tmp_path):
         (given / name).write_bytes(content)
     install(given)
     assert kept(folder) == CONTENTS
+
+
+def test_the_larger_network_is_added_from_its_archive(folder, tmp_path, capsys):
+    install(wheel(tmp_path / "mediapipe.whl"))
+    assert landmark_file(folder) == MODEL_FILES[1].name
+    assert not detector_versions()
+    with pytest.raises(InputError, match=r"heavy\.tflite is not the known file"):
+        install(npm_archive(tmp_path / "wrong.tgz", LARGE[::-1]))
+    state = install(npm_archive(tmp_path / "mediapipe-pose.tgz"))
+    assert kept(folder) == {**CONTENTS, HEAVY.name: LARGE}
+    assert state.files[HEAVY.name] == "installed"
+    assert landmark_file(folder) == HEAVY.name
+    assert detector_versions() == {"pose landmarks": "heavy"}
+    assert main(["detector"]) == 0
+    assert "more exact" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("changed", [b"Content of pose_detection.tflite", b"short"])

@@ -1,7 +1,7 @@
 """A small recording on disk and a project of it."""
 
-from __future__ import annotations
-
+import multiprocessing
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,11 +10,16 @@ import pytest
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.project.database import make_database
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.writing import write_png, write_recording_description
 
 WIDTH, HEIGHT = 64, 48
+
+PROCESSES = multiprocessing.get_context("forkserver" if hasattr(os, "fork") else "spawn")
+PROCESSES.set_forkserver_preload(["stereotrack_core.project.project"])
+"""Processes that can be killed; forked, so that not each of them loads the program."""
 
 
 def write_recording(folder: Path, name: str = "walk") -> Recording:
@@ -51,6 +56,14 @@ def another_recording(tmp_path) -> Recording:
 @pytest.fixture
 def project_path(recording) -> Path:
     return recording.folder.parent / "walk.stereotrack"
+
+
+@pytest.fixture
+def path(tmp_path) -> Path:
+    """An empty project in a folder of its own."""
+    path = tmp_path / "project" / "walk.stereotrack"
+    make_database(path)
+    return path
 
 
 @pytest.fixture

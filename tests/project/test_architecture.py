@@ -1,7 +1,5 @@
 """Rules of the house that neither ruff nor the import contract can check."""
 
-from __future__ import annotations
-
 import ast
 import re
 import statistics
@@ -22,7 +20,6 @@ def sources(*folders: str) -> list[Path]:
 
 
 def nodes(*folders: str) -> Iterator[tuple[Path, ast.AST]]:
-    """Every piece of syntax with the file that it is in."""
     for path in sources(*folders):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             yield path, node

@@ -1,7 +1,5 @@
 """What the code imports and what pyproject.toml declares are the same."""
 
-from __future__ import annotations
-
 import ast
 import sys
 import tomllib
@@ -16,11 +14,7 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = {path.stem for path in (ROOT / "tools").iterdir()} | {
-    "app",
-    "benchmarks",
-    "stereotrack_app",
-    "stereotrack_core",
-    "tests",
+    *("app", "benchmarks", "stereotrack_app", "stereotrack_core", "tests")
 }
 
 

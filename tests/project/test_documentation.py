@@ -1,9 +1,7 @@
 """The pages that are made from the code say what the code says."""
 
-from __future__ import annotations
-
-import importlib.util
 import re
+import runpy
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,24 +19,10 @@ from stereotrack_core.recording.toml_table import Table
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def parameters_page() -> str:
-    path = ROOT / "tools" / "write_parameters.py"
-    spec = importlib.util.spec_from_file_location("write_parameters", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.parameters_page()
-
-
 def test_the_page_of_parameters_is_up_to_date():
+    tool = runpy.run_path(str(ROOT / "tools" / "write_parameters.py"))
     written = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
-    assert written == parameters_page(), "run: make docs"
-
-
-def test_links_and_pictures_of_the_readme_exist():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    targets = [target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target]
-    assert targets
-    assert [target for target in targets if not (ROOT / target).is_file()] == []
+    assert written == tool["parameters_page"](), "run: make docs"
 
 
 def test_pages_and_paragraphs_can_be_read_in_one_go():
@@ -74,10 +58,10 @@ def test_sentences_can_be_read_in_one_go():
     assert long == []
 
 
-def test_links_between_the_pages_lead_somewhere():
+def test_links_and_pictures_of_the_pages_lead_somewhere():
     lost = [
         f"{page.name}: {target}"
-        for page in sorted((ROOT / "docs").glob("*.md"))
+        for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
         for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
         if "://" not in target and not (page.parent / target).is_file()
     ]

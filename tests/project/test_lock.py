@@ -1,7 +1,5 @@
 """The lock: everything the project names is in it, at one version."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,10 +1,12 @@
 """Predictions are kept beside clicks, never over them; a person takes them by an edit."""
 
-from __future__ import annotations
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
@@ -13,9 +15,17 @@ from stereotrack_core.project.prefilling import (
     accept_predictions,
     detector_filling,
     fill_in,
+    from_fit,
+    from_run,
 )
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.keypoints import keypoints_of
+from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.annotation.fits import fit_of
+from tests.annotation.scenes import bodies, cameras
+from tests.project.test_runs import run
+
+RIG = cameras()
 
 
 def predicted(frame, camera="N_right", landmark="left_elbow", sigma=3.0, source="fit"):
@@ -86,3 +96,35 @@ def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     assert project.clicks.get(key).origin == "hand"
     project.undo()
     assert project.clicks.get(key).origin == "accepted"
+
+
+def run_of(points):
+    """A run of these landmarks, whose limbs are known to 5 degrees."""
+    tracked, sigma = np.isfinite(points).any(axis=(1, 2)), np.full((len(points), 6), 5.0)
+    return replace(run(len(points)), landmarks=points, tracked=tracked, limb_sigma_deg=sigma)
+
+
+def test_fit_is_projected_into_every_image_that_shows_it():
+    points = bodies(6)
+    found = {one.key: one for one in from_fit(fit_of(points, [0, 5], unknown=[3]), RIG, range(9))}
+    assert {key.frame for key in found} == {0, 1, 2, 4, 5}
+    for name, camera in RIG.items():
+        for place, landmark in enumerate(NINE.names):
+            expected = camera.project(points[2, place])
+            assert found[ClickKey(2, name, landmark)].position == pytest.approx(tuple(expected))
+    known = [one for one in found.values() if one.key.landmark == "left_hand"]
+    at_click = np.mean([one.sigma for one in known if one.frame in (0, 5)])
+    between = np.mean([one.sigma for one in known if one.frame in (2, 4)])
+    assert 1.0 < at_click < 4.0 < between  # 10 mm at about 2.8 m and 520 px, and what is unsure
+
+
+def test_run_is_projected_where_it_is_tracked():
+    points = bodies(4)
+    points[2] = np.nan
+    points[3, LANDMARKS.index("left_hand")] = np.nan
+    found = list(from_run(run_of(points), "accurate", RIG, NINE, range(9)))
+    assert {one.source for one in found} == {"run accurate"}
+    assert {one.frame for one in found} == {0, 1, 3}
+    assert not any(one.frame == 3 and one.landmark == "left_hand" for one in found)
+    assert all(one.sigma > 2 for one in found)
+    assert not list(from_run(run_of(points + [0, 0, 50.0]), "accurate", RIG, NINE, range(9)))

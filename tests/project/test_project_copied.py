@@ -1,72 +1,66 @@
 """The one file has every edit: a copy of it alone, also of an open or a crashed project, or one
 that was moved away, has all that was acknowledged before, or says that it is not whole."""
 
-from __future__ import annotations
-
-import os
+import itertools
 import random
-import runpy
 import shutil
 import sqlite3
-import subprocess
-import sys
 from collections.abc import Iterator
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import ProjectDamaged, make_database
 from stereotrack_core.project.project import Project
+from tests.project.conftest import PROCESSES
 
-PROGRAM = Path(__file__).with_name("clicking_process.py")
-click = runpy.run_path(str(PROGRAM))["click"]
 CLICKS, SOME = 300, 80
 
 
+def click(number: int) -> Click:
+    """The click of that number; every one is of another frame."""
+    return Click(number, "N_right", "head", (number % 60 + 0.5, 3.25))
+
+
+def click_when_told(path, pipe) -> None:
+    """Click at every word; ``unfinished`` begins an edit that does not fit into memory."""
+    with Project.open(path, who="A") as project:
+        for number in itertools.count():
+            if pipe.recv() == "unfinished":
+                with project._access.writing() as database:
+                    database.execute("PRAGMA cache_size = 1")
+                    database.execute("UPDATE click SET x = x + 1")
+                    database.execute("UPDATE edit_change SET after = after || ' '")
+                    pipe.send("half")
+                    pipe.recv()
+            project.apply(place(click(number)))
+            pipe.send("clicked")
+
+
 class Clicker:
-    """A process that clicks in a project."""
-
     def __init__(self, path: Path) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, str(PROGRAM), str(path)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=PROGRAM.parents[2],
-            env={**os.environ, "PYTHONPATH": str(PROGRAM.parents[2])},
-        )
-        assert self.hears() == "open"
-
-    def tell(self, line: str = "", times: int = 1) -> None:
-        self.process.stdin.write(f"{line}\n" * times)
-        self.process.stdin.flush()
-
-    def hears(self) -> str:
-        return self.process.stdout.readline().strip()
+        self.pipe, other = PROCESSES.Pipe()
+        self.process = PROCESSES.Process(target=click_when_told, args=(path, other))
+        self.process.start()
+        other.close()
 
     def clicks(self, times: int) -> None:
-        """Let it click, and wait until the last one is acknowledged."""
-        self.tell(times=times)
         for _ in range(times):
-            self.hears()
+            self.pipe.send("click")
+        assert {self.pipe.recv() for _ in range(times)} == {"clicked"}
+
+    def begins_what_never_ends(self) -> None:
+        self.pipe.send("unfinished")
+        assert self.pipe.recv() == "half"
 
     def kill(self) -> None:
         self.process.kill()
-        self.process.wait()
-        self.process.stdout.close()
-        with suppress(BrokenPipeError):
-            self.process.stdin.close()
-
-
-@pytest.fixture
-def path(tmp_path) -> Path:
-    """An empty project in a folder of its own."""
-    path = tmp_path / "project" / "walk.stereotrack"
-    make_database(path)
-    return path
+        self.process.join()
+        self.pipe.close()
 
 
 @pytest.fixture
@@ -132,8 +126,7 @@ def journal_of(path: Path) -> Path:
 @pytest.mark.parametrize("killed", [False, True])
 def test_a_copy_in_the_middle_of_an_edit_says_so(path, clicker, tmp_path, killed):
     clicker.clicks(SOME)
-    clicker.tell("unfinished")
-    assert clicker.hears() == "half"
+    clicker.begins_what_never_ends()
     if killed:
         clicker.kill()
         copy = path.rename(tmp_path / "moved.stereotrack")
@@ -154,8 +147,7 @@ def test_a_copy_in_the_middle_of_an_edit_says_so(path, clicker, tmp_path, killed
 def crashed(path, clicker) -> Path:
     """A project whose program was killed in the middle of an edit."""
     clicker.clicks(SOME)
-    clicker.tell("unfinished")
-    assert clicker.hears() == "half"
+    clicker.begins_what_never_ends()
     clicker.kill()
     return path
 

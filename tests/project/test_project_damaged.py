@@ -1,7 +1,5 @@
 """A damaged project is told from a whole one, and its backup is named."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

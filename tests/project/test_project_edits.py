@@ -1,7 +1,5 @@
 """Edits are made, undone and redone without limit, also after reopening."""
 
-from __future__ import annotations
-
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -191,20 +189,6 @@ def test_threads_do_not_disturb_each_other(project):
     while project.undo() is not None:
         pass
     assert project.clicks.all(with_deleted=True) == ()
-
-
-def test_predictions_never_touch_clicks(project):
-    project.apply(place(ELBOW))
-    before = project.clicks.all()
-    predicted = Prediction(3, "N_right", "left_elbow", "run", (50.0, 1.0), 3.0)
-    project.predictions.replace("run", [predicted, replace(predicted, frame=2)])
-    assert project.predictions.at(3) == (predicted,)
-    project.predictions.replace("run", [replace(predicted, frame=2)])
-    assert project.predictions.at(3) == ()
-    with pytest.raises(ValueError, match="not all"):
-        project.predictions.replace("other", [predicted])
-    assert project.clicks.all() == before
-    assert project.predictions.of_source("run") == (replace(predicted, frame=2),)
 
 
 def test_accepted_predictions_never_replace_what_a_person_said(project):

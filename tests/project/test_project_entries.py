@@ -1,7 +1,5 @@
 """Runs, references, subjects, sets, parameters and corrections come back as they were saved."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A project from a stranger does nothing unasked: what this program does not write is refused."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sqlite3
@@ -59,13 +57,11 @@ def stranger(theirs, tmp_path) -> Path:
 
 
 def change(path: Path, statements: str) -> None:
-    """What somebody does to a project with a tool for databases."""
     with closing(sqlite3.connect(path)) as database:
         database.executescript(statements)
 
 
 def refusals(path: Path, project: Project) -> list[str]:
-    """What every way in says."""
     ways = [
         lambda: Project.open(path),
         lambda: Project.open(path, read_only=True),

@@ -1,7 +1,5 @@
 """Projects of the format before: read as they are, brought up to date when they are written to."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 

@@ -1,74 +1,93 @@
 """A program that is killed while editing loses nothing that it has acknowledged."""
 
-from __future__ import annotations
-
 import os
 import random
-import runpy
-import signal
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
-from pathlib import Path
 
 import pytest
 
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
 from stereotrack_core.project.database import make_database
+from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
+from tests.project.conftest import PROCESSES
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no SIGKILL here")
 
-PROGRAM = Path(__file__).with_name("editing_process.py")
-EDITING = runpy.run_path(str(PROGRAM))
 MOST_EDITS = 40
 LONGEST = 0.03
 """Acknowledged edits before a process is killed, and seconds after the last of them, at most."""
 
+Step = Callable[[Project], object]
 
-class Editors:
-    """Processes that edit a project, one after the other, until they are killed."""
-
-    def __init__(self) -> None:
-        self.server = subprocess.Popen(
-            [sys.executable, str(PROGRAM)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=PROGRAM.parents[2],
-            env={**os.environ, "PYTHONPATH": str(PROGRAM.parents[2])},
-        )
-
-    def edit_and_die(
-        self, path: Path, seed: int, edits: int, seconds: float, *, interactive: bool
-    ) -> int:
-        """Let one edit, kill it so long after so many edits, and count what it acknowledged."""
-        self.server.stdin.write(f"{seed} {interactive} {path}\n")
-        self.server.stdin.flush()
-        process = int(self.server.stdout.readline())
-        for _ in range(edits):
-            assert self.server.stdout.readline() == ".\n"
-        time.sleep(seconds)
-        os.kill(process, signal.SIGKILL)
-        acknowledged = edits
-        while (line := self.server.stdout.readline()) == ".\n":
-            acknowledged += 1
-        assert line == f"ended {-signal.SIGKILL}\n"
-        return acknowledged
-
-    def close(self) -> None:
-        self.server.stdin.close()
-        self.server.wait()
-        self.server.stdout.close()
+LANDMARKS = ("left_elbow", "right_elbow", "head")
+CAMERAS = ("N_right", "S_cam")
 
 
-@pytest.fixture
-def editors() -> Iterator[Editors]:
-    started = Editors()
-    yield started
-    started.close()
+def steps(seed: int) -> Iterator[Step]:
+    """Edits without end: single ones, many clicks at once, undo and redo."""
+    choose = random.Random(seed)
+    while True:
+        kind = choose.choices(("one", "many", "move", "delete", "undo", "redo"), (6, 1, 2, 2, 2, 1))
+        match kind[0]:
+            case "one":
+                yield _applied(PlaceClicks((_click(choose, choose.randrange(40)),)))
+            case "many":
+                first = choose.randrange(1000)
+                clicks = tuple(_click(choose, first + i) for i in range(200))
+                yield _applied(PlaceClicks(clicks))
+            case "move":
+                yield _applied(MoveClicks((_key(choose),), (choose.uniform(-1, 1), 0.5)))
+            case "delete":
+                yield _applied(DeleteClicks((_key(choose), _key(choose))))
+            case "undo":
+                yield Project.undo
+            case "redo":
+                yield Project.redo
+
+
+def _applied(edit: Edit) -> Step:
+    return lambda project: project.apply(edit)
+
+
+def _key(choose: random.Random) -> ClickKey:
+    return ClickKey(choose.randrange(40), choose.choice(CAMERAS), choose.choice(LANDMARKS))
+
+
+def _click(choose: random.Random, frame: int) -> Click:
+    position = (choose.uniform(0, 63), choose.uniform(0, 47))
+    return Click(frame, choose.choice(CAMERAS), choose.choice(LANDMARKS), position)
+
+
+def edit_until_killed(path, seed, interactive, acknowledge) -> None:
+    with Project.open(path, who="A", interactive=interactive) as project:
+        for step in steps(seed):
+            step(project)
+            acknowledge.send_bytes(b".")
+
+
+def edit_and_die(path, seed, edits, seconds, interactive) -> int:
+    """Kill a process so long after so many edits, and count what it acknowledged."""
+    heard, acknowledge = PROCESSES.Pipe(duplex=False)
+    process = PROCESSES.Process(
+        target=edit_until_killed, args=(path, seed, interactive, acknowledge)
+    )
+    process.start()
+    acknowledge.close()
+    for _ in range(edits):
+        heard.recv_bytes()
+    time.sleep(seconds)
+    process.kill()
+    process.join()
+    with heard, suppress(EOFError):
+        while heard.recv_bytes():
+            edits += 1
+    return edits
 
 
 def content(project: Project) -> tuple[object, ...]:
@@ -80,9 +99,7 @@ def content(project: Project) -> tuple[object, ...]:
 
 @pytest.mark.parametrize("interactive", [False, True])
 @pytest.mark.parametrize("kills", [8, pytest.param(200, marks=pytest.mark.slow)])
-def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(
-    tmp_path, editors, kills, interactive
-):
+def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(tmp_path, kills, interactive):
     """A twin that nobody kills makes the same edits; both hold the same after every kill."""
     moments = random.Random(3)
     path, twin_path = tmp_path / "killed.stereotrack", tmp_path / "twin.stereotrack"
@@ -90,15 +107,15 @@ def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(
     make_database(twin_path)
     with Project.open(twin_path, who="A") as twin:
         for seed in range(kills):
-            edits, seconds = moments.randrange(MOST_EDITS), moments.uniform(0.0, LONGEST)
-            acknowledged = editors.edit_and_die(path, seed, edits, seconds, interactive=interactive)
-            steps = EDITING["steps"](seed)
-            for step in islice(steps, acknowledged):
-                EDITING["make"](twin, step)
+            least, seconds = moments.randrange(MOST_EDITS), moments.uniform(0.0, LONGEST)
+            acknowledged = edit_and_die(path, seed, least, seconds, interactive)
+            edits = steps(seed)
+            for step in islice(edits, acknowledged):
+                step(twin)
             with Project.open(path) as killed:
                 found = content(killed)
             if found != content(twin):  # the last edit was saved, but killed before it could say so
-                EDITING["make"](twin, next(steps))
+                next(edits)(twin)
             assert found == content(twin)
         with Project.open(path) as killed:
             while killed.undo() is not None:

@@ -1,7 +1,5 @@
 """A project that a person edits in a window: nobody waits for the drive or for a long edit."""
 
-from __future__ import annotations
-
 import shutil
 import sqlite3
 import threading
@@ -15,7 +13,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks, place
 from stereotrack_core.project.connection import LogWriter
-from stereotrack_core.project.database import ProjectDamaged, make_database
+from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 
@@ -24,13 +22,6 @@ PATIENCE_S = 60.0
 
 def click(frame):
     return Click(frame, "N_right", "head", (frame + 0.5, 3.25))
-
-
-@pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "walk.stereotrack"
-    make_database(path)
-    return path
 
 
 @pytest.fixture

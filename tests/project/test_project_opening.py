@@ -1,7 +1,5 @@
 """Who may open a project, from where, and in which format; nothing is changed by refusing."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil
@@ -22,35 +20,30 @@ from stereotrack_core.project import opening
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.project import Project
+from tests.project.conftest import PROCESSES
 
 ROOT = Path(__file__).parents[2]
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
 NETWORK = (("/", "nfs4"),)
 
-HOLDER = """
-import sys
-from pathlib import Path
-from stereotrack_core.project.project import Project
-project = Project.open(Path(sys.argv[1]), who="B")
-print("open", flush=True)
-sys.stdin.read()
-"""
+
+def hold(path, pipe) -> None:
+    with Project.open(path, who="B"):
+        pipe.send("open")
+        pipe.recv()
 
 
 @pytest.fixture
 def held(project, project_path):
-    """The project, open in another process."""
     project.apply(place(ELBOW))
     project.close()
-    with subprocess.Popen(
-        [sys.executable, "-c", HOLDER, str(project_path)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        cwd=ROOT,
-    ) as process:
-        process.stdout.readline()
-        yield process
-        process.kill()
+    pipe, other = PROCESSES.Pipe()
+    process = PROCESSES.Process(target=hold, args=(project_path, other))
+    process.start()
+    assert pipe.recv() == "open"
+    yield process
+    process.kill()
+    process.join()
 
 
 def test_the_second_program_is_told_who_has_it(held, project_path):
@@ -67,7 +60,7 @@ def test_the_second_program_may_read(held, project_path):
 
 def test_a_crashed_owner_does_not_stand_in_the_way(held, project_path):
     held.kill()
-    held.wait()
+    held.join()
     with Project.open(project_path) as again:
         assert "did not close it; all edits are saved" in again.notes[0].what
         assert str(held.pid) in again.notes[0].what

@@ -1,7 +1,5 @@
 """What the page about the project file says is what the tables have."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

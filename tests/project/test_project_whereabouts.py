@@ -1,7 +1,5 @@
 """A project finds its recording again; where it does not, it asks."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path
@@ -14,11 +12,7 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.entries import save_reference
-from stereotrack_core.project.opening import (
-    mounts_of_linux,
-    mounts_of_macos,
-    network_type,
-)
+from stereotrack_core.project.opening import mounts_of_linux, mounts_of_macos, network_type
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import project_path_for, projects_of
 

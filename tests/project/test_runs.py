@@ -1,7 +1,5 @@
 """Runs are kept complete, listed without being read, renamed, removed and restored."""
 
-from __future__ import annotations
-
 import sqlite3
 from dataclasses import fields, replace
 
@@ -31,28 +29,17 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 
 CLICK = Click(1, "N", "head", (1.0, 2.0))
-VERSIONS = {"stereotrack": "1", "numpy": "2.1"}
 
 
 def meta(**changes):
     made_with = preset("fast").replaced(**changes)
     return {
-        "version": "1",
-        "preset": "fast",
-        "parameters": made_with.values(),
-        "seed": 3,
-        "views": ["N", "S"],
-        "init": "auto",
-        "smoothed": False,
-        "frames": [0, 40],
-        "recording": "walk",
-        "subject": {"name": "P2"},
-        "fingerprint": "ab" * 16,
-        "calibration": "cd" * 16,
-        "versions": VERSIONS,
-        "wall_seconds": 1.5,
-        "made": "2026-01-02T03:04:05.000+00:00",
-    }
+        "version": "1", "preset": "fast", "parameters": made_with.values(), "seed": 3,
+        "views": ["N", "S"], "init": "auto", "smoothed": False, "frames": [0, 40],
+        "recording": "walk", "subject": {"name": "P2"}, "fingerprint": "ab" * 16,
+        "calibration": "cd" * 16, "versions": {"stereotrack": "1", "numpy": "2.1"},
+        "wall_seconds": 1.5, "made": "2026-01-02T03:04:05.000+00:00",
+    }  # fmt: skip
 
 
 def run(frames: int = 3, seed: int = 2, n: int = 4, **changes) -> Run:

@@ -1,9 +1,7 @@
 """What people read keeps to the field's words."""
 
-from __future__ import annotations
-
-import importlib.util
 import re
+import runpy
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,12 +18,10 @@ GIVEN_UP = (
 
 def texts():
     """Place and text of all that people may read, without what is put into it."""
-    spec = importlib.util.spec_from_file_location("texts", ROOT / "tools" / "texts.py")
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
+    texts_of = runpy.run_path(str(ROOT / "tools" / "texts.py"))["texts"]
     for folder in ("app", "stereotrack_core"):
         for path in sorted((ROOT / folder).rglob("*.py")):
-            for line, text in tool.texts(path.read_text(encoding="utf-8")):
+            for line, text in texts_of(path.read_text(encoding="utf-8")):
                 yield f"{path.relative_to(ROOT)}:{line}", re.sub(r"\{[^{}]*\}", "", text)
 
 

@@ -1,7 +1,5 @@
 """What the tests of readers share."""
 
-from __future__ import annotations
-
 import mmap
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.reading.catalogue import readers
+from tests.reading.more_files import NEEDED
 from tests.reading.samples import made_samples
 
 
@@ -22,6 +21,14 @@ def samples(tmp_path_factory):
 def catalogue(samples, tmp_path_factory):
     """Every reader by its name."""
     return readers(samples, tmp_path_factory.mktemp("files"))
+
+
+@pytest.fixture
+def reader(name, catalogue):
+    """The reader of that name."""
+    if name in NEEDED:
+        pytest.importorskip(NEEDED[name])
+    return catalogue[name]
 
 
 @pytest.fixture

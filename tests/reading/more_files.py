@@ -1,13 +1,11 @@
-"""Further readers for the catalogue: keypoints, HDF5, bags of ROS, studies, point tables."""
-
-from __future__ import annotations
+"""Readers for the catalogue: what one is, and those of keypoints, HDF5, bags of ROS, studies."""
 
 import io
 import json
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -16,24 +14,15 @@ import numpy as np
 
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.reading import read_keypoints
 from stereotrack_core.interop.keypoints.source import KeypointSource
-from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17
-from stereotrack_core.recording.keypoints import keypoints_of
-from stereotrack_core.study.description import (
-    Study,
-    StudyRecording,
-    StudySettings,
-    read_study,
-    selected,
-    write_study,
-)
+from stereotrack_core.recording.keypoint_names import COCO_17
+from stereotrack_core.study.description import read_study, selected
+from tests.end_to_end.writers import FILES
 from tests.reading.mutations import (
     Mutation,
     mutated_bytes,
@@ -43,65 +32,73 @@ from tests.reading.mutations import (
 )
 from tests.reading.samples import FRAMES, Samples
 
-Entry = tuple[str, bytes, Mutation, Callable[[Path], object]]
-"""What a reader of the catalogue is made of."""
+OF_HDF5 = ("DeepLabCut HDF5", "keypoints, DeepLabCut HDF5")
+OF_ROS = ("ROS bag", "ROS MCAP", "ROS SQLite")
+# Libraries that not everybody installs.
+NEEDED = {"SLEAP": "sleap_io", **dict.fromkeys(OF_HDF5, "h5py"), **dict.fromkeys(OF_ROS, "rosbags")}
 
 
-def more_files(samples: Samples, folder: Path) -> dict[str, Entry]:
-    """Name of the file, valid content, damage, and what reads it, by the reader's name."""
+@dataclass(frozen=True)
+class Reader:
+    """What is damaged and read."""
+
+    file: str  # name under which the damaged file is put, relative to a folder of its own
+    content: bytes  # a valid file
+    damage: Mutation
+    read: Callable[[Path], object]  # reads the file and uses it as the program does
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Valid files as the program writes them."""
+
+    samples: Samples
+    folder: Path
+
+    def __call__(self, name: str) -> bytes:
+        """Content of one of :data:`FILES`."""
+        return self.written(name, lambda path: FILES[name](path, self.samples))
+
+    def written(self, name: str, write: Callable[[Path], object]) -> bytes:
+        """What is written to a file of that name."""
+        write(self.folder / name)
+        return (self.folder / name).read_bytes()
+
+
+def more_files(samples: Samples, content: Contents) -> dict[str, Reader]:
+    """Further readers by their names."""
     return {
-        **_of_keypoints(samples, folder),
-        **_of_studies(folder),
-        **_of_points(samples),
+        **_of_keypoints(samples, content),
+        "study": Reader("s.study.toml", content("walks.study.toml"), mutated_toml, _study),
         **(_of_hdf5(samples) if find_spec("h5py") is not None else {}),
-        **(_of_bags(folder) if find_spec("rosbags") is not None else {}),
+        **(_of_bags(content.folder) if find_spec("rosbags") is not None else {}),
     }
 
 
-def _written(path: Path, write: Callable[[Path], object]) -> bytes:
-    write(path)
-    return path.read_bytes()
+def _study(path: Path) -> object:
+    found = read_study(path)
+    return [found.runs_of(row) for row in selected(found, ["gait=slow"])]
 
 
-# ---- keypoints
-
-
-def _of_keypoints(samples: Samples, folder: Path) -> dict[str, Entry]:
+def _of_keypoints(samples: Samples, content: Contents) -> dict[str, Reader]:
     def read(path: Path) -> object:
         found = read_keypoints(KeypointSource(path, samples.recording, camera="S"), FRAMES)
         return found.summary(), len(found.keypoints)
 
-    def one_of_openpose(path: Path) -> object:
-        return read(path.parent)
-
-    entries: dict[str, tuple[str, bytes, Mutation]] = {
-        "keypoints, MMPose": ("S.json", _json(_mmpose()), mutated_json),
-        "keypoints, COCO results": ("S.json", _json([_result(k) for k in range(3)]), mutated_json),
-        "keypoints, COCO": ("S.json", _json(_annotations()), mutated_json),
-        "keypoints, table": (
-            "S.csv",
-            _written(folder / "k.csv", lambda path: _table(path, samples)),
-            mutated_table,
-        ),
-        "keypoints, DeepLabCut": (
-            "S.csv",
-            _written(
-                folder / "d.csv", lambda path: write_deeplabcut(path, samples.clicks, NINE.names)
-            ),
-            mutated_table,
-        ),
-    }
-    openpose = _json({"people": [{"person_id": [-1], "pose_keypoints_2d": _values(25)}]})
-    return {
-        **{name: (*entry, read) for name, entry in entries.items()},
-        "keypoints, OpenPose": (
-            "S_000000000002_keypoints.json", openpose, mutated_json, one_of_openpose
+    openpose = {"people": [{"person_id": [-1], "pose_keypoints_2d": _values(25)}]}
+    trees = {
+        "MMPose": ("S.json", _mmpose(), read),
+        "COCO results": ("S.json", [_result(k) for k in range(3)], read),
+        "COCO": ("S.json", _annotations(), read),
+        "OpenPose": (
+            "S_000000000002_keypoints.json", openpose, lambda path: read(path.parent)
         ),
     }  # fmt: skip
-
-
-def _json(content: Any) -> bytes:
-    return json.dumps(content).encode()
+    files = {name: Reader(file, json.dumps(tree).encode(), mutated_json, use)
+             for name, (file, tree, use) in trees.items()}  # fmt: skip
+    for name, ours in (("table", "keypoints.csv"), ("DeepLabCut", "deeplabcut.csv")):
+        files[name] = Reader("S.csv", content(ours), mutated_table, read)
+    return {f"keypoints, {name}": reader for name, reader in files.items()}
 
 
 def _values(count: int) -> list[float]:
@@ -130,49 +127,7 @@ def _annotations() -> dict[str, Any]:
     }
 
 
-def _table(path: Path, samples: Samples) -> None:
-    rows = ((k, "S", BODY_25[i], 3.0 + k, 7.5, 0.5, "x", 0) for k in range(3) for i in range(4))
-    write_table(path, keypoints_of(rows), samples.recording)
-
-
-# ---- studies
-
-
-def _of_studies(folder: Path) -> dict[str, Entry]:
-    rows = (
-        StudyRecording("a/one", "one.stereotrack", factors={"gait": "slow"}),
-        StudyRecording("a/two", factors={"gait": "fast"}),
-    )
-    settings = StudySettings(changes=("iterations=3",), grid=("views=N,NS",), seeds="0,1")
-    made = Study(folder / "s.study.toml", rows, settings)
-    file = _written(made.path, lambda path: write_study(replace(made, path=path)))
-
-    def study(path: Path) -> object:
-        found = read_study(path)
-        return [found.runs_of(row) for row in selected(found, ["gait=slow"])]
-
-    return {"study": ("s.study.toml", file, mutated_toml, study)}
-
-
-# ---- tables of points
-
-
-def _of_points(samples: Samples) -> dict[str, Entry]:
-    def read(path: Path) -> object:
-        source = LabelSource(path, samples.recording, NINE.names)
-        return [str(problem) for problem in read_labels(source, 6).problems]
-
-    table = b"head_cam_1_x,head_cam_1_y\n12.5,7.25\nNaN,NaN\n13.5,8.25\n"
-    return {"Argus": ("argus.csv", table, mutated_table, read)}
-
-
-# ---- HDF5
-
-
-OF_HDF5 = ("DeepLabCut HDF5", "keypoints, DeepLabCut HDF5")
-
-
-def _of_hdf5(samples: Samples) -> dict[str, Entry]:
+def _of_hdf5(samples: Samples) -> dict[str, Reader]:
     def labels(path: Path) -> object:
         return read_labels(LabelSource(path, samples.recording, NINE.names), FRAMES).problems
 
@@ -182,8 +137,8 @@ def _of_hdf5(samples: Samples) -> dict[str, Entry]:
 
     label, predicted = OF_HDF5
     return {
-        label: ("S.h5", _stored(_fixed_labels), mutated_bytes, labels),
-        predicted: ("SDLC_walk.h5", _stored(_predictions), mutated_bytes, keypoints),
+        label: Reader("S.h5", _stored(_fixed_labels), mutated_bytes, labels),
+        predicted: Reader("SDLC_walk.h5", _stored(_predictions), mutated_bytes, keypoints),
     }
 
 
@@ -221,7 +176,7 @@ def _predictions(stored: Any) -> None:
     table.attrs["values_block_0_kind"] = np.void(pickle.dumps(columns, 0))
 
 
-def _of_bags(folder: Path) -> dict[str, Entry]:
+def _of_bags(folder: Path) -> dict[str, Reader]:
     from tests.recording.importing.bags import depth_bag, stereo_bag
 
     def look(path: Path) -> object:
@@ -235,7 +190,7 @@ def _of_bags(folder: Path) -> dict[str, Entry]:
     two = next(depth_bag(folder / "two", "mcap", frames=2).glob("*.mcap"))
     three = next(stereo_bag(folder / "three", "sqlite3", frames=2).glob("*.db3"))
     return {
-        "ROS bag": ("one.bag", one.read_bytes(), mutated_bytes, look),
-        "ROS MCAP": ("two.mcap", two.read_bytes(), mutated_bytes, look),
-        "ROS SQLite": ("three.db3", three.read_bytes(), mutated_bytes, look),
+        "ROS bag": Reader("one.bag", one.read_bytes(), mutated_bytes, look),
+        "ROS MCAP": Reader("two.mcap", two.read_bytes(), mutated_bytes, look),
+        "ROS SQLite": Reader("three.db3", three.read_bytes(), mutated_bytes, look),
     }

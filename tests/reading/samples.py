@@ -1,7 +1,5 @@
 """Small valid files of every format that is read."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,20 +10,19 @@ import numpy as np
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
-from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.pose import hanging_pose
-from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
+from stereotrack_core.recording.keypoint_names import BODY_25
+from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.versions import versions
+from tests.evaluation.failure_segments.runs import made
 
 WIDTH, HEIGHT, FRAMES = 48, 36, 6
 SUBJECT = Subject("P", shoulder_width=0.4, torso_length=0.5)
@@ -39,6 +36,23 @@ class Samples:
     run: Run
     reference: Reference
     clicks: tuple[Click, ...]
+
+    @property
+    def seen_clicks(self) -> tuple[Click, ...]:
+        """Those of the clicks that have a place."""
+        return tuple(click for click in self.clicks if click.position is not None)
+
+    @property
+    def keypoints(self) -> Keypoints:
+        """What a detector might say of one camera."""
+        names = BODY_25[:4]
+        rows = ((k, "S", name, 3.0 + k, 7.5, 0.5, "x", 0) for k in range(3) for name in names)
+        return keypoints_of(rows)
+
+    @property
+    def picture(self) -> np.ndarray:
+        """Noise, which nothing makes smaller."""
+        return np.random.default_rng(1).integers(0, 256, (96, 128), dtype=np.uint8)
 
 
 def made_samples(folder: Path) -> Samples:
@@ -63,15 +77,10 @@ def made_samples(folder: Path) -> Samples:
     )
     views = (
         View("N", "stereo", right, left=left),
-        View(
-            "O",
-            "depth",
-            image,
-            depth=Stream("O", "O_depth/%03d.png"),
-            mask=Stream("", "O/%03d.png"),
-        ),
+        View("O", "depth", image, depth=Stream("O", "O_depth/%03d.png"),
+             mask=Stream("", "O/%03d.png")),
         View("S", "mono", mono, display_rotation=90),
-    )
+    )  # fmt: skip
     run = made_run(folder)
     recording = Recording(
         folder, "small", 10.0, views, cameras, SUBJECT,
@@ -88,9 +97,6 @@ def made_samples(folder: Path) -> Samples:
 
 def made_run(folder: Path) -> Run:
     """A run of a person who stands still, and states everything that runs state."""
-    names, body = state_names(ALL_JOINTS), body_model(proportions_of(SUBJECT))
-    x = np.tile(state_of_pose(hanging_pose(np.array([0.0, 0, 1])), ALL_JOINTS), (FRAMES, 1))
-    n = len(names)
     meta = {
         "program": "stereotrack", "version": "0.1.0", "preset": "accurate",
         "parameters": Settings().values(), "body": BodyShape().values(), "seed": 0,
@@ -104,14 +110,8 @@ def made_run(folder: Path) -> Run:
         "blind": [{"view": "N", "first": 1, "end": 3, "reason": "dark"}],
         "started_at_reference": [0, 5],
     }  # fmt: skip
-    return Run(
-        frame=np.arange(FRAMES), landmarks=landmarks(body, pose_of_state(x, ALL_JOINTS)), x=x,
-        P=np.tile(1e-4 * np.eye(n), (FRAMES, 1, 1)), state_names=names,
-        tracked=np.ones(FRAMES, dtype=bool), unexplained_fraction=np.full(FRAMES, 0.1),
-        residual=np.full(FRAMES, 0.01), innovation=np.ones(FRAMES),
-        limb_sigma_deg=np.full((FRAMES, 6), 3.0), limb_lost=np.full((FRAMES, 6), 0.1),
-        seconds=np.zeros((FRAMES, 2)), stage_names=("match", "filter"), meta=meta,
-    )  # fmt: skip
+    own = {"limb_lost": np.full((FRAMES, 6), 0.1), "seconds": np.zeros((FRAMES, 2))}
+    return made(FRAMES, **own, stage_names=("match", "filter"), meta=meta)[0]
 
 
 def made_clicks() -> tuple[Click, ...]:

@@ -1,7 +1,5 @@
 """Tables from spreadsheets that write decimal commas: read as meant, or refused with a sentence."""
 
-from __future__ import annotations
-
 import pickle
 import re
 
@@ -30,8 +28,7 @@ def result(reader, path, text):
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_decimal_commas(name, catalogue, tmp_path):
-    reader = catalogue[name]
+def test_decimal_commas(reader, tmp_path):
     path, text = tmp_path / reader.file, reader.content.decode()
     assert NUMBER.search(text)
     right = result(reader, path, text)

@@ -1,7 +1,5 @@
 """Whatever a file holds: a sentence or what was read, never a traceback."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys
@@ -11,19 +9,16 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.errors import InputError
-from tests.reading.catalogue import Reader, damaged
-from tests.reading.more_files import OF_HDF5
+from tests.reading.catalogue import damaged
+from tests.reading.more_files import NEEDED, OF_HDF5, OF_ROS, Reader
 
+# Damaged files for each reader in the fast tests, and in the slow ones.
 FEW, MANY = 20, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
-"""Damaged files for each reader in the fast tests, and in the slow ones."""
+# The same for readers in a process of their own, whose start takes most of a second.
 FEW_APART, MANY_APART = 2, 20
-"""The same for readers in a process of their own, whose start takes most of a second."""
+# A reader's time on the processor for one of these small files, and its memory for all of them, in
+# this process: readers of HDF5, MAT files and bags are in others, within limits of their own.
 MOST_SECONDS, MOST_MB = 5.0, 256
-"""A reader's time on the processor for one of these small files, and its memory for all of them.
-
-Of this process: readers of HDF5, MAT files and bags are in others, within limits of their own.
-"""
-OF_ROS = ("ROS bag", "ROS MCAP", "ROS SQLite")
 NAMES = (
     *("recording.toml", "calibration.toml"),
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
@@ -36,12 +31,6 @@ NAMES = (
     *(f"keypoints, {kind}" for kind in ("DeepLabCut", "OpenPose")),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
 )
-NEEDED = {
-    "SLEAP": "sleap_io",
-    **dict.fromkeys(OF_HDF5, "h5py"),
-    **dict.fromkeys(OF_ROS, "rosbags"),
-}
-"""Libraries that not everybody installs."""
 READ_APART = ("SLEAP", "MATLAB MAT", *OF_HDF5, *OF_ROS)
 
 
@@ -71,14 +60,6 @@ def most_bytes() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
         1 if sys.platform == "darwin" else 1024
     )
-
-
-@pytest.fixture
-def reader(name, catalogue):
-    """The reader of that name."""
-    if name in NEEDED:
-        pytest.importorskip(NEEDED[name])
-    return catalogue[name]
 
 
 def test_every_reader_is_here(catalogue):

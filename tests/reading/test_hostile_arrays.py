@@ -1,7 +1,5 @@
 """Archives of arrays that promise what they do not hold, and runs that state nonsense."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 
@@ -13,29 +11,25 @@ from stereotrack_core.interop.reference_npz import is_reference, read_reference,
 from stereotrack_core.interop.run_file import read_run, write_trajectory
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes, write_npz
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from tests.reading.mutations import member, with_meta
+from tests.reading.mutations import archived, member, with_meta
 
 
-@pytest.fixture(params=["run", "reference"])
+@pytest.fixture(params=[read_run, read_reference])
 def stored(request, samples, tmp_path):
     """Path of a file of either kind, and what reads it."""
-    path = tmp_path / f"{request.param}.npz"
-    if request.param == "run":
+    path, read = tmp_path / "file.npz", request.param
+    if read is read_run:
         write_npz(path, samples.run)
-        return path, read_run
-    write_reference(path, samples.reference)
-    return path, read_reference
+    else:
+        write_reference(path, samples.reference)
+    return path, read
 
 
 def replaced(path: Path, **members: bytes) -> None:
     """Write an archive again with other members."""
     with zipfile.ZipFile(path) as archive:
         content = {info.filename: archive.read(info) for info in archive.infolist()}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in (
-            content | {f"{key}.npy": value for key, value in members.items()}
-        ).items():
-            archive.writestr(name, data)
+    path.write_bytes(archived(content | {f"{key}.npy": data for key, data in members.items()}))
 
 
 @pytest.mark.parametrize(

@@ -1,22 +1,23 @@
 """Files that are none, have no end or are nested without one: a sentence at once, and no memory."""
 
-from __future__ import annotations
-
 import io
 import json
 import os
 import struct
 import subprocess
 import sys
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.hdf5 import is_hdf5
 from stereotrack_core.reading import parsed_json
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
@@ -25,32 +26,15 @@ from stereotrack_core.recording.importing.source import METRIC_UNIT
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.recording.video import open_container
 from stereotrack_core.recording.writing import write_png
+from tests.reading.more_files import OF_HDF5
 from tests.reading.samples import FRAMES, made_video
 
-
-def _pipe(path: Path) -> None:
-    os.mkfifo(path)
-
-
-def _device(path: Path) -> None:
-    path.symlink_to("/dev/zero")
-
-
-def _endless(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(1 << 42)
-
-
-def _loop(path: Path) -> None:
-    path.symlink_to(path)
-
-
-NO_FILES: dict[str, Callable[[Path], None]] = {
-    "named pipe": _pipe,
-    "device": _device,
-    "sparse file of 4 TB": _endless,
+NO_FILES: dict[str, Callable[[Path], object]] = {
+    "named pipe": lambda path: os.mkfifo(path),
+    "device": lambda path: path.symlink_to("/dev/zero"),
+    "sparse file of 4 TB": lambda path: (path.touch(), os.truncate(path, 1 << 42)),
     "folder": Path.mkdir,
-    "link to itself": _loop,
+    "link to itself": lambda path: path.symlink_to(path),
     "nothing": lambda path: None,
 }
 
@@ -138,18 +122,16 @@ def test_json_without_end(text, words):
 
 def test_a_picture_may_not_unfold_into_any_number_of_pixels():
     """Asked in a process of its own: OpenCV takes its limit when it is loaded."""
+    size = 2 * (30_000).to_bytes(4, "big") + bytes([8, 0, 0, 0, 0])
+    parts = {b"IHDR": size, b"IDAT": zlib.compress(bytes(100_000)), b"IEND": b""}
+    png = b"\x89PNG\r\n\x1a\n"
+    for kind, data in parts.items():
+        sum_of_part = zlib.crc32(kind + data).to_bytes(4, "big")
+        png += len(data).to_bytes(4, "big") + kind + data + sum_of_part
     program = (
-        "import stereotrack_core, cv2, numpy as np, zlib\n"
-        "def chunk(kind, data):\n"
-        "    sum = zlib.crc32(kind + data).to_bytes(4, 'big')\n"
-        "    return len(data).to_bytes(4, 'big') + kind + data + sum\n"
-        "size = 2 * (30_000).to_bytes(4, 'big') + bytes([8, 0, 0, 0, 0])\n"
-        "png = b'\\x89PNG\\r\\n\\x1a\\n' + chunk(b'IHDR', size)\n"
-        "png += chunk(b'IDAT', zlib.compress(bytes(100_000))) + chunk(b'IEND', b'')\n"
-        "try:\n"
-        "    cv2.imdecode(np.frombuffer(png, np.uint8), 0)\n"
-        "except cv2.error as error:\n"
-        "    print(error)\n"
+        "import stereotrack_core, cv2, numpy as np\n"
+        f"try: cv2.imdecode(np.frombuffer({png!r}, np.uint8), 0)\n"
+        "except cv2.error as error: print(error)\n"
     )
     ended = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
@@ -194,60 +176,96 @@ def test_a_video_may_not_ask_for_all_memory(tmp_path):
         assert len(list(container.decode(video=0))) == FRAMES
 
 
-def _array(values) -> bytes:
-    file = io.BytesIO()
-    np.save(file, values)
-    return file.getvalue()
+def refusal_of(reader, content: bytes, folder: Path) -> InputError:
+    (folder / reader.file).write_bytes(content)
+    with pytest.raises(InputError) as refusal:
+        reader.read(folder / reader.file)
+    assert refusal.value.remedy
+    assert refusal.value.where.startswith(str(folder))
+    return refusal.value
 
 
-def _mmpose(**frame) -> bytes:
-    places = {"keypoints": [[3.0, 4.0]] * 17, "keypoint_scores": [0.5] * 17}
-    frame = {"instances": [places], **frame}
-    return json.dumps({"meta_info": {}, "instance_info": [frame]}).encode()
-
-
-def _coco(values) -> bytes:
-    content = {
-        "images": [{"id": 5, "file_name": "S/000002.png"}],
-        "annotations": [{"id": 1, "image_id": 5, "category_id": 1, "keypoints": values}],
-        "categories": [{"id": 1, "keypoints": ["nose"]}],
-    }
-    return json.dumps(content).encode()
-
-
-def _result(values) -> bytes:
-    return json.dumps([{"image_id": 2, "keypoints": values, "score": 1.0}]).encode()
-
-
-DEEPLABCUT = b"scorer,a,a\nbodyparts,head,head\ncoords,x,y\n0,1.5,2.5\n"
-
-REFUSED = {
-    "no frame_id": ("keypoints, MMPose", _mmpose(), "has no frame_id"),
-    "a list in a list of COCO": ("keypoints, COCO", _coco([[1, 2, [3]]]), "not a finite number"),
-    "a list in a result": ("keypoints, COCO results", _result([[1, 2, []]]), "not a finite number"),
-    "a short line": (
-        "keypoints, DeepLabCut",
-        DEEPLABCUT.replace(b"coords,x,y", b"coords,x"),
-        "not equally long",
+CHANGES: dict[str, tuple[str, Callable[[Any], object], str]] = {
+    "no frame_id": (
+        "keypoints, MMPose", lambda tree: tree["instance_info"][0].pop("frame_id"),
+        "has no frame_id",
     ),
-}
+    "a list in a list of COCO": (
+        "keypoints, COCO", lambda tree: tree["annotations"][0].update(keypoints=[[1, 2, [3]]]),
+        "not a finite number",
+    ),
+    "a list in a result": (
+        "keypoints, COCO results", lambda tree: tree[0].update(keypoints=[[1, 2, []]]),
+        "not a finite number",
+    ),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("case", REFUSED)
+def changed(reader, change) -> bytes:
+    tree = json.loads(reader.content)
+    change(tree)
+    return json.dumps(tree).encode()
+
+
+@pytest.mark.parametrize("case", CHANGES)
 def test_refused_in_a_sentence(case, catalogue, tmp_path):
-    name, content, words = REFUSED[case]
-    reader = catalogue[name]
-    (tmp_path / reader.file).write_bytes(content)
-    with pytest.raises(InputError, match=words) as refused:
-        reader.read(tmp_path / reader.file)
-    assert refused.value.remedy
+    name, change, words = CHANGES[case]
+    found = refusal_of(catalogue[name], changed(catalogue[name], change), tmp_path)
+    assert words in str(found)
+
+
+def test_a_short_line_is_refused(catalogue, tmp_path):
+    short = b"scorer,a,a\nbodyparts,head,head\ncoords,x\n0,1.5,2.5\n"
+    found = refusal_of(catalogue["keypoints, DeepLabCut"], short, tmp_path)
+    assert "not equally long" in str(found)
 
 
 def test_a_point_without_a_name_is_one_that_is_not_known(catalogue, tmp_path):
     reader = catalogue["keypoints, MMPose"]
-    content = json.loads(_mmpose(frame_id=1))
-    content["meta_info"]["keypoint_id2name"] = {"0": "nose", "1": None}
-    (tmp_path / reader.file).write_text(json.dumps(content))
+    names = {"keypoint_id2name": {"0": "nose", "1": None}}
+    content = changed(reader, lambda tree: tree.update(meta_info=names))
+    (tmp_path / reader.file).write_bytes(content)
     told, count = reader.read(tmp_path / reader.file)
-    assert count == 1
-    assert told.startswith("16 of keypoints that are no part")
+    assert count == 2
+    assert told.startswith("32 of keypoints that are no part")
+
+
+LARGE = 400_000_000  # rows that are stated and have no byte in the file: 20 GB
+
+
+def changed_hdf5(content: bytes, change) -> bytes:
+    import h5py
+
+    file = io.BytesIO(content)
+    with h5py.File(file, "r+") as stored:
+        change(stored)
+    return file.getvalue()
+
+
+def without_end(stored) -> None:
+    """People of SLEAP whose rows are stated only."""
+    kind = stored["instances"].dtype
+    del stored["instances"]
+    stored.create_dataset("instances", shape=(LARGE,), chunks=(1000,), dtype=kind)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is not limited there")
+@pytest.mark.parametrize("name", ["SLEAP"])
+def test_rows_without_end_do_not_take_the_memory(reader, tmp_path):
+    content = changed_hdf5(reader.content, without_end)
+    assert len(content) < 200_000
+    assert "too large for the memory" in refusal_of(reader, content, tmp_path).what
+
+
+@pytest.mark.parametrize("name", ["SLEAP", *OF_HDF5])
+def test_no_process_is_started_for_what_is_no_hdf5(reader, tmp_path, monkeypatch):
+    monkeypatch.setattr("subprocess.Popen", None)
+    assert refusal_of(reader, b"no labels", tmp_path).what.startswith("this is not a ")
+    assert refusal_of(reader, b"", tmp_path).what.startswith("this is not a ")
+
+
+def test_a_signature_may_come_later(tmp_path):
+    path = tmp_path / "file"
+    for before, content in ((0, True), (512, True), (2048, True), (100, False), (1536, False)):
+        path.write_bytes(os.urandom(1) * before + b"\x89HDF\r\n\x1a\n" + bytes(3000))
+        assert is_hdf5(path) == content

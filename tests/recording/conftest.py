@@ -1,7 +1,5 @@
 """Videos whose frames carry their number as a bar code that survives lossy coding."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -51,9 +49,8 @@ def write_video(
     container_format: str | None = None,
 ) -> Path:
     """Encode frames that show their number at the given times in milliseconds."""
-    with av.open(
-        str(path), "w", format=container_format, options=container_options or {}
-    ) as container:
+    options_of_all = container_options or {}
+    with av.open(str(path), "w", format=container_format, options=options_of_all) as container:
         stream = container.add_stream(codec, rate=25)
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, pixels
         stream.options = options or {}
@@ -73,30 +70,20 @@ def write_video(
 X264 = {"crf": "20", "g": "12", "bf": "3", "b-adapt": "0"}
 
 KINDS: dict[str, dict] = {
-    "h264-b.mp4": {"codec": "libx264", "options": X264},
-    "h264-late.mp4": {"codec": "libx264", "options": X264, "times": lambda i: 700 + 40 * i},
-    "h264-vfr.mkv": {
-        "codec": "libx264",
-        "options": X264,
-        "times": lambda i: 500 + 33 * i + 7 * (i % 3) + (900 if i > 30 else 0),
-    },
+    "h264-b.mp4": {},
+    "h264-late.mp4": {"times": lambda i: 700 + 40 * i},
+    "h264-vfr.mkv": {"times": lambda i: 500 + 33 * i + 7 * (i % 3) + (900 if i > 30 else 0)},
     "h264-open-gop.mkv": {
-        "codec": "libx264",
-        "options": {"x264-params": "open-gop=1:bframes=3:keyint=12:min-keyint=12:scenecut=0"},
+        "options": {"x264-params": "open-gop=1:bframes=3:keyint=12:min-keyint=12:scenecut=0"}
     },
-    "h264-one-key.mp4": {"codec": "libx264", "options": {**X264, "g": "600"}},
-    "h264-plain.mp4": {"codec": "libx264", "options": {"g": "10", "bf": "0"}},
-    "h264-grey.mp4": {"codec": "libx264", "options": X264, "pixels": "gray"},
-    "h264-fragments.mp4": {
-        "codec": "libx264",
-        "options": X264,
-        "container_options": {"movflags": "frag_keyframe+empty_moov"},
-    },
-    "h264.ts": {"codec": "libx264", "options": X264},
-    "h264-raw.h264": {"codec": "libx264", "options": X264, "container_format": "h264"},
+    "h264-one-key.mp4": {"options": {**X264, "g": "600"}},
+    "h264-plain.mp4": {"options": {"g": "10", "bf": "0"}},
+    "h264-grey.mp4": {"pixels": "gray"},
+    "h264-fragments.mp4": {"container_options": {"movflags": "frag_keyframe+empty_moov"}},
+    "h264.ts": {},
+    "h264-raw.h264": {"container_format": "h264"},
     "h265.mp4": {
-        "codec": "libx265",
-        "options": {"x265-params": "keyint=12:bframes=3:log-level=none"},
+        "codec": "libx265", "options": {"x265-params": "keyint=12:bframes=3:log-level=none"},
     },
     "vp9.webm": {
         "codec": "libvpx-vp9",
@@ -104,10 +91,10 @@ KINDS: dict[str, dict] = {
     },
     "mpeg4.avi": {"codec": "mpeg4", "options": {"g": "12", "qscale": "3"}},
     "mpeg4-b.avi": {"codec": "mpeg4", "options": {"g": "12", "bf": "2"}},
-    "ffv1.mkv": {"codec": "ffv1", "pixels": "gray"},
-    "mjpeg.avi": {"codec": "mjpeg", "pixels": "yuvj420p"},
-}
-"""Arguments of `write_video` by file name."""
+    "ffv1.mkv": {"codec": "ffv1", "pixels": "gray", "options": {}},
+    "mjpeg.avi": {"codec": "mjpeg", "pixels": "yuvj420p", "options": {}},
+}  # fmt: skip
+"""Arguments of `write_video` by file name, where they are other than those of H.264."""
 
 
 @pytest.fixture
@@ -131,7 +118,7 @@ class NumberedVideos:
 
     @staticmethod
     def of_kind(folder: Path, kind: str) -> Path:
-        return write_video(folder / kind, **KINDS[kind])
+        return write_video(folder / kind, **{"codec": "libx264", "options": X264, **KINDS[kind]})
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """A small recording by four stereo views, whose images show nothing but noise."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,12 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
 
 SMALL = 8  # frames of the small recording
+STANDING = np.array(
+    [[-0.2, 0, 1.4], [0.2, 0, 1.4], [-0.5, 0, 1.4], [0.5, 0, 1.4], [-0.8, 0, 1.4],
+     [0.8, 0, 1.4], [0, 0, 1.6], [-0.15, 0, 0.9], [0.15, 0, 0.9]]
+)  # fmt: skip
+"""Landmarks of a person in the T pose, metres."""
+
 VIEWPOINTS = {"N": 90.0, "O": 0.0, "S": 270.0, "W": 180.0}
 
 
@@ -43,24 +47,9 @@ def written_recording(folder: Path) -> Recording:
             for k in range(SMALL):
                 image = (scene + rng.integers(-20, 20, scene.shape)).astype(np.uint8)
                 write_png(folder / camera.name / f"{k:03d}.png", image)
-        left, right = (
-            Stream(f"{name}_{s}", f"{name}_{s}/%03d.png", background=f"{name}_{s}/000.png")
-            for s in ("left", "right")
-        )
+        pair = (f"{name}_left", f"{name}_right")
+        left, right = (Stream(n, f"{n}/%03d.png", background=f"{n}/000.png") for n in pair)
         views.append(View(name, "stereo", right, left=left))
-    standing = np.array(
-        [
-            [-0.2, 0, 1.4],
-            [0.2, 0, 1.4],
-            [-0.5, 0, 1.4],
-            [0.5, 0, 1.4],
-            [-0.8, 0, 1.4],
-            [0.8, 0, 1.4],
-            [0, 0, 1.6],
-            [-0.15, 0, 0.9],
-            [0.15, 0, 0.9],
-        ]
-    )
     recording = Recording(
         folder,
         "small",
@@ -68,8 +57,20 @@ def written_recording(folder: Path) -> Recording:
         tuple(views),
         cameras,
         subject=Subject("P", shoulder_width=0.4, torso_length=0.5),
-        reference=LandmarkTrajectory(np.arange(SMALL), np.tile(standing, (SMALL, 1, 1))),
+        reference=LandmarkTrajectory(np.arange(SMALL), np.tile(STANDING, (SMALL, 1, 1))),
         segments=(Segment("t-pose", 0, SMALL),),
     )
     write_recording_description(recording)
     return recording
+
+
+def filmless(folder: Path, *names: str, size: tuple[int, int] = (64, 48)) -> Recording:
+    """A recording that has no films yet: N_left and N_right are a pair, the others mono views."""
+    matrix = np.array([[50.0, 0, 31.5], [0, 50, 23.5], [0, 0, 1]])
+    place = RigidTransform.identity()
+    cameras = {name: Camera(name, *size, matrix, np.zeros(5), False, place) for name in names}
+    stream = {name: Stream(name, f"{name}/%d.png") for name in names}
+    views = [View(name, "mono", stream[name]) for name in names if not name.startswith("N_")]
+    if "N_left" in names:
+        views = [View("N", "stereo", stream["N_right"], left=stream["N_left"]), *views]
+    return Recording(folder, "walk", 10.0, tuple(views), cameras)

@@ -4,23 +4,15 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.detections import read_detections
+from tests.recording.small import filmless
 
 HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
 
 
 @pytest.fixture
 def recording(tmp_path):
-    place = RigidTransform(np.eye(3), np.zeros(3))
-    cameras = {
-        name: Camera(name, 64, 48, np.eye(3), np.zeros(5), False, place)
-        for name in ("N_left", "N_right")
-    }
-    view = View("N", "stereo", Stream("N_right", "r.mp4"), left=Stream("N_left", "l.mp4"))
-    return Recording(tmp_path, "r", 10.0, (view,), cameras)
+    return filmless(tmp_path, "N_left", "N_right")
 
 
 def _read(tmp_path, recording, text):

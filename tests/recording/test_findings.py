@@ -1,7 +1,5 @@
 """The doctor finds what is wrong and says nothing of what is right."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -122,12 +120,10 @@ def test_a_camera_that_looks_away(small_recording):
 
 
 def test_a_swapped_pair(small_recording):
-    views = tuple(
-        replace(v, image=v.left, left=v.image) if v.name == "S" else v
-        for v in small_recording.views
-    )
+    *others, last = small_recording.views
+    views = (*others, replace(last, image=last.left, left=last.image))
     text = said(replace(small_recording, views=views))
-    assert "error recording.toml, view S: left and right are swapped" in text
+    assert "error recording.toml, view W: left and right are swapped" in text
 
 
 @pytest.mark.parametrize(
@@ -161,9 +157,8 @@ def test_lengths_and_gaps_of_streams(small_recording):
     (folder / "N_left/007.png").unlink()
     (folder / "O_right/003.png").unlink()
     text = said(small_recording)
-    assert "the streams have different lengths (N right 8, N left 7" in text or (
-        "N left 7" in text and "the first 7 frames are used" in text
-    )
+    assert "N left 7" in text
+    assert "the first 7 frames are used" in text
     assert "1 images are missing between the first and the last" in text
 
 
@@ -210,19 +205,13 @@ def test_a_view_out_of_step_is_found(small_recording):
     lag, words = 0.4, "later"
     cameras = {n: small_recording.cameras[f"{n}_right"] for n in "NOSW"}
     zoomed = {n: replace(c, matrix=c.matrix * [[20], [20], [1]]) for n, c in cameras.items()}
-    recording = replace(
-        small_recording,
-        cameras={
-            **small_recording.cameras,
-            **{f"{n}_right": replace(c, matrix=cameras[n].matrix) for n, c in zoomed.items()},
-        },
-    )
+    right = {f"{n}_right": replace(c, matrix=cameras[n].matrix) for n, c in zoomed.items()}
+    recording = replace(small_recording, cameras={**small_recording.cameras, **right})
     frames = np.arange(40.0)
     noise = np.random.default_rng(1)
-    tracks = {
-        n: board_track(c, frames - (lag if n == "W" else 0)) + noise.normal(0, 0.05, (40, 12, 2))
-        for n, c in cameras.items()
-    }
+    lags = {**dict.fromkeys(cameras, 0.0), "W": lag}
+    tracks = {n: board_track(c, frames - lags[n]) for n, c in cameras.items()}
+    tracks = {n: track + noise.normal(0, 0.05, track.shape) for n, track in tracks.items()}
     write_corners(recording.folder, tracks)
     text = said(recording, deep=True)
     assert "view W, time_offset: it is not synchronised" in text

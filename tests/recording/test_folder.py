@@ -1,7 +1,5 @@
 """Every mistake in a folder is one sentence with file, key and remedy."""
 
-from __future__ import annotations
-
 import re
 import shutil
 
@@ -21,39 +19,19 @@ MISTAKES = {
     # file, old, new, what the sentence says
     "no format": ("recording.toml", "format = 1\n", "", "format: the key is missing"),
     "later format": ("recording.toml", "format = 1", "format = 2", "unknown format 2"),
-    "no toml": ("recording.toml", "format = 1", "format = = 1", "not valid TOML"),
     "no fps": ("recording.toml", "fps = 10.0", "", "fps: the key is missing"),
     "fps 0": ("recording.toml", "fps = 10.0", "fps = 0", "fps: 0 frame sets per second"),
     "fps text": ("recording.toml", "fps = 10.0", 'fps = "10"', "fps: '10' is not a finite number"),
     "kind": ("recording.toml", 'kind = "stereo"', 'kind = "sterio"', "unknown kind 'sterio'"),
-    "no calibration": (
-        "recording.toml",
-        '"calibration.toml"',
-        '"c.toml"',
-        "file 'c.toml' not found",
-    ),
+    "no calibration": ("recording.toml", '"calibration', '"c', "file 'c.toml' not found"),
     "camera": ("recording.toml", 'camera = "N_left"', 'camera = "X"', "camera 'X' is not in the"),
     "no frames": ("recording.toml", N_LEFT, "", "left, frames: the key is missing"),
-    "nothing fits": ("recording.toml", N_LEFT, 'frames = "N_left/%d.jpg"', "no file matches"),
-    "no video": ("recording.toml", N_LEFT, 'frames = "calibration.toml"', "opened as a video"),
     "outside": ("recording.toml", N_LEFT, 'frames = "../%03d.png"', "leaves the recording folder"),
-    "drive": (
-        "recording.toml",
-        N_LEFT,
-        "frames = 'C:\\x\\%03d.png'",
-        "leaves the recording folder",
-    ),
+    "drive": ("recording.toml", N_LEFT, "frames = 'C:\\%03d.png'", "leaves the recording folder"),
     "background": ("recording.toml", '"N_left/000.png"', '"gone.png"', "file 'gone.png' not found"),
     "same view": ("recording.toml", 'name = "O"', 'name = "N"', "two views named 'N'"),
     "units": ("calibration.toml", 'units = "m"', "", "the unit of the translations is not stated"),
-    "size": ("calibration.toml", "    48,\n    36,", "    64,\n    36,", "48 x 36 pixels, but"),
-    "nan": ("calibration.toml", "40.0", "nan", "matrix: it contains a value that is not finite"),
-    "singular": (
-        "calibration.toml",
-        "        40.0,\n        0.0,",
-        "        0.0,\n        0.0,",
-        "singular",
-    ),
+    "singular": ("calibration.toml", "40.0,\n        0.0,", "0.0,\n        0.0,", "singular"),
     "short": ("calibration.toml", "rotation = [", "rotation = [0.0]\nx = [", "rotation vector"),
     "coefficients": (
         "calibration.toml",
@@ -64,7 +42,6 @@ MISTAKES = {
     "same camera": ("calibration.toml", '"N_left"', '"N_right"', "two cameras named 'N_right'"),
     "length": ("subject.toml", "shoulder_width = 0.4", "shoulder_width = -1", "not possible"),
     "column": ("reference.csv", "landmark", "point", "column 'landmark' is missing"),
-    "coordinate": ("reference.csv", "1.400000", "1,4", "line 2"),
     "empty": ("segments.csv", "0,8", "8,8", "from 8 to 8"),
 }
 
@@ -78,16 +55,13 @@ def change(folder, file, old, new):
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_one_sentence_and_among_the_findings(small_recording, mistake):
     file, old, new, says = MISTAKES[mistake]
-    if mistake != "coordinate":
-        change(small_recording.folder, file, old, new)
-    else:
-        change(small_recording.folder, file, old, "one")
+    change(small_recording.folder, file, old, new)
     with pytest.raises(InputError) as error:
         open_recording(small_recording.folder)
     sentence = str(error.value)
     assert says in sentence
     assert file in sentence or "recording.toml" in sentence
-    assert "\n" not in sentence or mistake == "no toml"
+    assert "\n" not in sentence
     assert error.value.remedy
     found = [f for f in examine(small_recording.folder) if f.severity == "error"]
     assert any(f.what == error.value.what and f.where == error.value.where for f in found)
@@ -127,18 +101,14 @@ def test_millimetres_become_metres(small_recording):
     before = read_calibration(path)
     change(small_recording.folder, "calibration.toml", 'units = "m"', 'units = "mm"')
     for name, camera in read_calibration(path).items():
-        assert np.allclose(
-            camera.camera_from_world.translation,
-            before[name].camera_from_world.translation / 1000,
-            rtol=1e-12,
-        )
+        ours, theirs = (one.camera_from_world.translation for one in (camera, before[name]))
+        assert np.allclose(ours, theirs / 1000, rtol=1e-12)
 
 
 def test_empty_and_nan_coordinates_are_unknown(tmp_path):
     path = tmp_path / "reference.csv"
-    path.write_text(
-        "z,landmark,frame,x,y,note\n3,head,2,1,2,\n,head,5,1,2,\n9,left_hip,5,inf,2,a\n1,nose,5,1,1,\n"
-    )
+    rows = "3,head,2,1,2,\n,head,5,1,2,\n9,left_hip,5,inf,2,a\n1,nose,5,1,1,\n"
+    path.write_text(f"z,landmark,frame,x,y,note\n{rows}")
     found = read_landmarks(path)
     assert found.frame.tolist() == [2, 5]
     assert found.points[0, 6].tolist() == [1, 2, 3]

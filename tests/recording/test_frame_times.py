@@ -76,23 +76,13 @@ def test_gaps_are_not_bridged_and_ends_not_extended():
     np.testing.assert_allclose(found.points[10, 4, 0], 1.1)
 
 
-def test_frames_beyond_the_recording_are_left_out_and_counted():
-    own = straight(range(-2, 30), 10.0)
-    found = Reference(own.frame, own.points).in_recording(20, "long.trc")
-    assert found.frame.tolist() == list(range(20))
-    said = [note.what for note in found.notes]
-    assert "longer than the recording of 20 frames: 2 of its 32 frames lie before it" in said[0]
-    assert "10 of its 32 frames lie after it" in said[1]
-
-
 def test_a_reference_keeps_its_uncertainty_at_another_rate():
     own = straight(range(41), 20.0)
     covariance = np.tile(1e-4 * np.eye(3), (41, 9, 1, 1))
     covariance[:, :, 0, 0] += 1e-6 * np.arange(41)[:, None]
     filled = np.arange(41) >= 20
-    reference = Reference(
-        own.frame, own.points, covariance, np.full((41, 6), 2.0), filled, meta={"fps": 20.0}
-    )
+    sure, meta = np.full((41, 6), 2.0), {"fps": 20.0}
+    reference = Reference(own.frame, own.points, covariance, sure, filled, meta=meta)
     found = reference.at_rate(10.0, "r.npz").in_recording(15, "r.npz")
     assert (found.fps, found.frame.tolist()) == (10.0, list(range(15)))
     np.testing.assert_allclose(found.covariance[:, 4, 0, 0], 1e-4 + 2e-6 * np.arange(15))

@@ -1,7 +1,5 @@
 """Points without names: their order is told by the body's proportions, and said."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -35,10 +33,8 @@ def body(rng: np.random.Generator) -> dict[str, np.ndarray]:
             found[f"{side}_{end}"] = found[f"{side}_{start}"] + length * way / np.linalg.norm(way)
     turn = rng.uniform(0, 2 * np.pi)
     ahead = np.array([np.cos(turn), np.sin(turn), 0.0])
-    return {
-        name: 300.0 * np.array([place @ ahead, 2.0 - place[2]]) + rng.normal(size=2)
-        for name, place in found.items()
-    }
+    seen = {name: 300.0 * np.array([at @ ahead, 2.0 - at[2]]) for name, at in found.items()}
+    return {name: place + rng.normal(size=2) for name, place in seen.items()}
 
 
 def rows_of_layout(layout: str, people: int = 40, *, upper_body: bool = False):

@@ -1,7 +1,5 @@
 """Where the person is in each view: whole, over all frames that are looked at, and nowhere else."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Grey values are those of ffmpeg's conversion, whatever the range and the pixel format."""
 
-from __future__ import annotations
-
 import av
 import cv2
 import numpy as np
@@ -26,10 +24,7 @@ def frame_of(pixels, colour_range):
 
 
 @pytest.mark.parametrize("colour_range", [0, LIMITED, FULL])
-@pytest.mark.parametrize(
-    "pixels",
-    ["yuv420p", "yuvj420p", "nv12", "gray", "yuv420p10le", "bgr24"],
-)
+@pytest.mark.parametrize("pixels", ["yuv420p", "yuvj420p", "nv12", "gray", "yuv420p10le", "bgr24"])
 def test_grey_is_that_of_ffmpeg(pixels, colour_range):
     frame = frame_of(pixels, colour_range)
     found = picture_of(frame, "grey")

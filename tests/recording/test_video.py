@@ -1,7 +1,5 @@
 """Forward, backward and random access give the same pictures for every codec and container."""
 
-from __future__ import annotations
-
 import random
 
 import av
@@ -80,12 +78,8 @@ def times_of():
 
 def test_the_times_are_those_that_were_written(tmp_path, numbered_videos, times_of):
     written = [500 + 33 * i + 7 * (i % 3) for i in range(60)]
-    path = numbered_videos.write(
-        tmp_path / "v.mkv",
-        "libx264",
-        times=written.__getitem__,
-        options={"g": "12", "bf": "3", "b-adapt": "0"},
-    )
+    kind = {"times": written.__getitem__, "options": {"g": "12", "bf": "3", "b-adapt": "0"}}
+    path = numbered_videos.write(tmp_path / "v.mkv", "libx264", **kind)
     times = times_of(path)
     assert times.time_of(0) == 500
     assert times.times() == written

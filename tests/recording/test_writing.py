@@ -1,7 +1,5 @@
 """What is written is read back."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -71,9 +69,8 @@ def written(tmp_path, numbered_videos):
     for name in ("O", "O_depth", "O_mask"):
         (folder / name).mkdir()
     for name, count in (("N_left", 6), ("N_right", 6), ("S", 8)):
-        with VideoWriter(
-            folder / f"{name}.mp4", fps=12.5, width=120, height=64, colour=name == "S"
-        ) as video:
+        path, size = folder / f"{name}.mp4", {"width": 120, "height": 64}
+        with VideoWriter(path, fps=12.5, colour=name == "S", **size) as video:
             for k in range(count):
                 picture = numbered_videos.bar_code(k)
                 video.write(picture if name != "S" else np.repeat(picture[..., None], 3, axis=2))
@@ -91,17 +88,15 @@ def test_the_description_comes_back(written):
     assert (found.name, found.fps, found.views) == (written.name, written.fps, written.views)
     assert (found.subject, found.segments) == (written.subject, written.segments)
     assert np.array_equal(found.reference.frame, written.reference.frame)
-    assert np.allclose(
-        found.reference.points, written.reference.points, rtol=0, atol=1e-6, equal_nan=True
-    )
+    points = (one.reference.points for one in (found, written))
+    assert np.allclose(*points, rtol=0, atol=1e-6, equal_nan=True)
     for name, made in written.cameras.items():
         read = found.cameras[name]
         assert (read.width, read.height, read.fisheye) == (made.width, made.height, made.fisheye)
         assert np.array_equal(read.matrix, made.matrix)
         assert np.array_equal(read.distortions, made.distortions)
-        pairs = ((read.camera_from_world, made.camera_from_world),)
-        for a, b in pairs:
-            assert np.allclose(a.matrix(), b.matrix(), rtol=0, atol=1e-15)
+        places = (one.camera_from_world.matrix() for one in (read, made))
+        assert np.allclose(*places, rtol=0, atol=1e-15)
 
 
 def test_the_pictures_come_back(written, numbered_videos):
@@ -132,9 +127,8 @@ def test_lossless_grey_video_comes_back_bit_by_bit(tmp_path):
     with VideoWriter(tmp_path / "v.mp4", fps=29.97, width=64, height=48, crf=0) as video:
         for picture in pictures:
             video.write(picture)
-    recording = recording_of(
-        tmp_path, [View("V", "mono", Stream("V", "v.mp4"))], [camera("V", 64, 48)]
-    )
+    view = View("V", "mono", Stream("V", "v.mp4"))
+    recording = recording_of(tmp_path, [view], [camera("V", 64, 48)])
     write_recording_description(recording)
     for colour in (True, False):
         with FrameReader(open_recording(tmp_path), colour=colour) as reader:

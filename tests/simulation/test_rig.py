@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.simulation.rig import COMPASS, SceneOptions, stereo_rig, view_names
+from stereotrack_core.simulation.rig import COMPASS, SceneOptions, stereo_rig
 
 ALL = tuple("NOSW")
 
@@ -17,18 +16,3 @@ def test_cameras_stand_where_their_names_say_and_see_the_middle(view):
     assert np.abs(pixel - [319.5, 239.5]).max() < 20
     up = camera.project(np.array([0.0, 0.0, 1.5]))
     assert up[1] < pixel[1]
-
-
-def test_a_view_stands_at_the_same_place_whichever_others_there_are():
-    alone = stereo_rig(("S",), SceneOptions(distorted=True, askew=True), 3)["S_left"]
-    among = stereo_rig(ALL, SceneOptions(distorted=True, askew=True), 3)["S_left"]
-    np.testing.assert_array_equal(alone.matrix, among.matrix)
-    np.testing.assert_array_equal(
-        alone.camera_from_world.rotation, among.camera_from_world.rotation
-    )
-
-
-@pytest.mark.parametrize("text", ["", "X", "NN", "North"])
-def test_wrong_views_are_refused(text):
-    with pytest.raises(InputError, match="--views"):
-        view_names(text)

@@ -46,8 +46,6 @@ def pose(k):
 
 
 class InThisProcess:
-    """Does jobs without processes."""
-
     count = 1
 
     def __enter__(self):
@@ -72,8 +70,6 @@ def cones(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def plan(cones):
-    """Function that makes jobs of points on the cones."""
-
     def jobs(*points, recording=cones, changes=SMALL, seeds=(0,), **more):
         asked = {"frames": "0:4", "seeds": ",".join(map(str, seeds)), **more}
         study = Study(Path("sweep.csv"), settings=settings(changes, **asked))
@@ -112,14 +108,8 @@ class Watched:
         return self._enough is not None and len(self.told) >= self._enough
 
 
-@pytest.fixture
-def watched():
-    return Watched
-
-
 @pytest.fixture(scope="session")
 def walks(tmp_path_factory):
-    """Three recordings of different lengths below subjects and conditions."""
     body = body_model(AVERAGE, preset("fast").body)
     root = tmp_path_factory.mktemp("study") / "walks"
     for name, count in WALKS.items():

@@ -75,7 +75,6 @@ def test_ranges_that_cannot_be_meant_are_refused(text, words):
 
 
 def tried(trials, batch):
-    """Points of a search for iterations of 7, and how far each is from that."""
     search, found = Search(RANGES), []
     while len(found) < trials:
         asked = search.ask(min(batch, trials - len(found)))

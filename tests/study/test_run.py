@@ -25,7 +25,6 @@ from tests.study.conftest import InThisProcess, settings
 
 
 def track(study):
-    """Track; how many were computed, and the plan."""
     plan = plan_study(study, study.rows)
     study.runs.mkdir(exist_ok=True)
     with Store(study.table) as store:
@@ -84,7 +83,6 @@ def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path, monkeypatc
 
 
 def results(study, jobs, tmp_path):
-    """All values of its runs are one table."""
     known = stored_results(study.table)
     written = write_result_table(tmp_path / "results.csv", study, jobs, known)
     with (tmp_path / "results.csv").open(newline="") as file:

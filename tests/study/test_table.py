@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.study.store import (
-    axis_of,
-    curves_of,
-    read_table,
-)
+from stereotrack_core.study.store import axis_of, curves_of, read_table
 from stereotrack_core.tables import csv_text
 
 COLUMNS = ("recording", "model_points", "views", "seed", "status", "forearms", "lost_recall", "job")

@@ -1,10 +1,13 @@
 """Jobs in processes of this machine, and on a real Dask cluster of it."""
 
 import dataclasses
+import json
 import os
 import signal
+import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -13,12 +16,75 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.study import workers as workers_module
 from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
-from stereotrack_core.study.workers import (
-    ClusterWorkers,
-    LocalWorkers,
-    do_job,
-)
-from tests.study.dask_cluster import DaskCluster, computed_again, knows
+from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers, do_job
+from tests.study.conftest import Watched
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class DaskCluster:
+    """A scheduler and two workers with one thread each, each a process of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file = folder / "scheduler.json"
+        self._log = (folder / "cluster.log").open("ab")
+        common = ("--scheduler-file", str(self.file))
+        local = ("--host", "127.0.0.1", "--no-dashboard")
+        self._scheduler = self._started("scheduler", *common, "--port", "0", *local)
+        while not self._is_announced():
+            time.sleep(0.05)
+        self.workers = [
+            self._started(
+                "worker", *common, "--nthreads", "1", "--no-nanny", *local,
+                "--local-directory", str(folder), "--death-timeout", "300",
+            )
+            for _ in range(2)
+        ]  # fmt: skip
+
+    def kill_worker(self) -> int:
+        """Kill one of the workers in the middle of whatever it does; its process number."""
+        process = self.workers.pop()
+        process.kill()
+        process.wait()
+        return process.pid
+
+    def close(self) -> None:
+        for process in (*self.workers, self._scheduler):
+            process.kill()
+            process.wait()
+        self._log.close()
+
+    def _is_announced(self) -> bool:
+        """Whether the scheduler's file is written to its end."""
+        try:
+            return bool(json.loads(self.file.read_text())["address"])
+        except (FileNotFoundError, ValueError):
+            return False
+
+    def _started(self, kind: str, *arguments: str) -> subprocess.Popen:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments]
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        return subprocess.Popen(command, env=environment, stdout=self._log, stderr=self._log)
+
+
+def knows(key: str, dask_scheduler=None) -> bool:
+    """Whether somebody still wants what a key stands for; runs on the scheduler."""
+    return key in dask_scheduler.tasks
+
+
+def computed_again(dask_scheduler=None) -> dict[str, int]:
+    """How often each key was computed more than needed; runs on the scheduler.
+
+    What a worker had found and died with, before anybody fetched it, has to be computed again.
+    """
+    counts: Counter[str] = Counter()
+    for key, start, finish, *_ in dask_scheduler.transition_log:
+        if finish == "memory":
+            counts[str(key)] += 1
+        elif start == "memory" and finish != "forgotten":
+            counts[str(key)] -= 1
+    return {key: count - 1 for key, count in counts.items()}
+
 
 FIRST = "STEREOTRACK_TEST_FIRST"
 """Variable of the file that tells which process was the first to track something."""
@@ -42,33 +108,32 @@ def do_until_killed(batch, asker):
         asker.tell(result)
 
 
-class Killing:
+class Killing(Watched):
     """Kills the process that stays where it is."""
 
-    def __init__(self, watched, first):
-        self._watched, self._first = watched, first
-        self.killed = None
+    killed = None
+
+    def __init__(self, first):
+        super().__init__()
+        self._first = first
 
     def on_frames(self, count):
-        self._watched.on_frames(count)
+        super().on_frames(count)
         if self.killed is None and self._first.exists():
             self.killed = int(self._first.read_text())
             os.kill(self.killed, signal.SIGKILL)
 
-    def __getattr__(self, name):
-        return getattr(self._watched, name)
-
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
 def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(
-    plan, watched, tmp_path, monkeypatch
+    plan, tmp_path, monkeypatch
 ):
     monkeypatch.setenv(FIRST, str(tmp_path / "first"))
     monkeypatch.setattr(workers_module, "_do", do_until_killed)
     jobs = plan(*grid_points([parsed_axis("views=N,NS"), parsed_axis("iterations=2,3")]))
     missing = dataclasses.replace(jobs[0], identity="gone", clouds="gone", folder="/nowhere")
     with LocalWorkers(2) as workers:
-        watcher = Killing(watched(), tmp_path / "first")
+        watcher = Killing(tmp_path / "first")
         workers.do([*jobs, missing], watcher)
         pids = {one.pid for one in workers._processes}
         assert len(pids) <= 2
@@ -84,8 +149,8 @@ def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(
             assert results[job.identity].measures[name] == alone.measures[name]
 
 
-def test_stopping_keeps_what_was_told(plan, watched):
-    watcher = watched(enough=1)
+def test_stopping_keeps_what_was_told(plan):
+    watcher = Watched(enough=1)
     with LocalWorkers(1) as workers:
         with pytest.raises(Cancelled):
             workers.do(plan(Point(), seeds=tuple(range(40))), watcher)
@@ -95,7 +160,7 @@ def test_stopping_keeps_what_was_told(plan, watched):
 
 @pytest.fixture(scope="module")
 def two_workers(tmp_path_factory):
-    running = DaskCluster(tmp_path_factory.mktemp("dask"), workers=2)
+    running = DaskCluster(tmp_path_factory.mktemp("dask"))
     yield running
     running.close()
 
@@ -107,29 +172,28 @@ def until(fact, seconds=300):
         time.sleep(0.05)
 
 
-class KillsAWorker:
+class KillsAWorker(Watched):
     """Kills one of the workers at the first result, once the scheduler knows that it was told."""
 
-    def __init__(self, watched, running, client):
-        self._watched, self._running, self._client = watched, running, client
-        self.killed = None
+    killed = None
+
+    def __init__(self, running, client):
+        super().__init__()
+        self._running, self._client = running, client
 
     def on_result(self, job, result):
-        self._watched.on_result(job, result)
+        super().on_result(job, result)
         if self.killed is None:
             until(lambda: not self._client.run_on_scheduler(knows, job.identity))
             self.killed = self._running.kill_worker()
 
-    def __getattr__(self, name):
-        return getattr(self._watched, name)
 
-
-def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watched, two_workers):
+def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, two_workers):
     points = grid_points([parsed_axis("iterations=2,3,4,5")])
     jobs = plan(*points, seeds=(0, 1))
     with ClusterWorkers(str(two_workers.file)) as executor:
         until(lambda: executor.count == 2)
-        watcher = KillsAWorker(watched(), two_workers, executor._client)
+        watcher = KillsAWorker(two_workers, executor._client)
         executor.do(jobs, watcher)
         assert watcher.killed is not None
         until(lambda: executor.count == 1)
@@ -142,7 +206,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watch
         told = watcher.results[jobs[0].identity].measures
         assert told["forearms"] == alone.measures["forearms"]
 
-        few = watched(enough=1)
+        few = Watched(enough=1)
         with pytest.raises(Cancelled):
             executor.do(plan(*points, seeds=(4, 5, 6)), few)
         assert len(few.told) < 12

@@ -1,7 +1,5 @@
 """Tiny recordings of depth images whose truth is known: rays cast on the cones of a body."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.body.model import landmarks, placed_cones
@@ -11,8 +9,12 @@ from stereotrack_core.recording.description import Recording, Stream, Subject, V
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import counts_of, write_png, write_recording_description
+from stereotrack_core.tracking.presets import preset
 from tests.oracle.occlusion import solids_of
 from tests.tracking.scenes import CAMERAS
+
+SMALL = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
+"""Settings for images as small as these."""
 
 WIDTH, HEIGHT, FOCAL = 128, 104, 125.0
 VIEWS = ("N", "O", "S", "W")

@@ -1,7 +1,5 @@
 """Clouds and depth images of a body in a known pose."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.body.manifold import displaced

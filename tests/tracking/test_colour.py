@@ -20,13 +20,7 @@ from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.step import PersonModel
 from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
 from tests.tracking.running import Stepping, tracked_frames
-from tests.tracking.scenes import (
-    CAMERAS,
-    POSES,
-    angle_errors,
-    cloud_of,
-    surface_points,
-)
+from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points
 
 BODY = body_model(AVERAGE)
 TINTS = {"N": (1.0, 1.0, 1.0), "O": (1.15, 0.9, 1.0), "S": (0.9, 1.0, 1.1), "W": (1.0, 1.1, 0.9)}

@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.body.angles import (
-    ALL_JOINTS,
-    pose_of_state,
-    state_of_pose,
-)
+from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks, placed_cones
 from stereotrack_core.body.pose import t_pose
@@ -19,25 +15,11 @@ from stereotrack_core.tracking.estimate import limb_directions, limb_sigma_deg
 from stereotrack_core.tracking.frame import in_chain_axes
 from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.residuals.surface import (
-    unexplained_fraction_of,
-)
 from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
 from tests.tracking.running import Stepping
-from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points
+from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of
 
 BODY = body_model(AVERAGE)
-
-
-def test_the_unexplained_fraction_of_clouds(rng):
-    frames = BODY.frames(POSES["t"])
-    own = surface_points(BODY, POSES["t"], 4000, rng)
-    assert unexplained_fraction_of(own, BODY, frames) < 0.01
-    assert unexplained_fraction_of(own + [0, 0, 3.0], BODY, frames) > 0.99
-    mixed = np.concatenate([own, own + [0, 0, 3.0]])
-    assert unexplained_fraction_of(rng.permutation(mixed), BODY, frames) == pytest.approx(
-        0.5, abs=0.03
-    )
 
 
 def test_the_spread_of_limbs_is_that_of_their_directions(rng):

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.manifold import difference, jacobian
-from stereotrack_core.tracking.correction import gathered
+from stereotrack_core.body.manifold import difference
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements, sensors_for
 from stereotrack_core.tracking.presets import preset
@@ -61,15 +60,3 @@ def test_a_correction_is_that_of_dense_sums_over_plain_residuals(rng):
         moved = difference(found.pose, at, ALL_JOINTS)
         assert abs(dx).max() < 0.5
         np.testing.assert_allclose(moved, dx, rtol=1e-3, atol=1e-4)
-
-
-def test_sums_without_a_jacobian_are_those_with_one(rng):
-    measured = _measured(CROSSED, rng)
-    frames, columns = BODY.frames(CROSSED), measured.setup.columns
-    seen = (measured.surface(CROSSED, wide=False), *measured.beside(CROSSED))
-    rows = np.concatenate([*(each.rows(frames) for each in seen), measured.limits(CROSSED)])
-    H = jacobian(rows, frames, columns)
-    weighted = H.T / rows["variance"]
-    found = gathered((rows,), frames, columns)
-    np.testing.assert_allclose(found.A, weighted @ H, rtol=1e-9, atol=1e-9 * abs(found.A).max())
-    np.testing.assert_allclose(found.b, weighted @ rows["innovation"], rtol=1e-7, atol=1e-6)

@@ -18,7 +18,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
 from stereotrack_core.tracking.state import Setup
-from tests.tracking.recordings import write_depth_recording
+from tests.tracking.recordings import SMALL, write_depth_recording
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, pose_with_arms, turned
 
 BENT = pose_with_arms([0.4, 0.2, -1], [0.1, 1, 0.1], [-0.4, 0.1, -1], [-0.1, 1, 0])
@@ -68,14 +68,7 @@ def test_it_is_said_where_a_heading_may_be_wrong():
 
 def _begun_the_wrong_way(folder, monkeypatch, count=15):
     """Recording of somebody who faces south and is taken to face north, and how it is tracked."""
-    settings = preset("fast").replaced(
-        pixel_step=1,
-        speckle_size=0,
-        search_arms=False,
-        data_points=400,
-        fit_shape=False,
-        second_look=0,
-    )
+    settings = SMALL.replaced(fit_shape=False, second_look=0)
     body = body_model(AVERAGE, settings.body)
     poses = [turned(POSES["t"], 180.0)] * 2 + [turned(BENT, 180.0)] * (count - 2)
     wrong = turned_round(poses[0])

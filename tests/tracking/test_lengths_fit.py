@@ -1,7 +1,5 @@
 """Lengths of the body out of the frames of a sequence."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -17,11 +15,10 @@ from stereotrack_core.tracking.lengths_fit import (
     lengths_of_standing,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import SeenPose
-from tests.tracking.recordings import write_depth_recording
+from tests.tracking.recordings import SMALL, write_depth_recording
 from tests.tracking.scenes import cloud_of, disturbed, pose_with_arms, surface_points
 
 TALL = Proportions(0.41, 0.24, 0.51, 0.315, 0.275, 0.205, 0.225)
@@ -92,9 +89,7 @@ def test_only_who_is_seen_to_stand_tells_how_tall_he_is(low, high, stands):
 
 @pytest.mark.slow
 def test_a_recording_without_a_subject_is_tracked_with_its_own_lengths(tmp_path):
-    settings = preset("fast").replaced(
-        pixel_step=1, speckle_size=0, search_arms=False, data_points=400
-    )
+    settings = SMALL
     body = body_model(TALL, settings.body)
     recording = write_depth_recording(tmp_path / "tall", body, poses(10))
     unknown = dataclasses.replace(recording, subject=None)

@@ -11,16 +11,14 @@ from stereotrack_core.calibrate.align import aligned
 from stereotrack_core.evaluation.joint_angles import angles_of_run
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Upright
-from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import upright_run
-from tests.tracking.recordings import write_depth_recording
+from tests.tracking.recordings import SMALL, write_depth_recording
 from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
-SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
-BODY = body_model(AVERAGE, SETTINGS.body)
+BODY = body_model(AVERAGE, SMALL.body)
 POSE = pose_with_arms([1, 0, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0], place=(0, 0, 0.95))
 
 
@@ -34,7 +32,7 @@ def recording(tmp_path_factory):
 def landmarks_in(recording, axis, init):
     world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
     turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
-    frames, done = tracked_frames(turned, RunSpec(SETTINGS, init=init), range(2))
+    frames, done = tracked_frames(turned, RunSpec(SMALL, init=init), range(2))
     meta = done.origin().meta()
     assert all(frame.tracked for frame in frames)
     return np.array([world.inverse().apply(frame.landmarks) for frame in frames]), meta
@@ -56,7 +54,7 @@ def test_a_run_of_another_world_is_turned_upright_for_what_counts_on_that(record
     for axis in ("z", "y"):
         world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
         turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
-        runs[axis] = track(turned, RunSpec(SETTINGS, init="tpose"))
+        runs[axis] = track(turned, RunSpec(SMALL, init="tpose"))
     assert upright_run(runs["z"]) is runs["z"]
     found = upright_run(runs["y"])
     assert np.abs(found.landmarks - usual).max() < 1e-3

@@ -12,16 +12,14 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
 from stereotrack_core.tracking.prepare import Start
-from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.retrack import Retrack
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import shape_of_meta
-from tests.tracking.recordings import write_depth_recording
+from tests.tracking.recordings import SMALL, write_depth_recording
 from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
-SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
 STRETCH = range(2, 6)
 
 
@@ -33,7 +31,7 @@ def _pose(k):
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    body = body_model(AVERAGE, SETTINGS.body)
+    body = body_model(AVERAGE, SMALL.body)
     folder = tmp_path_factory.mktemp("recording") / "cones"
     return write_depth_recording(folder, body, [_pose(k) for k in range(7)])
 
@@ -42,7 +40,7 @@ def recording(tmp_path_factory):
 def tracked(recording):
     """All frames and the run, whose left hand is somewhere else in frames 3 and 4."""
     unaided = dataclasses.replace(recording, reference=None)
-    found, done = tracked_frames(unaided, RunSpec(SETTINGS, "fast", frames=range(7)))
+    found, done = tracked_frames(unaided, RunSpec(SMALL, "fast", frames=range(7)))
     frames, origin = [one.without_cloud() for one in found], done.origin()
     for k in (3, 4):
         points = frames[k].landmarks + np.eye(9)[LANDMARKS.index("left_hand")][:, None] * 0.4

@@ -183,17 +183,6 @@ def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
     np.testing.assert_array_equal(run.x, fast_run.x[:2])
 
 
-def test_tracking_goes_on_where_it_was_left(recording, fast_run):
-    with Clouds(recording, RunSpec(_settings("fast"), seed=3)) as clouds:
-        first, half = go_on(prepare(clouds), range(2))
-        rest, done = go_on(half, range(2, 4))
-        run = run_of([*first, *rest], done.origin())
-        again, _ = go_on(half, range(2, 4))
-    for one, other in zip(rest, again, strict=True):  # a state is a value
-        np.testing.assert_array_equal(one.x, other.x)
-    np.testing.assert_array_equal(run.x, fast_run.x[:4])
-
-
 def test_every_frame_is_replayed_from_its_saved_state_to_the_last_bit(recording):
     spec = RunSpec(_settings("accurate"), seed=3, frames=range(FRAMES))
     rng = np.random.default_rng(11)

@@ -1,7 +1,5 @@
 """Stretches with doubtful arms, tracked again: what is looked at, and which way is taken."""
 
-from __future__ import annotations
-
 import itertools
 from contextlib import closing
 from dataclasses import replace
@@ -27,10 +25,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
-from stereotrack_core.tracking.second_look import (
-    LOOKING_AGAIN,
-    best_way,
-)
+from stereotrack_core.tracking.second_look import LOOKING_AGAIN, best_way
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import PersonModel
 from stereotrack_core.tracking.stored import check_meta, pose_of_run
@@ -39,11 +34,7 @@ from stereotrack_core.tracking.tuning.trial import Trial, start_before
 from tests.same_run import same_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.running import tracked_frames
-from tests.tracking.scenes import (
-    angle_errors,
-    pose_with_arms,
-    turned,
-)
+from tests.tracking.scenes import angle_errors, pose_with_arms, turned
 
 SETTINGS = preset("accurate").replaced(
     pixel_step=1,
@@ -223,10 +214,7 @@ def test_the_best_way_is_the_best_of_all(case):
         assert not found.any()
 
 
-@pytest.mark.parametrize(
-    "stretch",
-    [range(4, 6), range(3, COUNT)],
-)
+@pytest.mark.parametrize("stretch", [range(4, 6), range(3, COUNT)])
 def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recording, misled, stretch):
     recording, poses = recording
     spec = spec_of(poses, second_look=2)

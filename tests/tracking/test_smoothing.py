@@ -1,7 +1,5 @@
 """The backward pass on a moving body whose pose is known."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -10,12 +10,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.experiments.baselines import estimators, particles
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.inspection import (
-    FIRST,
-    NOBODY,
-    beginning_at,
-    explain,
-)
+from stereotrack_core.tracking.inspection import FIRST, NOBODY, beginning_at, explain
 from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.saved_state import saved

@@ -1,14 +1,13 @@
-"""What both trackers have in common: they follow a body whose pose is known."""
+"""What all trackers have in common: they follow a body whose pose is known."""
 
 import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.body.model import body_model
-from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.experiments.baselines import particles
 from stereotrack_core.tracking.arm_search.search import ArmSearch
-from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.presets import BASELINES
+from tests.experiments.baselines.test_baselines import make as make_baseline
 from tests.tracking.scenes import (
     POSES,
     angle_errors,
@@ -19,6 +18,18 @@ from tests.tracking.scenes import (
 )
 
 BOTH = pytest.mark.parametrize("name", ["thesis", "manifold"])
+EACH = pytest.mark.parametrize("name", ["thesis", "manifold", *BASELINES])
+
+
+@pytest.fixture(autouse=True)
+def many_layers(monkeypatch):
+    """Layers enough for a baseline that starts far off."""
+    monkeypatch.setattr(particles, "LAYERS", 16)
+
+
+@pytest.fixture
+def make(make_tracker):
+    return lambda name, **p: (make_baseline if name in BASELINES else make_tracker)(name, **p)
 
 
 def _clouds(body, pose, rng, count, noise=0.005, points=2500):
@@ -69,78 +80,6 @@ def test_other_arms_have_to_be_clearly_better(make_tracker, rng, monkeypatch, be
 
 
 @BOTH
-def test_a_moving_body_is_followed(make_tracker, rng, name):
-    tracker = make_tracker(name, seed=5)
-    tracker.start(POSES["t"])
-    errors = []
-    for k in range(8):
-        bend = 0.12 * k
-        true = pose_with_arms(
-            [1, 0.6 * bend, -0.3 * bend],
-            [1, 1.5 * bend, 0.1],
-            [-1, 0.5 * bend, 0.4 * bend],
-            [-1, 1.2 * bend, 0.1],
-            place=(0.05 + 0.02 * k, -0.1, 0.95),
-        )
-        points = surface_points(tracker.setup.body, true, 2500, rng, 0.005)
-        found = tracker.step(cloud_of(points, k))
-        errors.append(angle_errors(tracker.setup.body, found.pose, true))
-    assert np.max(errors) < (15.0 if name == "thesis" else 8.0)
-    assert np.mean(errors) < (4.0 if name == "thesis" else 2.0)
-
-
-@BOTH
-def test_the_covariance_stays_symmetric_and_positive(make_tracker, rng, name):
-    tracker = make_tracker(name)
-    tracker.start(POSES["t"])
-    sequence = [POSES[pose] for pose in ("t", "reaching", "pointing", "t", "reaching")]
-    for k, true in enumerate(sequence * 2):
-        found = tracker.step(cloud_of(surface_points(tracker.setup.body, true, 800, rng, 0.01), k))
-        np.testing.assert_array_equal(found.P, found.P.T)
-        assert np.linalg.eigvalsh(found.P).min() > 0
-        assert found.P.shape == 2 * (len(found.x),)
-        assert np.isfinite(found.limb_sigma_deg).all()
-
-
-@BOTH
-def test_too_few_points_are_not_tracked_and_it_goes_on_afterwards(make_tracker, rng, name):
-    tracker, true = make_tracker(name, least_points=100), POSES["reaching"]
-    tracker.start(true)
-    full = _clouds(tracker.setup.body, true, rng, 3)
-    assert tracker.step(full[0]).tracked
-    for k, points in enumerate((np.empty((0, 3)), full[0].points[:99]), 1):
-        lost = tracker.step(cloud_of(points, k))
-        assert not lost.tracked
-        assert f"{len(points)} points" in lost.reason
-        assert np.isnan([lost.unexplained_fraction, lost.residual, lost.innovation]).all()
-        assert lost.correspondences is None
-    assert tracker.step(cloud_of(full[1].points[:100], 3)).tracked
-    found = tracker.step(cloud_of(full[2].points, 4))
-    assert found.tracked
-    assert angle_errors(tracker.setup.body, found.pose, true).max() < 12.0
-
-
-@BOTH
-def test_the_same_seed_gives_the_same_to_the_last_bit(make_tracker, name):
-    def run(seed):
-        rng = np.random.default_rng(9)
-        tracker = make_tracker(name, seed=seed)
-        tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
-        return [tracker.step(cloud) for cloud in _clouds(tracker.setup.body, POSES["t"], rng, 3)]
-
-    first, again, other = run(4), run(4), run(5)
-    for a, b in zip(first, again, strict=True):
-        np.testing.assert_array_equal(a.x, b.x)
-        np.testing.assert_array_equal(a.P, b.P)
-        assert (a.unexplained_fraction, a.residual, a.innovation) == (
-            b.unexplained_fraction,
-            b.residual,
-            b.innovation,
-        )
-    assert (first[-1].x != other[-1].x).any()
-
-
-@BOTH
 def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name):
     tracker = make_tracker(name)
     points = surface_points(tracker.setup.body, POSES["t"], 2500, rng, 0.005)
@@ -157,19 +96,75 @@ def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name)
     assert ((pairs.weight > 0) & (pairs.weight <= 1)).all()
 
 
-def setup_with(parameters, fps):
-    """Of a whole body, whose shoulders come last in the state."""
-    return Setup(body_model(AVERAGE), parameters, np.zeros((1, 3)), fps, 0)
-
-
-@pytest.mark.parametrize("fps", [5.0, 120.0])
-def test_variances_grow_with_the_time_between_frame_sets(fps):
-    p = TrackingParameters()
-    np.testing.assert_allclose(setup_with(p, fps).Q, setup_with(p, 10.0).Q * 10.0 / fps)
-
-
-def test_trackers_use_their_frame_rate(make_tracker):
-    for name in ("thesis", "manifold"):
-        np.testing.assert_allclose(
-            make_tracker(name, fps=5).setup.Q, 2 * make_tracker(name, fps=10).setup.Q
+@EACH
+def test_a_moving_body_is_followed(make, name):
+    rng, tracker, errors = np.random.default_rng(1), make(name), []
+    tracker.start(POSES["t"])
+    for k in range(8):
+        bend = 0.1 * k
+        true = pose_with_arms(
+            [1, 0.6 * bend, -0.3 * bend],
+            [1, 1.5 * bend, 0.1],
+            [-1, 0.5 * bend, 0.4 * bend],
+            [-1, 1.2 * bend, 0.1],
+            place=(0.05 + 0.02 * k, -0.1, 0.95),
         )
+        points = surface_points(tracker.setup.body, true, 2500, rng, 0.005)
+        found = tracker.step(cloud_of(points, k))
+        errors.append(angle_errors(tracker.setup.body, found.pose, true))
+    largest = {"thesis": 15.0, "annealed": 15.0, "manifold": 8.0}.get(name, 10.0)
+    assert np.max(errors if name in ("thesis", "manifold") else errors[-1]) < largest
+    assert np.mean(errors) < {"thesis": 4.0, "manifold": 2.0}.get(name, 10.0)
+    assert angle_errors(tracker.setup.body, POSES["t"], true)[2:].min() > 20
+
+
+@EACH
+def test_the_covariance_stays_symmetric_and_positive(make, rng, name):
+    tracker = make(name)
+    tracker.start(POSES["t"])
+    for k, pose in enumerate(("t", "reaching", "pointing", "t")):
+        points = surface_points(tracker.setup.body, POSES[pose], 800, rng, 0.01)
+        found = tracker.step(cloud_of(points, k))
+        np.testing.assert_allclose(found.P, found.P.T, atol=1e-15)
+        assert np.linalg.eigvalsh(found.P).min() > 0
+        assert found.P.shape == 2 * (len(found.x),)
+        assert np.isfinite(found.limb_sigma_deg).all()
+
+
+@EACH
+def test_clouds_that_show_nobody_are_not_tracked_and_it_goes_on_afterwards(make, name):
+    rng, true = np.random.default_rng(3), POSES["reaching"]
+    tracker = make(name, least_points=100)
+    tracker.start(true)
+    full = _clouds(tracker.setup.body, true, rng, 3)
+    assert tracker.step(full[0]).tracked
+    dust = rng.uniform([-3.0, -3.0, -1.0], [3.0, 3.0, 4.0], (3000, 3))
+    for points in (np.empty((0, 3)), full[0].points[:99], *([] if name == "thesis" else [dust])):
+        lost = tracker.step(cloud_of(points, 1))
+        assert not lost.tracked
+        said = "does not match the body" if len(points) == 3000 else f"{len(points)} points"
+        assert said in lost.reason
+        assert all(np.isfinite(one).all() for one in (lost.x, lost.pose.rotations, lost.P))
+        assert np.isnan([lost.unexplained_fraction, lost.residual, lost.innovation]).all()
+        assert lost.correspondences is None
+    if name in ("thesis", "manifold"):
+        assert tracker.step(cloud_of(full[1].points[:100], 1)).tracked
+    for cloud in full:
+        found = tracker.step(cloud)
+    assert found.tracked
+    assert np.linalg.norm(found.pose.position - true.position) < 0.08
+
+
+@EACH
+def test_the_same_seed_gives_the_same_to_the_last_bit(make, name):
+    def run(seed):
+        rng, tracker = np.random.default_rng(9), make(name, seed=seed)
+        tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
+        clouds = _clouds(tracker.setup.body, POSES["reaching"], rng, 3)
+        return [tracker.step(cloud) for cloud in clouds]
+
+    first, again, other = run(4), run(4), run(5)
+    for a, b in zip(first, again, strict=True):
+        for value in ("x", "P", "unexplained_fraction", "residual", "innovation"):
+            np.testing.assert_array_equal(getattr(a, value), getattr(b, value))
+    assert (first[-1].x != other[-1].x).any()

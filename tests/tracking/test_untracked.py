@@ -8,22 +8,20 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.writing import write_png
-from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import Untracked
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.tracking.recordings import HEIGHT, VIEWS, WIDTH, write_depth_recording
+from tests.tracking.recordings import HEIGHT, SMALL, VIEWS, WIDTH, write_depth_recording
 from tests.tracking.running import tracked_frames
 from tests.tracking.scenes import pose_with_arms
 
 FRAMES = 3
-SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     """Three frames of four depth views with masks."""
     pose = pose_with_arms([1, 0, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0], place=(0, 0, 0.95))
-    body = body_model(AVERAGE, SETTINGS.body)
+    body = body_model(AVERAGE, SMALL.body)
     folder = tmp_path_factory.mktemp("untracked") / "cones"
     return write_depth_recording(folder, body, [pose] * FRAMES)
 
@@ -34,7 +32,7 @@ def with_views(recording, **changes):
 
 
 def untracked(recording, **changes):
-    settings = SETTINGS.replaced(**changes)
+    settings = SMALL.replaced(**changes)
     frames, _ = tracked_frames(recording, RunSpec(settings, init="tpose"), range(FRAMES))
     return Untracked(recording, settings).take([frame.without_cloud() for frame in frames])
 

@@ -8,7 +8,6 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.saved_state import restored, saved
 from stereotrack_core.tracking.view_watch import ViewWatch, views_left_out
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
@@ -93,11 +92,3 @@ def test_of_two_views_neither_is_known_to_be_right():
 def test_a_body_that_is_too_wide_everywhere_is_no_view_s_fault():
     wide = BODY.cones.outline + 0.03
     assert watched(with_points(cloud_of_body(BODY, POSE, wider=wide))).left_out == ""
-
-
-def test_it_goes_on_from_its_memory(sound, knocked):
-    wrong, half = with_view(sound, knocked), len(FRAMES) // 2
-    kept = saved(watched(wrong, frames=FRAMES[:half]), "watch")
-    once, again = watched(wrong), watched(wrong, restored(ViewWatch, kept, "watch"), FRAMES[half:])
-    assert np.array_equal(once.signs, again.signs)
-    assert once.left_out == again.left_out == "W"

@@ -1,7 +1,5 @@
 """What views see of a body, cast ray by ray, without the noise of stereo."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.body.model import placed_cones

@@ -5,8 +5,6 @@ it is built: the contents at the side, from the list on the first page, and the 
 Python interface, from the docstrings.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from types import FunctionType

@@ -1,7 +1,5 @@
 """Commands of annotation besides clicking itself: the selection, the fit, trust, setup, files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -18,6 +16,7 @@ from stereotrack_core.project.selection import (
 )
 
 from ...services.actions import ActionRegistry, Command, Menu
+from ...session.session import unless
 from ...widgets.forms.form_dialog import ask_for_number
 from ...widgets.forms.numbers import WholeNumberField
 from .dialogs import AnnotationDialogs
@@ -52,9 +51,11 @@ def add_commands(
     actions.add(_selection(panels, predicting))
     actions.add(_trust(panels, dialogs))
     actions.add([*_setup_and_files(panels, dialogs), *exchange])
-    panels.bar.set_selection_actions(
-        [actions.action(name) if name else None for name in _IN_THE_MENU]
-    )
+    for name in _IN_THE_MENU:
+        if name:
+            panels.bar.selection_menu.addAction(actions.action(name))
+        else:
+            panels.bar.selection_menu.addSeparator()
 
 
 def _going(p: AnnotationPanels) -> list[Command]:
@@ -126,10 +127,6 @@ def _ask_for_keyframes(p: AnnotationPanels) -> None:
 
 
 def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
-    def no_repeat() -> str:
-        active = p.repeats is not None and p.repeats.active is not None
-        return "" if active else "No blind repeat is in progress."
-
     command = Menu(f"{_MENU}/&Quality check", p.no_edit).command
     return [
         command("annotate-repeat-now", "Repeat this frame blind", "Hide the clicks of this frame "
@@ -137,7 +134,8 @@ def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
                 lambda: p.begin_repeat(p.frame)),
         command("annotate-repeat-finish", "Finish blind repeat", "Show all clicks of the frame "
                 "again. Both passes are kept.", p.finish_repeat, "Ctrl+Return", "accept",
-                why_not=no_repeat),
+                why_not=lambda: unless(p.repeats is not None and p.repeats.active is not None,
+                                       "No blind repeat is in progress.")),
         command("annotate-agreement", "Agreement …", "Show how far the first and second passes, "
                 "or two annotators' projects, agree.", dialogs.show_agreement, icon="compare",
                 why_not=p.no_project, section=True),
@@ -147,9 +145,6 @@ def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
 
 
 def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
-    def no_reference() -> str:
-        return "" if p.reference.now is not None else NO_FIT
-
     setup, file = Menu(_MENU, p.no_project).command, Menu("&File", p.no_project).command
     return [
         setup("annotate-subject", "Subject …", "Edit the subject's segment lengths, or measure "
@@ -162,5 +157,6 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
              partial(dialogs.ask_to_export, "clicks"), icon="export"),
         file("annotate-export-reference", "Export the reference …", "Write the trajectory fitted "
              "to the clicks: with its uncertainty, or in the format of another program.",
-             partial(dialogs.ask_to_export, "reference"), icon="export", why_not=no_reference),
+             partial(dialogs.ask_to_export, "reference"), icon="export",
+             why_not=lambda: unless(p.reference.now, NO_FIT)),
     ]  # fmt: skip

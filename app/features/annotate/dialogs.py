@@ -1,13 +1,9 @@
 """Opens the dialogs of annotation; none of them blocks the window."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
-
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
@@ -19,12 +15,15 @@ from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import AxesContradicted, Stated, world_from_axes
 from stereotrack_core.interop.run_file import at_recording, reference_in
 from stereotrack_core.project.entries import Choose, save_reference
-from stereotrack_core.project.exporting.formats import ExportFormat, Kind, formats_of
-from stereotrack_core.project.exporting.runs import (
+from stereotrack_core.project.exporting import (
+    ClickedRecording,
     Exported,
+    ExportFormat,
+    Kind,
     export_clicks,
     export_keypoints,
     export_reference,
+    formats_of,
 )
 from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
@@ -35,8 +34,7 @@ from stereotrack_core.recording.upright import up_of_cameras
 from ...session.project import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
-from .exchange.click_files import ImportDialog
-from .exchange.merging import TakeInDialog
+from .exchange.merging import ImportDialog, TakeInDialog
 from .panels import AnnotationPanels
 from .setup.subject_dialog import SubjectDialog
 
@@ -50,11 +48,10 @@ _Compared: TypeAlias = tuple[Callable[[], Incoming], Incoming, tuple[InputError,
 """A function that compares again, the clicks compared, and the errors of reading."""
 
 
-class AnnotationDialogs(QObject):
+class AnnotationDialogs:
     """The dialogs of the project that is open; what takes long is prepared in the background."""
 
     def __init__(self, panels: AnnotationPanels) -> None:
-        super().__init__(panels)
         self._panels, self._notifier = panels, panels.context.notifier
         self._agreement: AgreementDialog | None = None
 
@@ -160,8 +157,9 @@ class AnnotationDialogs(QObject):
                 return export_keypoints(path, project.keypoints.all(), recording, form)
             if kind == "reference" and now is not None:
                 return export_reference(path, now.reference, form, recording.fps)
-            clicks = project.clicks.all()
-            return export_clicks(path, clicks, recording, project.landmark_set(), form)
+            landmarks = project.landmark_set()
+            clicked = ClickedRecording(project.clicks.all(), recording, landmarks)
+            return export_clicks(path, clicked, form)
 
         def say(_project: Project, _recording: Recording, written: Exported) -> None:
             self._panels.say(written.words())
@@ -201,7 +199,6 @@ class AnnotationDialogs(QObject):
 
         self._begin("comparing annotations", work, show)
 
-    @Slot()
     def _on_agreement_closed(self) -> None:
         self._agreement = None
 

@@ -1,26 +1,22 @@
 """Annotate: landmarks by clicks, the body fitted to them, and what helps with both."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
-
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...services.layout import Workspace
+from ...session.changes import Part
 from ...session.runs import RunEntry
 from .actions import add_commands
 from .clicking.actions import commands
-from .clicking.clicked_frames import ClickedFrames
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
 from .exchange.predictions import PredictionExchange
 from .filling.predicting import PredictionWork
-from .filling.retracking import Retracking, retrack_command
+from .filling.retracking import ClickedFrames, Retracking, retrack_command
 from .panels import AnnotationPanels
 from .setup.personalising import Personalising, personal_command
 
@@ -44,8 +40,12 @@ def register(context: Context) -> Annotate:
     predicting = PredictionWork(panels)
     dialogs = AnnotationDialogs(panels)
     exchange = PredictionExchange(panels, partial(dialogs.ask_to_export, "keypoints"))
-    _AnnotateController(context, panels, predicting)
-    clicked = ClickedFrames(context.session.project)
+    context.docks.add("next", "Suggested clicks", panels.next_panel)
+    context.docks.add_above_timeline(panels.bar)
+    context.docks.lay_over_views(panels.repeat_bar)
+    context.tasks.watch(panels.settled)
+    _Following(panels, predicting)
+    clicked = ClickedFrames(context.session)
     personalising = Personalising(context, clicked, lambda: panels.reference.settings)
     retracking = Retracking(context, clicked, clicking.body)
     space = Workspace(
@@ -64,44 +64,30 @@ def register(context: Context) -> Annotate:
     return Annotate(clicking, panels, predicting, personalising, exchange, retracking)
 
 
-class _AnnotateController(QObject):
-    """Connects lanes, suggested clicks and the reference with the session."""
+class _Following:
+    """Lanes, suggested clicks and the reference follow the session."""
 
-    def __init__(
-        self, context: Context, panels: AnnotationPanels, predicting: PredictionWork
-    ) -> None:
-        super().__init__(context.session)
-        self._context, self._session = context, context.session
+    def __init__(self, panels: AnnotationPanels, predicting: PredictionWork) -> None:
+        session = self._session = panels.context.session
         self.panels, self._predicting, self._clicking = panels, predicting, panels.clicking
-        session, docks = context.session, context.docks
-        docks.add("next", "Suggested clicks", panels.next_panel)
-        docks.add_above_timeline(panels.bar)
-        docks.lay_over_views(panels.repeat_bar)
-        self._clicking.proposals.changed.connect(self._on_proposals)
-        panels.reference_changed.connect(self._on_reference)
-        session.project.changed.connect(panels.follow)
-        session.project.opened.connect(self._on_project)
-        session.project.closing.connect(panels.shutdown)
-        docks.workspace_changed.connect(self._on_workspace)
-        session.document.count_changed.connect(panels.set_frame_count)
-        session.document.frame_changed.connect(panels.set_frame)
-        for changed in (
-            session.runs.active_changed, session.runs.changed, session.track.state_changed,
-            session.track.finished,
-        ):  # fmt: skip
-            changed.connect(self._on_run)
+        watch = session.changes.watch
+        proposals = self._clicking.proposals
+        watch(Part.PROPOSALS, lambda: panels.show_proposed(proposals.ahead()))
+        watch(Part.REFERENCE, self._on_reference)
+        session.changes.hear(Part.EDIT, panels.follow)
+        watch(Part.PROJECT_OPENED, self._on_project)
+        watch(Part.PROJECT_CLOSING | Part.WINDOW_CLOSING, panels.shutdown)
+        watch(Part.WORKSPACE, self._on_workspace)
+        watch(Part.LENGTH, lambda: panels.set_frame_count(session.document.frame_count))
+        watch(Part.FRAME, lambda: panels.set_frame(session.document.frame))
+        watch(Part.ACTIVE_RUN | Part.RUNS | Part.TRACKING | Part.RUN_ENDED, self._on_run)
+        watch(Part.TRUTH, self._draw_reference)
         self._clicking.body.with_depth.toggled.connect(self._on_depth)
-        session.judging.truth_changed.connect(self._draw_reference)
-        session.instant.is_old = panels.reference.is_old
-        panels.reference.aged.connect(self._on_aged)
-        session.closing.connect(panels.shutdown)
-        context.tasks.watch(panels.settled)
         self._run: tuple[RunEntry, int] | None = None
         self._reference: Reference | None = None
         self._trajectory: LandmarkTrajectory | None = None
         self._on_depth(self._clicking.body.with_depth.isChecked())
 
-    @Slot()
     def _on_project(self) -> None:
         document, project = self._session.document, self._session.project.project
         if project is not self.panels.project:
@@ -110,8 +96,7 @@ class _AnnotateController(QObject):
             self._run = None
             self._on_run()
 
-    @Slot()
-    def _on_run(self, _what: object = None) -> None:
+    def _on_run(self) -> None:
         """Compare the suggested clicks with the active run once it is finished."""
         entry = self._session.runs.active
         if entry is self._session.track.entry or (entry is not None and not entry.frames):
@@ -123,22 +108,15 @@ class _AnnotateController(QObject):
             self._predicting.run = entry
             self._clicking.proposals.set_run(entry)
 
-    @Slot()
-    def _on_proposals(self) -> None:
-        self.panels.show_proposed(self._clicking.proposals.ahead())
-
-    @Slot(bool)
     def _on_depth(self, wanted: bool) -> None:
         reference = self.panels.reference
         reference.settings = replace(reference.settings, use_depth=wanted)
 
-    @Slot()
     def _on_workspace(self) -> None:
         """Show the lanes of landmarks in Annotate alone; elsewhere the runs need the room."""
         self.panels.set_shown(self._clicking.active)
         self._draw_reference()
 
-    @Slot()
     def _on_reference(self) -> None:
         now = self.panels.reference.now
         reference = now.reference if now is not None else None
@@ -149,21 +127,11 @@ class _AnnotateController(QObject):
             self._session.judging.set_project_reference(name, reference)
         self._draw_reference()
 
-    @Slot()
     def _draw_reference(self) -> None:
         """Draw the project's reference while annotating; else what errors are measured against."""
         truth = self._session.judging.truth
         recorded = truth is not None and truth.against == "recording"
         drawn = self._trajectory if self._clicking.active or not recorded else None
-        if drawn is not self._session.instant.reference:
-            self._session.instant.reference = drawn
-            self._session.instant.tell_soon()
-
-    @Slot()
-    def _on_aged(self) -> None:
-        """Draw the project's reference as old where it is, and no longer where it is not."""
-        told = self._session.instant.told
-        if told is not None:
-            old = self.panels.reference.is_old(told.frame_set.index)
-            if old is not told.reference_is_old:
-                self._session.instant.tell_soon()
+        now = self.panels.reference.now
+        clicks = None if now is None or drawn is None else now.clicks
+        self._session.instant.show_reference(drawn, clicks)

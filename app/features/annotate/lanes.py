@@ -1,7 +1,5 @@
 """What the timeline shows of an annotation: a lane per landmark and one per limb."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
@@ -20,8 +18,7 @@ from stereotrack_core.project.schema import CLICK
 from ...widgets.style.colours import LIMB_COLOURS, limb_words
 from ...widgets.timeline.lanes import Lane, Mark, MarkArray
 
-FULL_SIGMA_DEG = 15.0
-"""Uncertainty that is shown in a lane's full colour."""
+FULL_SIGMA_DEG = 15.0  # uncertainty that is shown in a lane's full colour
 _TABLES = frozenset({"click", "frame_flag", "keyframe"})
 _MOST_QUERIES = 64
 

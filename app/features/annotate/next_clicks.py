@@ -1,21 +1,12 @@
 """Where a click helps most, ranked beside the window's thread, and followed edit by edit."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal, Slot
 
+from stereotrack_core.annotation import next_clicks as ranking_rules
 from stereotrack_core.annotation.fit.results import TrajectoryFit
-from stereotrack_core.annotation.next_clicks import (
-    NextClicks,
-    StopSign,
-    Suggestion,
-    Wish,
-    good_enough,
-)
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
@@ -25,9 +16,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from ...services.tasks.newest import LatestOnly
 from ...services.tasks.task import TaskList
 
-WANTED_DEG = 3.0
-"""Angle by which limbs may be off where nobody has said otherwise."""
-
+WANTED_DEG = 3.0  # angle by which limbs may be off where nobody has said otherwise
 _WANTED = "wanted_deg"
 _MOST = 200
 _MANY_FRAMES = 50
@@ -37,10 +26,8 @@ _MANY_FRAMES = 50
 class Ranking:
     """What to click next."""
 
-    suggestions: tuple[Suggestion, ...]
-    """Best first."""
-    sign: StopSign
-    """Whether the wanted accuracy is reached."""
+    suggestions: tuple[ranking_rules.Suggestion, ...]
+    sign: ranking_rules.StopSign  # whether the wanted accuracy is reached
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +36,7 @@ class _Order:
 
     fit: TrajectoryFit
     run: LandmarkTrajectory | None
-    wish: Wish
+    wish: ranking_rules.Wish
     wanted_deg: float
     build: bool
     edited: frozenset[int]
@@ -60,13 +47,13 @@ class _Ranker:
 
     def __init__(self, project: Project, cameras: Mapping[str, Camera]) -> None:
         self._project, self._cameras = project, cameras
-        self._ranking: NextClicks | None = None
+        self._ranking: ranking_rules.NextClicks | None = None
 
     def __call__(self, order: _Order) -> Ranking:
         project, gaps = self._project, gaps_of(self._project)
         ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
         if ranking is None or order.build:
-            ranking = NextClicks(
+            ranking = ranking_rules.NextClicks(
                 self._cameras, project.landmark_set(), order.fit,
                 project.clicks.all(with_deleted=True),
                 sigma=project.click_sigmas(), run=order.run,
@@ -82,25 +69,23 @@ class _Ranker:
         sigma = ranking.gains.limb_sigma_deg()[counts]
         clicked = int(ranking.gains.clicked()[counts].any(axis=1).sum())
         best = ranking.best(replace(order.wish, gaps=gaps))
-        return Ranking(best, good_enough(sigma, order.wanted_deg, clicked))
+        return Ranking(best, ranking_rules.good_enough(sigma, order.wanted_deg, clicked))
 
 
-class NextPresenter(QObject):
-    """Ranks the places of one project; a fit of the whole recording has to be there."""
+class NextPresenter:
+    """Ranks the places of one project; a fit of the whole recording has to be there.
 
-    ranked = Signal(object)
-    """Ranking; None: nothing is fitted, so that nothing can be ranked."""
+    `ranked` is called with the ranking; None: nothing is fitted, so that nothing can be ranked.
+    """
 
-    def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._tasks = tasks
+    def __init__(self, tasks: TaskList, ranked: Callable[[Ranking | None], None]) -> None:
+        self._tasks, self._tell = tasks, ranked
         self._project: Project | None = None
         self._cameras: Mapping[str, Camera] = {}
         self._fit: TrajectoryFit | None = None
         self._run: LandmarkTrajectory | None = None
-        self._wish = Wish(count=_MOST)
+        self._wish = ranking_rules.Wish(count=_MOST)
         self.wanted_deg = WANTED_DEG
-        """Angle by which limbs may be off."""
         self._worker: LatestOnly | None = None
         self._build, self._edited = False, frozenset[int]()
         self._newest: _Order | None = None
@@ -115,29 +100,27 @@ class NextPresenter(QObject):
             self._worker = None
         self._project, self._cameras = project, cameras
         self._fit = self._run = self._newest = None
-        self._wish = Wish(count=_MOST)
+        self._wish = ranking_rules.Wish(count=_MOST)
         if project is not None:
             self.wanted_deg = float(project.view_settings.get(_WANTED, WANTED_DEG))
-        self.ranked.emit(None)
+        self._tell(None)
 
     def set_fit(self, fit: TrajectoryFit | None) -> None:
         self._fit = fit
         if fit is None:
-            self.ranked.emit(None)
+            self._tell(None)
         else:
             self._ask(build=True)
 
     def set_run(self, run: LandmarkTrajectory | None) -> None:
-        """Rank also by the disagreement with a run."""
         if run is not self._run:
             self._run = run
             self._ask(build=True)
 
     def set_frames(self, frames: range | None) -> None:
-        self._wish = Wish(count=_MOST, frames=frames)
+        self._wish = ranking_rules.Wish(count=_MOST, frames=frames)
         self._ask()
 
-    @Slot(float)
     def set_wanted(self, degrees: float) -> None:
         self.wanted_deg = degrees
         if self._project is not None and not self._project.read_only:
@@ -166,13 +149,11 @@ class NextPresenter(QObject):
         if order is self._newest:
             self._newest, self._build, self._edited = None, False, frozenset()
 
-    @Slot(object, object)
     def _on_ranked(self, order: _Order, ranking: Ranking) -> None:
         self._end(order)
         if self._fit is not None:
-            self.ranked.emit(ranking)
+            self._tell(ranking)
 
-    @Slot(object, object)
     def _on_failed(self, order: _Order, error: Exception) -> None:
         self._end(order)
         self._tasks.failed(error)

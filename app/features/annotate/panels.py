@@ -1,11 +1,9 @@
 """Everything of annotation around the views: lanes, what is next, trust."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
-from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QDialog
 
 from stereotrack_core.geometry.camera import Camera
@@ -17,7 +15,10 @@ from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 
 from ...context import Context
+from ...session.changes import Part
+from ...session.session import unless
 from ...widgets.forms.message import StateBar
+from ...widgets.redraw import later
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.bars import AnnotationBar
 from .clicking.controller import ClickController
@@ -26,21 +27,16 @@ from .lanes import AnnotationLanes
 from .next_clicks import NextPresenter, Ranking
 
 _GROUP = "annotation"
-_OF_PROJECT = "of_project"
-"""Property of dialogs that close with the project."""
+_OF_PROJECT = "of_project"  # property of dialogs that close with the project
 _DELAY_MS = 40
 _COUNTING_MS = 250
 _MANY_FRAMES = 300
 
 
-class AnnotationPanels(QObject):
+class AnnotationPanels:
     """The panels of annotation and what stands behind them; they follow one project."""
 
-    reference_changed = Signal()
-    """Another trajectory is the project's reference, or none."""
-
     def __init__(self, context: Context, clicking: ClickController) -> None:
-        super().__init__(context.docks.dialog_parent)
         self.context, self.clicking = context, clicking
         self.timeline, self.window = context.docks.timeline, context.docks.dialog_parent
         self.say = context.notifier.say
@@ -49,19 +45,18 @@ class AnnotationPanels(QObject):
         self.frame_count, self.frame = 0, 0
         self._shown = True
         self.bar = AnnotationBar()
-        self.next_panel = NextPanel()
+        self.next_panel = NextPanel(clicking.go_to, lambda: self.say("No click is suggested here."))
         tip = "Finish the blind repeat; both passes are kept in the project"
         self.repeat_bar = StateBar("Blind repeat", "Finish and show", tip)
         self.lanes: AnnotationLanes | None = None
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
-        self.next = NextPresenter(context.tasks, self)
-        self.reference = ReferenceWork(context.tasks, self)
+        self._tell_reference = partial(context.session.changes.tell, Part.REFERENCE)
+        self.next = NextPresenter(context.tasks, self._on_ranked)
+        self.reference = ReferenceWork(context.tasks, self._on_reference, self._tell_reference)
         self._back_to: int | None = None
-        self._soon = QTimer(self, singleShot=True, interval=_DELAY_MS)
-        self._soon.timeout.connect(self._show_numbers)
-        self._counted = QTimer(self, singleShot=True, interval=_COUNTING_MS)
-        self._counted.timeout.connect(self._on_counted)
+        self._soon = later(context.session, self._show_numbers, _DELAY_MS)
+        self._counted = later(context.session, self._on_counted, _COUNTING_MS)
         self._connect()
 
     def _connect(self) -> None:
@@ -73,13 +68,9 @@ class AnnotationPanels(QObject):
         self.bar.previous_button.clicked.connect(partial(self.go_to_flagged, True))
         self.bar.next_button.clicked.connect(partial(self.go_to_flagged, False))
         panel = self.next_panel
-        panel.visit_requested.connect(self.clicking.go_to)
         panel.wanted.valueChanged.connect(self.next.set_wanted)
         panel.limit.toggled.connect(self._limit)
         panel.fit_button.clicked.connect(self._on_fit_wanted)
-        panel.nothing_left.connect(lambda: self.say("No click is suggested here."))
-        self.next.ranked.connect(self._on_ranked)
-        self.reference.shown.connect(self._on_reference)
         self.repeat_bar.button.clicked.connect(self.finish_repeat)
 
     # ---- the project
@@ -126,7 +117,6 @@ class AnnotationPanels(QObject):
             # while frames are being counted this is called again and again
             self._counted.start(_COUNTING_MS if self.lanes is not None else 0)
 
-    @Slot()
     def _on_counted(self) -> None:
         self._make_lanes()
         self.reference.set_frame_count(self.frame_count)
@@ -156,7 +146,7 @@ class AnnotationPanels(QObject):
     # ---- edits
 
     def no_project(self) -> str:
-        return "" if self.project is not None else "No project is open. Open or create one first."
+        return unless(self.project, "No project is open. Open or create one first.")
 
     def no_edit(self) -> str:
         if self.project is not None and self.project.read_only:
@@ -179,11 +169,9 @@ class AnnotationPanels(QObject):
                 lambda: self._on_done(project.apply(make(project, chosen)))
             )
 
-    @Slot(object)
     def _on_done(self, changed: Changed | None) -> None:
         self.say(f"Done: {changed.words}." if changed is not None else "Nothing to change.")
 
-    @Slot(object)
     def follow(self, changed: Changed) -> None:
         if self.project is None:
             return
@@ -197,7 +185,6 @@ class AnnotationPanels(QObject):
         if "repeat_click" in changed.tables:
             self._tell_repeat()
 
-    @Slot()
     def _show_numbers(self) -> None:
         if self.project is not None:
             progress = self.project.progress()
@@ -215,7 +202,6 @@ class AnnotationPanels(QObject):
             tuple(name for name in landmarks if name in lanes),
         )
 
-    @Slot()
     def _on_selection(self) -> None:
         self._show_selection()
         if self.next_panel.limit.isChecked():
@@ -224,11 +210,9 @@ class AnnotationPanels(QObject):
     def _show_selection(self) -> None:
         self.bar.show_selection(self.selection().words() if self.project is not None else "")
 
-    @Slot(bool)
     def _limit(self, limited: bool) -> None:
         self.next.set_frames(self.timeline.selection if limited else None)
 
-    @Slot()
     def read_kept(self) -> None:
         self._read_kept()
         self.clicking.annotating.reread()
@@ -248,12 +232,10 @@ class AnnotationPanels(QObject):
         lanes = self.lanes if self._shown else None
         self.timeline.set_lanes(lanes.lanes() if lanes is not None else (), _GROUP)
 
-    @Slot(QPoint)
     def _on_menu(self, place: QPoint) -> None:
         if self.project is not None:
-            self.bar.show_selection_menu(self.timeline.mapToGlobal(place))
+            self.bar.selection_menu.popup(self.timeline.mapToGlobal(place))
 
-    @Slot(bool)
     def go_to_flagged(self, backwards: bool = False) -> None:
         """Go to the next (previous) frame in which a landmark is flagged."""
         lanes = self.lanes
@@ -265,7 +247,6 @@ class AnnotationPanels(QObject):
 
     # ---- fit, following, what is next
 
-    @Slot()
     def _on_fit_wanted(self) -> None:
         """Fit, as suggestions need it; or say why there can be none."""
         if self.reference.fitting:
@@ -278,7 +259,6 @@ class AnnotationPanels(QObject):
             self.say("Fitting the body to all clicks to find where one helps most …")
             self.reference.fit()
 
-    @Slot()
     def _on_reference(self) -> None:
         now = self.reference.now
         self._dress_lanes()
@@ -286,7 +266,7 @@ class AnnotationPanels(QObject):
         self.next.set_fit(now.fit if now is not None else None)
         if now is not None:
             self.say(now.words)
-        self.reference_changed.emit()
+        self._tell_reference()
         self.context.actions.refresh()
 
     def _dress_lanes(self) -> None:
@@ -296,7 +276,6 @@ class AnnotationPanels(QObject):
         elif self.lanes is not None:
             self.lanes.show_reference(None)
 
-    @Slot(object)
     def _on_ranked(self, ranking: Ranking | None) -> None:
         landmarks = self.lanes.landmark_set.landmarks if self.lanes is not None else ()
         colours = {one.name: one.colour for one in landmarks}
@@ -319,7 +298,6 @@ class AnnotationPanels(QObject):
             self._tell_repeat()
             self.context.session.document.visit(frame)
 
-    @Slot()
     def finish_repeat(self) -> None:
         if self.repeats is None or self.repeats.active is None:
             return

@@ -1,16 +1,12 @@
 """Checks of the open recording that take time, and corrections of what is found."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
-
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.reach import is_changed
+from stereotrack_core.depth.volume import is_changed
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
 from stereotrack_core.doctor.diagnose import changed_reach, diagnose_elsewhere
 from stereotrack_core.errors import Finding
@@ -19,24 +15,25 @@ from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from ...context import Context
 from ...services.tasks.task import Task
+from ...session.changes import RECORDING, Part
 from ...widgets.forms.message import Message
+from ...widgets.redraw import later
 
-_PAUSE_MS = 400
-"""After a change of parameters, before disparities are compared."""
+_PAUSE_MS = 400  # after a change of parameters, before disparities are compared
 _SURE = (
     "It is tested first. The file is only changed if the problem is gone then, and the one before "
     "is kept beside it."
 )
 
 
-class RecordingChecks(QObject):
-    """Measures images and makes corrections in another process, one at a time, on request."""
+class RecordingChecks:
+    """Measures images and makes corrections in another process, one at a time, on request.
 
-    changed = Signal()
-    """Emitted when :attr:`reach` has changed."""
+    `changed` is called when :attr:`reach` has changed.
+    """
 
-    def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
+    def __init__(self, context: Context, changed: Callable[[], None]) -> None:
+        self._changed = changed
         self._context, self._document = context, context.session.document
         self._process = TaskProcess()
         self._task: Task | None = None
@@ -44,15 +41,13 @@ class RecordingChecks(QObject):
         self._done: Message | None = None
         self.reach: tuple[Finding, ...] = ()
         """Findings about changed disparities that do not reach the person."""
-        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
-        self._pause.timeout.connect(self._compare_disparities)
-        session = context.session
-        self._document.findings_changed.connect(self._tell)
-        for signal in (session.opened, session.closed, session.track.settings_changed):
-            signal.connect(self._pause.start)
-        session.closed.connect(self.stop)
-        session.closing.connect(self._pause.stop)
-        session.closing.connect(self._process.close)
+        self._pause = later(context.session, self._compare_disparities, _PAUSE_MS)
+        watch = context.session.changes.watch
+        watch(Part.FINDINGS, self._tell)
+        watch(RECORDING | Part.SETTINGS, self._pause.start)
+        watch(Part.RECORDING_CLOSED, self.stop)
+        watch(Part.WINDOW_CLOSING, self._pause.stop)
+        watch(Part.WINDOW_CLOSING, self._process.close)
 
     @property
     def running(self) -> bool:
@@ -76,7 +71,6 @@ class RecordingChecks(QObject):
 
         self._begin("checking thoroughly", partial(diagnose_elsewhere, recording), done)
 
-    @Slot(object)
     def ask(self, finding: Finding) -> None:
         """Say what the correction of a finding would change, and offer to do it."""
         recording, notifier = self._document.recording, self._context.notifier
@@ -109,12 +103,10 @@ class RecordingChecks(QObject):
 
         self._task = self._context.tasks.begin(title, in_process, done)
 
-    @Slot()
     def stop(self) -> None:
         if self._task is not None:
             self._task.cancel()
 
-    @Slot(object)
     def _on_corrected(self, done: Corrected) -> None:
         recording = self._document.recording
         if recording is None or done.file.parent != recording.folder:
@@ -124,14 +116,12 @@ class RecordingChecks(QObject):
         frame, workspace = self._document.frame, self._context.docks.workspace or None
         self._context.session.opening.open(recording.folder, frame=frame, workspace=workspace)
 
-    @Slot()
     def _tell(self) -> None:
         """Show the message of a correction once the recording is open again."""
         if self._done is not None and self._document.findings is not None:
             self._context.notifier.show(self._done)
             self._done = None
 
-    @Slot()
     def _compare_disparities(self) -> None:
         recording, depth = self._document.recording, self._context.session.track.settings.depth
         if recording is None or not is_changed(depth):
@@ -143,7 +133,6 @@ class RecordingChecks(QObject):
             self._take_reach,
         )
 
-    @Slot(object)
     def _take_reach(
         self, answer: tuple[Recording | None, DepthParameters, tuple[Finding, ...]]
     ) -> None:
@@ -151,4 +140,4 @@ class RecordingChecks(QObject):
         same = depth == self._context.session.track.settings.depth
         if same and recording is self._document.recording and found != self.reach:
             self.reach = found
-            self.changed.emit()
+            self._changed()

@@ -1,14 +1,10 @@
 """Carries a calibration from pictures of a board to a calibration.toml."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.calibrate import work
 from stereotrack_core.calibrate.board import Board
@@ -19,33 +15,25 @@ from stereotrack_core.errors import InputError
 from ...context import Context
 from ...services.tasks.newest import LatestOnly
 from ...services.tasks.task import Task
+from ...session.changes import RECORDING, Part
 from . import saving
 from .state import DOING, STEPS, Axes, AxesWay, Calibration, Made, Shot, StepName
 
 
-class CalibrationController(QObject):
+class CalibrationController:
     """Owns the state, and has done what takes time."""
 
-    changed = Signal()
-    """:attr:`state` is another one."""
-    progressed = Signal(float, str)
-    """Share of the work, 0 if unknown, and words."""
-
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
-        self._context = context
+        self._context, self.changes = context, context.session.changes
         self.state = Calibration()
         self.picture: saving.ReadPicture | None = None
-        """The picture of the board that was read last."""
         self.reading = LatestOnly(
             saving.PictureReader(), "read a picture of the board", self._on_read, lambda *_: None
         )
         self._task: Task | None = None
-        session = context.session
-        session.opened.connect(self._on_recording)
-        session.closed.connect(self._on_recording)
-        session.closing.connect(self.cancel)
-        session.closing.connect(self.reading.close)
+        self.changes.watch(RECORDING, self._on_recording)
+        self.changes.watch(Part.WINDOW_CLOSING, self.cancel)
+        self.changes.watch(Part.WINDOW_CLOSING, self.reading.close)
         context.tasks.watch(self.reading.settled)
 
     # ---- what is chosen
@@ -81,7 +69,7 @@ class CalibrationController(QObject):
         taken = {one.camera for one in self.state.sources} - {camera}
         if not name or name in taken:
             self._context.notifier.say(f"{name!r} is taken already, or no name. Enter another one.")
-            self.changed.emit()
+            self.changes.tell(Part.CALIBRATION)
             return
         named = {
             one: replace(one, camera=name) for one in self.state.sources if one.camera == camera
@@ -121,12 +109,12 @@ class CalibrationController(QObject):
 
     def _put(self, state: Calibration) -> None:
         self.state = state
-        self.changed.emit()
+        self.changes.tell(Part.CALIBRATION)
         self._context.actions.refresh_soon()
 
     def _on_read(self, _wanted: object, picture: saving.ReadPicture) -> None:
         self.picture = picture
-        self.changed.emit()
+        self.changes.tell(Part.CALIBRATION)
 
     # ---- what is calculated
 
@@ -190,6 +178,10 @@ class CalibrationController(QObject):
                 self.change(busy=None)
                 then(result)
 
+        def progress(share: float, words: str) -> None:
+            if task is self._task:
+                self.changes.tell(Part.CALIBRATING, (share, f"{task.title}: {words}"))
+
         def fail(error: Exception) -> None:
             if isinstance(error, InputError):
                 self.change(problem=(step, error))
@@ -200,18 +192,12 @@ class CalibrationController(QObject):
         task.finished.connect(partial(end, done))
         task.failed.connect(partial(end, fail))
         task.stopped.connect(partial(end, lambda _nothing: None))
-        task.progressed.connect(self._on_progress)
+        task.progressed.connect(progress)
         problem = self.state.problem
         self.change(busy=step, problem=None if problem and problem[0] == step else problem)
-        self.progressed.emit(0.0, DOING[step])
+        self.changes.tell(Part.CALIBRATING, (0.0, DOING[step]))
         self._context.tasks.start(task)
 
-    @Slot(float, str)
-    def _on_progress(self, share: float, words: str) -> None:
-        if self._task is not None and self.sender() is self._task:
-            self.progressed.emit(share, f"{self._task.title}: {words}")
-
-    @Slot()
     def cancel(self) -> None:
         if self._task is not None:
             task, self._task = self._task, None
@@ -273,7 +259,6 @@ class CalibrationController(QObject):
 
     # ---- the session
 
-    @Slot()
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
         state = self.state

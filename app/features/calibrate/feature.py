@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QObject, Slot
-
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.layout import Workspace
+from ...session.changes import RECORDING, Part
 from ...widgets.forms.message import Message
 from ...widgets.tables.panels import FindingsPanel
 from .checking import RecordingChecks
@@ -46,29 +45,22 @@ def _commands(context: Context, calibrate: CalibrateController) -> list[Command]
 _FINDINGS = "Recording checks"
 
 
-class CalibrateController(QObject):
+class CalibrateController:
     """Shows the cameras and what looks wrong, be it by the files or by what is clicked."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.findings = FindingsPanel()
         self.calibration = CalibrationController(context)
         self.page = CalibrationPage(self.calibration)
-        self.checks = RecordingChecks(context)
-        self.findings.correction_wanted.connect(self.checks.ask)
-        self.checks.changed.connect(self._show_findings)
+        self.checks = RecordingChecks(context, self._show_findings)
+        self.findings = FindingsPanel(self.checks.ask)
         context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         self._told: Message | None = None
         self._told_cameras: tuple[str, ...] = ()
-        session = context.session
-        session.opened.connect(self._show_findings)
-        session.closed.connect(self._show_findings)
-        session.document.findings_changed.connect(self._show_findings)
-        session.cameras.changed.connect(self._on_cameras)
+        context.session.changes.watch(RECORDING | Part.FINDINGS, self._show_findings)
+        context.session.changes.watch(Part.DOUBTS, self._on_cameras)
 
-    @Slot()
     def _show_findings(self) -> None:
         known = self._session.document.findings
         if known is not None:
@@ -77,7 +69,6 @@ class CalibrateController(QObject):
         serious = sum(finding.severity != "note" for finding in known or ())
         self._dock.setWindowTitle(f"{_FINDINGS} ({serious})" if serious else _FINDINGS)
 
-    @Slot()
     def _on_cameras(self) -> None:
         """Say which camera contradicts the others, before its clicks are blamed."""
         cameras, notifier = self._session.cameras, self._context.notifier
@@ -100,7 +91,7 @@ def register(context: Context) -> CalibrateController:
     space = Workspace(
         "calibrate", "Calibrate",
         "Calibrate cameras with pictures of a board; inspect problems of the recording.",
-        "calibrate", side=(), bottom=(("findings",),), side_share=0.0, bottom_shares=(0.22,),
+        "calibrate", side=(), bottom=("findings",), side_share=0.0, bottom_shares=(0.22,),
         side_heights=(), middle="calibration", no_panels=context.session.no_recording,
         why_not=lambda: loading if context.session.document.opening else "",
     )  # fmt: skip

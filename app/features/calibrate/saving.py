@@ -1,7 +1,5 @@
 """Reads single pictures of the board, and writes a calibration: to a file or into the recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

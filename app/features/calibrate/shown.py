@@ -1,7 +1,5 @@
 """From the state of a calibration to what the widgets show."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -22,8 +20,7 @@ from .state import DOING, STEPS, Calibration, StepName
 
 _MOST_EMPTY = 200
 """Pictures without a board that are listed for a camera; of long videos only those with one are."""
-_BAD, _BAD_PX = 2.0, 0.3
-"""Times the usual error, and pixels, from which a picture is marked."""
+_BAD, _BAD_PX = 2.0, 0.3  # times the usual error, and pixels, from which a picture is marked
 _MOST_BOARDS = 150
 
 

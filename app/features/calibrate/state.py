@@ -33,7 +33,6 @@ STEPS: dict[StepName, str] = {
     "world": "All cameras",
     "axes": "Axes and saving",
 }
-"""Steps with their titles, in their order."""
 
 DOING: dict[StepName, str] = {
     "pictures": "Searching for the board",
@@ -41,11 +40,8 @@ DOING: dict[StepName, str] = {
     "world": "Placing all cameras",
     "axes": "Looking for the floor",
 }
-"""Messages shown while a step is calculated."""
 
-Shot: TypeAlias = tuple[str, int]
-"""A picture: the name of its camera and its number."""
-
+Shot: TypeAlias = tuple[str, int]  # A picture: the name of its camera and its number
 _USUAL = Board(9, 6, 0.025)
 _R = TypeVar("_R")
 
@@ -58,12 +54,9 @@ class Axes:
     """Chosen origin and axes of the world."""
 
     way: AxesWay = "first"
-    board_frame: int = -1
-    """Number of the pictures in which the board lies on the floor."""
+    board_frame: int = -1  # number of the pictures in which the board lies on the floor
     frame: int = 0
-    """The frame that shows the floor."""
-    north: str = ""
-    """Camera in the north for the floor; empty for that of the first view."""
+    north: str = ""  # camera in the north for the floor; empty for that of the first view
     floor: Alignment | None = None
     """Alignment by the floor in the recording's depth; None until it is found."""
 
@@ -82,11 +75,9 @@ class Calibration:
     """Everything that the workspace shows is this, or follows from it."""
 
     step: StepName = "board"
-    """The one that is shown."""
     sources: tuple[Source, ...] = ()
     board: Board = _USUAL
     board_problem: str = ""
-    """Why what is written in the fields is no board."""
     every: int = 1
     model: str = "auto"
     unticked: frozenset[Shot] = frozenset()
@@ -94,24 +85,17 @@ class Calibration:
     lenses: Made[Mapping[str, LensResult]] | None = None
     world: Made[World] | None = None
     axes: Axes = field(default_factory=Axes)
-    """What the world is turned by."""
-    saved_into: Path | None = None
-    """Folder of the recording that has this calibration."""
-    saved: str = ""
-    """What was saved, as a sentence."""
-    problem: tuple[StepName, InputError] | None = None
-    """What could not be calculated last."""
+    saved_into: Path | None = None  # folder of the recording that has this calibration
+    saved: str = ""  # what was saved, as a sentence
+    problem: tuple[StepName, InputError] | None = None  # what could not be calculated last
     busy: StepName | None = None
-    """What is being calculated."""
     shot: Shot | None = None
-    """The picture that is shown."""
     recording: Recording | None = None
 
     # ---- what follows
 
     @cached_property
     def sightings(self) -> tuple[Sightings, ...]:
-        """Found boards of the ticked pictures."""
         if self.found is None:
             return ()
         return tuple(
@@ -149,7 +133,6 @@ class Calibration:
 
     @cached_property
     def recorded(self) -> dict[str, Camera]:
-        """Cameras that the views of the open recording use."""
         views = () if self.recording is None else self.recording.views
         used = {one.camera for view in views for one in view.streams().values() if one.camera}
         cameras = {} if self.recording is None else self.recording.cameras
@@ -169,7 +152,6 @@ class Calibration:
 
     @property
     def board_frames(self) -> tuple[int, ...]:
-        """Pictures in which the board may lie on the floor."""
         if self.world is not None:
             return tuple(self.world.result.boards)
         return tuple(sorted({int(k) for one in self.sightings for k in one.frames}))
@@ -218,7 +200,6 @@ class Calibration:
 
     @cached_property
     def new_from_world(self) -> RigidTransform:
-        """From the world of the first camera to the chosen one."""
         if isinstance(self.alignment, Alignment):
             return self.alignment.new_from_old
         return RigidTransform.identity()
@@ -237,14 +218,12 @@ class Calibration:
 
     @property
     def alone(self) -> bool:
-        """Whether there is one camera, which has no place relative to others."""
         return len(self.sources) == 1
 
     def made(self, result: Any) -> Made[Any]:
         return Made(result, self.model, self.unticked)
 
     def is_current(self, made: Made[Any] | None) -> bool:
-        """Whether a result is there, and of what is chosen and ticked now."""
         return made is not None and (made.model, made.unticked) == (self.model, self.unticked)
 
     # ---- steps

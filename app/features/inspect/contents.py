@@ -1,7 +1,5 @@
 """What the panel shows of one step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -44,15 +42,11 @@ _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 
 _SHOWN = 6
 _COSTS = {
     "data": ("Data", "Measured points that neither torso nor arms explain"),
-    "anatomy": (
-        "Anat.",
-        "Elbows bent too far, arms inside the torso, implausible arm positions",
-    ),
+    "anatomy": ("Anat.", "Elbows bent too far, arms inside the torso, implausible arm positions"),
     "change": ("Change", "Change from the predicted arms"),
     "crossing": ("Cross", "Arms that intersect each other"),
     "pictures": ("Views", "Parts of the pose that views should see and do not"),
 }
-"""Heading and tip of each term of an arm pose's cost."""
 
 
 def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
@@ -311,7 +305,6 @@ def _arms_table(search: Search) -> Table:
 
 
 def _proposals_table(proposals: Proposals) -> Table:
-    """The best candidates for one arm."""
     side = "left" if proposals.side == 0 else "right"
     order = np.argsort(proposals.cost, kind="stable")[:_SHOWN].tolist()
     rows = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Slot
+from PySide6.QtCore import QTimer
 
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.errors import InputError
@@ -23,18 +23,18 @@ from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.tasks.newest import LatestOnly
+from ...session.changes import Part
 from ...session.pictures import StepDrawing
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.forms.message import StateBar
 from ...widgets.plots.inside_panel import InsidePanel, StepName
+from ...widgets.redraw import later
 from .contents import content_of
 from .drawing import drawing_of
 from .steps import Step, same_step, steps_of
 
-_SHARE = 0.68
-"""Share of its column that the panel gets while a frame is inspected."""
-
+_SHARE = 0.68  # share of its column that the panel gets while a frame is inspected
 _SOON_MS = 60
 _WAITING = "Measuring the points of this frame and recording the tracker's step …"
 
@@ -77,11 +77,8 @@ class Question:
 
     frame: int
     work: Callable[[], RecordedStep]
-    """Has the step done; called in the background."""
-    found: Estimate | None
-    """Estimate of the run in this frame, to be compared with."""
+    found: Estimate | None  # estimate of the run in this frame, to be compared with
     source: RunEntry | None
-    """The run that it is about."""
     settings: Settings
 
 
@@ -93,7 +90,6 @@ class Answer:
     done: RecordedStep
     steps: tuple[Step, ...]
     compared: str
-    """How the result differs from what the run has kept."""
 
 
 def answer(question: Question) -> Answer:
@@ -130,7 +126,6 @@ def question_of(
 def _keypoints(
     session: Session, entry: RunEntry | None, settings: Settings, frame: int
 ) -> Keypoints | None:
-    """Keypoints of a run, or of the next run if there is none."""
     if entry is not None and (spec := entry.spec()) is not None:
         return spec.keypoints
     return session.keypoints.for_trial(settings, range(frame, frame + 1))
@@ -169,15 +164,14 @@ def _compared(trace: StepTrace, found: Estimate | None) -> str:
     return f"The result differs from the pose of the run by {by}."
 
 
-class InspectController(QObject):
+class InspectController:
     """Has the step of the frame that is shown recorded, and goes through its stages."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context = context
         session = context.session
         self._document, self._runs, self._track = session.document, session.runs, session.track
-        self.panel = InsidePanel()
+        self.panel = InsidePanel(self.go)
         context.docks.add("inside", "Inspect step", self.panel)
         self.bar = StateBar("Inspect step", "Close", "Stop inspecting and show the run again")
         self.bar.button.clicked.connect(self.leave)
@@ -189,18 +183,12 @@ class InspectController(QObject):
         self._asked: Question | None = None
         self._drawing: StepDrawing | None = None
         self._worker = LatestOnly(answer, "record step trace", self._on_answered, self._on_failed)
-        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self._ask)
-        for changed in (
-            session.document.frame_changed, session.document.playing_changed,
-            session.track.state_changed,
-        ):  # fmt: skip
-            changed.connect(self._ask_soon)
-        self.panel.step_chosen.connect(self.go)
-        for changed in (session.runs.active_changed, context.docks.workspace_changed):
-            changed.connect(self._leave_if_inspecting)
-        session.leaving.connect(self.leave)
-        session.closing.connect(self.close)
+        self._soon = later(context.session, self._ask, _SOON_MS)
+        watch = session.changes.watch
+        watch(Part.FRAME | Part.PLAYING | Part.TRACKING, self._ask_soon)
+        watch(Part.ACTIVE_RUN | Part.WORKSPACE, self._leave_if_inspecting)
+        watch(Part.LEAVING, self.leave)
+        watch(Part.WINDOW_CLOSING, self.close)
         context.tasks.watch(self.settled)
 
     # ---- what is known
@@ -219,7 +207,6 @@ class InspectController(QObject):
         return self._drawing
 
     def settled(self) -> bool:
-        """Whether what is shown belongs to the frame that is shown."""
         if not self.inspects or self._waits():
             return True
         known, frame = self.known, self._document.frame
@@ -243,12 +230,11 @@ class InspectController(QObject):
             return
         self._document.pause()
         self._context.docks.bring_up("inside")
-        QTimer.singleShot(0, self, self._make_room)
+        QTimer.singleShot(0, self._context.session, self._make_room)
         self.inspects = True
         self._ask()
         self._show(self.known, self.index)
 
-    @Slot()
     def leave(self) -> None:
         self.inspects = False
         self._asked = None
@@ -258,15 +244,13 @@ class InspectController(QObject):
         if self.known is not None and 0 <= index < len(self.known.steps) and index != self.index:
             self._show(self.known, index)
 
-    @Slot()
     def close(self) -> None:
         self.inspects, self.known, self._drawing, self._asked = False, None, None, None
         self._worker.close()
 
     # ---- asking
 
-    @Slot()
-    def _ask_soon(self, _what: object = None) -> None:
+    def _ask_soon(self) -> None:
         # a tracker that is held tells so all the time
         if self.inspects and not self._soon.isActive():
             self._soon.start()
@@ -274,7 +258,6 @@ class InspectController(QObject):
     def _waits(self) -> bool:
         return self._document.playing or self._track.running
 
-    @Slot()
     def _ask(self) -> None:
         self._soon.stop()
         if not self.inspects or self._document.recording is None:
@@ -305,13 +288,11 @@ class InspectController(QObject):
             return None
         return question_of(frame, self._context.session, entry, settings)
 
-    @Slot(object, object)
     def _on_answered(self, question: Question, found: Answer) -> None:
         if question is self._asked and self.inspects:
             step = self.step
             self._show(found, same_step(found.steps, step) if step is not None else 0)
 
-    @Slot(object, object)
     def _on_failed(self, question: Question, error: Exception) -> None:
         if question is self._asked:
             self.leave()
@@ -346,12 +327,10 @@ class InspectController(QObject):
         frame = self._document.frame if self.known is None else self.known.question.frame
         return f"Inspecting the tracker's step in frame {frame}{name}. The views show its stages."
 
-    @Slot()
     def _make_room(self) -> None:
         if self.inspects:
             self._context.docks.make_room("inside", _SHARE)
 
-    @Slot()
     def _leave_if_inspecting(self) -> None:
         if self.inspects:
             self.leave()

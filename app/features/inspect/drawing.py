@@ -1,7 +1,5 @@
 """What views and scene show of one step inside a frame."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
@@ -26,16 +24,9 @@ from ...widgets.style.colours import LIMB_COLOURS, SHADES, shade_colours, shade_
 from .steps import Step, name_of
 
 _AROUND = 8
-_LEAST_MOVE = 0.002
-"""Metres by which a part of a ghost differs from the model before it is drawn."""
-
+_LEAST_MOVE = 0.002  # metres by which a part of a ghost differs from the model before it is drawn
 _LEGS = "#b5b5b5"
-_UNUSED = {
-    HIDDEN: "#4d4d4d",
-    INSIDE: "#F0E442",
-    TOO_FAR: "#CC79A7",
-    ON_PARTNER: "#009E73",
-}
+_UNUSED = {HIDDEN: "#4d4d4d", INSIDE: "#F0E442", TOO_FAR: "#CC79A7", ON_PARTNER: "#009E73"}
 """Colours of points that are not used, by reason; what is only surplus is not drawn."""
 
 

@@ -1,7 +1,5 @@
 """The steps of one frame's correction in the method's words, and its states and covariances."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -27,14 +25,10 @@ class Step:
 
     kind: StepKind
     title: str
-    words: str
-    """What happens, for somebody who learns the method."""
-    source: str
-    """Where the thesis has it, or what it takes the place of."""
-    heading: str = ""
-    """Of the first step of an iteration; empty elsewhere."""
-    correction: int = -1
-    """Index into the trace's corrections; -1 for steps that belong to none."""
+    words: str  # what happens, for somebody who learns the method
+    source: str  # where the thesis has it, or what it takes the place of
+    heading: str = ""  # of the first step of an iteration; empty elsewhere
+    correction: int = -1  # index into the trace's corrections; -1 for steps that belong to none
 
 
 _THESIS: dict[StepKind, tuple[str, str, str]] = {
@@ -217,9 +211,7 @@ class State:
     label: str
     limb: str
     unit: str
-    """Either "mm" or "°"."""
     factor: float
-    """From metres or radians to the unit."""
 
 
 def states_of(names: tuple[str, ...]) -> tuple[State, ...]:

@@ -1,19 +1,17 @@
 """Recordings, projects and stored runs: opening, saving, undo."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from stereotrack_core.project.history import Entry
 
 from ...context import Context
 from ...services.actions import Command, Menu
+from ...session.changes import Part
 from ...session.edits import WindowEdit
 from ...session.opening import MOST_RECENT
 from ...session.session import Session
-from .files import FileController
+from .files import FileController, ProjectController
 from .importing.wizard import ImportController
-from .projects import ProjectController
 
 
 def _files(
@@ -115,5 +113,5 @@ def register(context: Context) -> FileController:
     context.actions.add(_files(context.session, files, projects, importing))
     context.actions.add(_edits(context.session, projects))
     # keys that follow an edit at once find them ready
-    context.session.edits.changed.connect(lambda: context.actions.refresh("&Edit"))
+    context.session.changes.watch(Part.EDITS, lambda: context.actions.refresh("&Edit"))
     return files

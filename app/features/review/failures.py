@@ -1,23 +1,21 @@
 """The failures of a run in the window: their panel, pictures, timeline and playback."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QObject, QTimer, Slot
 from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.failure_segments.drawing import Paper, evidence_picture
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, explained, stretches_of
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
     FailureSegment,
+    limbs_words,
 )
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
 from stereotrack_core.recording.description import Recording
@@ -26,11 +24,103 @@ from stereotrack_core.recording.reader import FrameReader
 from ...context import Context
 from ...services.tasks.newest import LatestOnly, Shared
 from ...services.tasks.task import Task
-from ...session.judgement import MEASURED_LIMBS
+from ...session.changes import Part
+from ...session.judgement import MEASURED_LIMBS, Truth
 from ...session.runs import RunEntry
+from ...widgets.redraw import later
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
-from .failure_list import Filter, Found, beside, found_in, lanes_of_failures, looked_at
+from ...widgets.timeline.lanes import Lane, Span
+
+LANE_NAMES = {"truth": "failures", "signs": "failures (without reference)"}
+LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
+
+
+@dataclass(frozen=True)
+class Filter:
+    """What is listed; an empty word lists all."""
+
+    limb: str = ""
+    cause: str = ""
+    found: str = ""
+
+    def takes(self, failure: FailureSegment) -> bool:
+        return (
+            (not self.limb or self.limb in failure.limbs)
+            and (not self.cause or self.cause == failure.verdict.cause)
+            and (not self.found or self.found == failure.found)
+        )
+
+
+def lanes_of_failures(failures: Sequence[FailureSegment]) -> tuple[Lane, ...]:
+    """A lane of bars for those found with truth and for those found without."""
+    lanes = []
+    for found, name in LANE_NAMES.items():
+        spans: list[Span] = []
+        for e in sorted((e for e in failures if e.found == found), key=lambda e: e.first):
+            label = f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}"
+            if spans and e.first <= spans[-1].last:
+                # labels of bars that overlap would stand on each other
+                old = spans.pop()
+                spans.append(Span(old.first, max(old.last, e.last), f"{old.label}; {label}"))
+            else:
+                spans.append(Span(e.first, e.last, label))
+        if spans:
+            lanes.append(Lane(name, LANE_COLOURS[found], "bars", spans))
+    return tuple(lanes)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The failures that were found."""
+
+    state: Hashable  # frames, reference and threshold that they belong to
+    search: FailureSearch | None
+    """What the core was asked; None where the run does not say where it comes from."""
+    failures: tuple[FailureSegment, ...]
+    looked: bool = False  # whether causes are judged by pictures as well
+
+
+def beside(
+    listed: Sequence[FailureSegment], chosen: FailureSegment | None, frame: int, direction: int
+) -> tuple[FailureSegment, bool] | None:
+    """The listed failure after (1) or before (-1) the chosen one or a frame, and whether it wraps.
+
+    None if none is listed.
+    """
+    if not listed:
+        return None
+    if chosen is not None and chosen in listed and frame in chosen.frames:
+        place = listed.index(chosen) + direction
+        return listed[place % len(listed)], not 0 <= place < len(listed)
+    if direction > 0:
+        there = (e for e in listed if e.last >= frame and e.peak_frame > frame)
+    else:
+        there = (e for e in reversed(listed) if e.peak_frame < frame)
+    found = next(there, None)
+    return (found, False) if found is not None else (listed[0 if direction > 0 else -1], True)
+
+
+def found_in(
+    now: RunEntry, recording: Recording, truth: Truth | None, threshold: float, state: Hashable
+) -> Found:
+    """Failures of a run, with causes that need no images."""
+    run = now.run()
+    if run is None:
+        return Found(state, None, ())
+    rules = FailureRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
+    reference = truth.trajectory if truth is not None else None
+    search = FailureSearch(run, recording.fps, reference, recording, rules)
+    failures = explained(replace(search, pictures=False), stretches_of(search))
+    return Found(state, search, failures)
+
+
+def looked_at(known: Found, task: Task) -> Found:
+    """Failures with causes that are classified from images as well; takes seconds."""
+    assert known.search is not None  # noqa: S101 - there are no failures without
+    failures = explained(known.search, known.failures, task.report, task.token.cancelled)
+    return replace(known, failures=failures, looked=True)
+
 
 _DELAY_MS = 200
 _FINDING, _EXPLAINING = "detecting failures", "classifying causes of failures"
@@ -56,33 +146,32 @@ def _bgr(colour: str) -> tuple[int, int, int]:
     return shown.blue(), shown.green(), shown.red()
 
 
-_AROUND = 0.3
-"""Seconds before and after a failure that its loop shows as well."""
-
+_AROUND = 0.3  # seconds before and after a failure that its loop shows as well
 _NOT_JUDGED = (
     "Without depth, failures are detected against a reference alone. Choose one under Track, "
     "Errors against."
 )
 
 
-class FailureController(QObject):
+class FailureController:
     """The failures of the active run: found when a fact changes, listed, shown and gone to."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.panel = FailuresPanel()
+        self.panel = FailuresPanel(
+            lambda place: self._choose(self._at(place)),
+            lambda place: self._jump(self._at(place)),
+            self._on_filtered,
+        )
         self._dock = context.docks.add("failures", "Failures", self.panel)
         self._lanes: tuple[FailureSegment, ...] = ()
         self._known: WeakKeyDictionary[RunEntry, Found] = WeakKeyDictionary()
         self._asked: WeakKeyDictionary[RunEntry, Hashable] = WeakKeyDictionary()
         self._work: tuple[RunEntry, Task] | None = None
         self.chosen: FailureSegment | None = None
-        """The failure that is chosen, if it is listed."""
         self._filter = Filter()
         self._told: tuple[Found | None, bool] = None, False
-        self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer = later(context.session, self._look, _DELAY_MS)
         self._pictures = LatestOnly(
             _Wanted.drawn, "draw failures", self._on_picture, self._on_no_picture
         )
@@ -95,18 +184,12 @@ class FailureController(QObject):
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
         panel.set_choices(MEASURED_LIMBS, causes, found)
-        panel.chosen.connect(lambda place: self._choose(self._at(place)))
-        panel.activated.connect(self._on_activated)
-        panel.filtered.connect(self._on_filtered)
-        for signal in (
-            session.judging.judged, session.runs.active_changed, session.track.finished,
-            context.view_state.threshold_changed,
-        ):  # fmt: skip
-            signal.connect(self._look_soon)
+        watch = session.changes.watch
+        facts = Part.JUDGEMENT | Part.ACTIVE_RUN | Part.RUN_ENDED | Part.THRESHOLD
+        watch(facts, self._timer.start)
+        watch(Part.WORKSPACE, self.show)
+        watch(Part.RECORDING_CLOSED | Part.WINDOW_CLOSING, self._forget_pictures)
         self._dock.visibilityChanged.connect(self._on_seen)
-        context.docks.workspace_changed.connect(self.show)
-        for signal in (session.closed, session.closing):
-            signal.connect(self._forget_pictures)
         context.tasks.watch(lambda: not self._working() and self._pictures.settled())
 
     # ---- facts
@@ -167,11 +250,6 @@ class FailureController(QObject):
 
     # ---- finding
 
-    @Slot()
-    def _look_soon(self) -> None:
-        self._timer.start()
-
-    @Slot()
     def _look(self) -> None:
         """Find the failures again if a fact has changed, and show what is known."""
         session, entry = self._session, self._session.runs.active
@@ -218,7 +296,6 @@ class FailureController(QObject):
         self._asked[entry], self._work = what, (entry, task)
         task.ended.connect(self._on_ended)
 
-    @Slot()
     def _on_ended(self) -> None:
         self._work = None
         self._look()
@@ -233,7 +310,6 @@ class FailureController(QObject):
 
     # ---- showing
 
-    @Slot()
     def show(self) -> None:
         listed, chosen, docks = self.listed, self.chosen, self._context.docks
         place = listed.index(chosen) if chosen in listed else -1
@@ -261,18 +337,15 @@ class FailureController(QObject):
             self._pictured = _Wanted(search, recording, failure, reader, paper)
             self._pictures.ask(self._pictured)
 
-    @Slot(object, object)
     def _on_picture(self, wanted: _Wanted, pixels: ImageArray) -> None:
         if wanted is self._pictured:
             self.panel.evidence.show_picture(pixels)
 
-    @Slot(object, object)
     def _on_no_picture(self, wanted: _Wanted, error: Exception) -> None:
         if wanted is self._pictured:
             self.panel.evidence.show_picture(None)
             self._context.notifier.error(error)
 
-    @Slot()
     def _forget_pictures(self) -> None:
         self._pictures.close()
         self._pictured = None
@@ -307,10 +380,9 @@ class FailureController(QObject):
         last = min(chosen.last + around, self._session.document.frame_count - 1)
         return range(max(0, chosen.first - around), last + 1)
 
-    @Slot(bool)
     def _on_seen(self, seen: bool) -> None:
         if seen:
-            self._look_soon()
+            self._timer.start()
             self.show()
 
     # ---- what a person does in the panel
@@ -324,18 +396,13 @@ class FailureController(QObject):
             self.chosen = failure
             self.show()
 
-    @Slot(int)
-    def _on_activated(self, place: int) -> None:
-        failure = self._at(place)
-        if failure is not None:
-            self._jump(failure)
-
-    @Slot(str, str, str)
     def _on_filtered(self, limb: str, cause: str, found: str) -> None:
         self._filter = Filter(limb, cause, found)
         self._keep_choice()
 
-    def _jump(self, failure: FailureSegment) -> None:
+    def _jump(self, failure: FailureSegment | None) -> None:
+        if failure is None:
+            return
         self._choose(failure)
         self.panel.choose(self.listed.index(failure))  # whatever is selected there
         if not self.looping():

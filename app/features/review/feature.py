@@ -1,7 +1,5 @@
 """Review: where a run fails, and why."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -1,13 +1,11 @@
 """The plot of errors and the timeline's lanes of the runs follow their judgements."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, Slot
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStackedWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -15,6 +13,7 @@ from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
+from ...session.changes import RECORDING, Part
 from ...session.judgement import (
     LOST_SHARE,
     MEASURED_LIMBS,
@@ -30,28 +29,28 @@ from ...widgets.style.building import label
 from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, limb_words
 from ...widgets.timeline.lanes import Lane, Span
 
-_FULL_DEG = 45.0
-"""Angle that is shown in a lane's full colour; more than this is a lost limb."""
-
+_FULL_DEG = 45.0  # angle that is shown in a lane's full colour; more than this is a lost limb
 _NO_CURVES = (
     "Run the tracker to see the error of each limb: against the reference where there is one, "
     "otherwise as estimated by the tracker."
 )
 
 
-class ErrorCurves(QObject):
+class ErrorCurves:
     """Draws the error of every limb; its threshold is everybody's."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
-        self.plot = ErrorPlot()
+        self.plot = ErrorPlot(
+            context.session.document.visit,
+            context.view_state.set_threshold,
+            context.docks.timeline.set_visible_range,
+        )
         self._drawn: tuple[list[DrawnRun], int] = [], 0
         self._lanes_of: tuple[object, ...] = ()
-        self._no_curves = label(_NO_CURVES, "muted", margins=(16, 0, 16, 0))
-        self._no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        centre = Qt.AlignmentFlag.AlignCenter
+        self._no_curves = label(_NO_CURVES, "muted", margins=(16, 0, 16, 0), align=centre)
         self.stack = QStackedWidget()
-        """The plot, or words while there is nothing to draw."""
         self.stack.addWidget(self.plot)
         self.stack.addWidget(self._no_curves)
         # the plot says by itself what it shows, and its height is wanted for curves
@@ -61,19 +60,15 @@ class ErrorCurves(QObject):
     def _connect(self) -> None:
         plot, session, state = self.plot, self._session, self._context.view_state
         timeline = self._context.docks.timeline
-        plot.frame_requested.connect(session.document.visit)
-        plot.threshold_changed.connect(state.set_threshold)
-        state.threshold_changed.connect(plot.set_threshold)
-        plot.visible_range_changed.connect(timeline.set_visible_range)
         timeline.visible_range_changed.connect(plot.set_visible_range)
         timeline.margins_changed.connect(plot.set_margins)
         plot.set_margins(*timeline.margins)
-        session.document.frame_changed.connect(plot.set_frame)
-        session.judging.judged.connect(lambda: self._context.docks.redraw.soon(self.show))
-        session.opened.connect(self.show)
-        session.closed.connect(self.show)
+        watch = session.changes.watch
+        watch(Part.THRESHOLD, lambda: plot.set_threshold(state.threshold))
+        watch(Part.FRAME, lambda: plot.set_frame(session.document.frame))
+        watch(Part.JUDGEMENT, lambda: self._context.docks.redraw.soon(self.show))
+        watch(RECORDING, self.show)
 
-    @Slot()
     def show(self) -> None:
         judging, runs, document = self._session.judging, self._session.runs, self._session.document
         recording, count = document.recording, document.frame_count

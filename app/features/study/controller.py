@@ -9,20 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QAbstractItemView, QFileDialog
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.study.description import (
-    SUFFIX,
-    Listed,
-    Study,
-    StudySettings,
-    read_study,
-    with_recordings,
-    write_study,
-)
+from stereotrack_core.study import description
 from stereotrack_core.study.run import Outcome, plan_study, run_study
 from stereotrack_core.study.status import RowStatus, study_status
 from stereotrack_core.study.store import stored_results
@@ -31,12 +22,13 @@ from stereotrack_core.study.workers import LocalWorkers
 from ...context import Context
 from ...services.actions import Menu
 from ...services.tasks.task import Task
+from ...session.changes import Part
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
 from .results import ResultsPanel
 from .settings_form import SettingsForm, apply_to_panel, panel_settings, study_of_open
 from .window import StudyWindow
 
-_FILTER = f"Study (*{SUFFIX})"
+_FILTER = f"Study (*{description.SUFFIX})"
 
 
 def register(context: Context) -> StudyController:
@@ -57,17 +49,16 @@ def register(context: Context) -> StudyController:
     return studies
 
 
-class StudyController(QObject):
+class StudyController:
     """Opens a study, keeps its table up to date, and does what a person wants with its rows."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         self._task: Task | None = None
         self._reads = False
         self._content = b""
         self.window: StudyWindow | None = None
-        context.session.opening.study_wanted.connect(self.open_study)
+        context.session.changes.hear(Part.STUDY_WANTED, self.open_study)
 
     @property
     def working(self) -> bool:
@@ -86,13 +77,17 @@ class StudyController(QObject):
     def ask_for_new(self) -> None:
         """Let the person choose where a new study is kept, and show it; nothing is overwritten."""
         folder, parent = self._folder(), self._context.docks.dialog_parent
-        proposed = folder / f"{folder.name or 'walks'}{SUFFIX}"
+        proposed = folder / f"{folder.name or 'walks'}{description.SUFFIX}"
         ask_to_save(parent, "New study", proposed, _FILTER, self.new_study, goes_on=True)
 
     def new_study(self, path: Path) -> None:
-        path = path.with_name(path.name.removesuffix(".toml").removesuffix(".study") + SUFFIX)
-        study = Study(path, settings=panel_settings(self._session, StudySettings()))
-        if path.exists() or self._context.notifier.attempt(lambda: write_study(study)):
+        path = path.with_name(
+            path.name.removesuffix(".toml").removesuffix(".study") + description.SUFFIX
+        )
+        study = description.Study(
+            path, settings=panel_settings(self._session, description.StudySettings())
+        )
+        if path.exists() or self._context.notifier.attempt(lambda: description.write_study(study)):
             self.open_study(path)
 
     def sweep(self) -> None:
@@ -102,14 +97,13 @@ class StudyController(QObject):
             return
         folder = recording.folder.resolve()
         beside = folder.parent if os.access(folder.parent, os.W_OK) else Path.home()
-        path = beside / f"{folder.name}-sweep{SUFFIX}"
+        path = beside / f"{folder.name}-sweep{description.SUFFIX}"
         made = study_of_open(self._context, path)
-        if path.exists() or self._context.notifier.attempt(lambda: write_study(made)):
+        if path.exists() or self._context.notifier.attempt(lambda: description.write_study(made)):
             self.open_study(path)
             if self.window is not None:
                 self.window.tabs.setCurrentWidget(self.window.form)
 
-    @Slot(object)
     def open_study(self, path: Path) -> None:
         if self._busy:
             words = "A study is at work. Wait, or stop it before another one is opened."
@@ -123,7 +117,7 @@ class StudyController(QObject):
             self.refresh()
 
     def _read(self, path: Path) -> None:
-        study = read_study(path)
+        study = description.read_study(path)
         self._content = _content(study.path)
         if self.window is None:
             self.window = self._made()
@@ -148,7 +142,7 @@ class StudyController(QObject):
 
     # ---- edits
 
-    def edit(self, change: Callable[[Study], Study]) -> bool:
+    def edit(self, change: Callable[[description.Study], description.Study]) -> bool:
         """Make an edit and save it; what another program has written is never overwritten."""
         window = self.window
         if window is None:
@@ -163,7 +157,7 @@ class StudyController(QObject):
                     where=str(study.path),
                     remedy="Refresh reads it again; then make the edit again.",
                 )
-            write_study(study)
+            description.write_study(study)
         except InputError as error:
             window.say(str(error), error=True)
             return False
@@ -177,7 +171,7 @@ class StudyController(QObject):
         return True
 
     def remove(self, recordings: Sequence[str]) -> None:
-        def without(study: Study) -> Study:
+        def without(study: description.Study) -> description.Study:
             left = [row for row in study.rows if row.recording not in recordings]
             return replace(study, rows=tuple(left))
 
@@ -205,10 +199,10 @@ class StudyController(QObject):
             return
         study = window.study
 
-        def look(task: Task) -> Listed:
-            return with_recordings(study, folders, cancelled=task.token.cancelled)
+        def look(task: Task) -> description.Listed:
+            return description.with_recordings(study, folders, cancelled=task.token.cancelled)
 
-        def done(listed: Listed) -> None:
+        def done(listed: description.Listed) -> None:
             if self.edit(lambda _: listed.study):
                 window.say(f"{counted(len(listed.added), 'recording')} added.")
                 window.select(listed.added)
@@ -223,7 +217,6 @@ class StudyController(QObject):
 
     # ---- work
 
-    @Slot()
     def refresh(self) -> None:
         window = self.window
         if window is None or self._busy:
@@ -310,7 +303,6 @@ class StudyController(QObject):
             self.window.show_working(title)
             task.progressed.connect(if_wanted(self._show_progress))
 
-    @Slot()
     def stop(self) -> None:
         if self._task is not None:
             self._task.cancel()
@@ -346,7 +338,6 @@ class StudyController(QObject):
 
 
 def _content(path: Path) -> bytes:
-    """Content of a file; empty if it is not there."""
     try:
         return path.read_bytes()
     except OSError:

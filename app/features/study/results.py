@@ -1,26 +1,16 @@
 """The plot of a table of runs, with the values behind a point."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.measures import measure_named
-from stereotrack_core.study.store import (
-    AVERAGED,
-    RunTable,
-    axis_of,
-    curves_of,
-    read_table,
-    words_of,
-)
+from stereotrack_core.study import store
 
 from ...widgets.forms.form_dialog import push_button
 from ...widgets.plots.study_plot import StudyPlot
@@ -40,13 +30,12 @@ class ResultsPanel(QWidget):
 
     def __init__(self, apply: Callable[[Mapping[str, str]], object]) -> None:
         super().__init__()
-        self.table: RunTable | None = None
+        self.table: store.RunTable | None = None
         self.path: Path | None = None
         self._read_at = 0
         self._chosen: dict[str, str] = {}
         self.file_label, self.averaged_label = label(_EMPTY, "muted"), label("", "muted")
-        self.plot = StudyPlot()
-        self.plot.rows_chosen.connect(self.choose)
+        self.plot = StudyPlot(self.choose)
         self.chosen_label = label("")
         self.take_button = push_button(
             "Apply to &parameter panel", lambda: apply(dict(self._chosen))
@@ -59,7 +48,7 @@ class ResultsPanel(QWidget):
         self._allow()
 
     def show_table(self, path: Path) -> None:
-        table, first = read_table(path), path != self.path
+        table, first = store.read_table(path), path != self.path
         self._read_at = path.stat().st_mtime_ns
         self.path, self.table = path, table
         self._fill(table, keep=not first)
@@ -84,13 +73,14 @@ class ResultsPanel(QWidget):
         except (OSError, InputError):
             return
 
-    @Slot()
     def draw(self) -> None:
         table, across, second, up = self._wanted()
         if table is None or not across or not up:
             self.plot.clear()
             return
-        self.plot.show_curves(axis_of(table, across), up, curves_of(table, across, up, second))
+        self.plot.show_curves(
+            store.axis_of(table, across), up, store.curves_of(table, across, up, second)
+        )
         over = [one.replace("_", " ") for one in table.varied if one not in (across, second)]
         words = "Each point is one run."
         if over:
@@ -99,7 +89,6 @@ class ResultsPanel(QWidget):
             words += f"deviation over {named}."
         self.averaged_label.setText(words)
 
-    @Slot(object)
     def choose(self, rows: tuple[int, ...]) -> None:
         table = self.table
         if table is None:
@@ -114,7 +103,6 @@ class ResultsPanel(QWidget):
         )
         self._allow()
 
-    @Slot()
     def choose_best(self) -> None:
         if self.table is not None:
             self.choose(self.table.best(str(self.measure.currentData())))
@@ -134,7 +122,7 @@ class ResultsPanel(QWidget):
         self.best_button.setEnabled(self.table is not None)
         self.take_button.setEnabled(bool(self._chosen))
 
-    def _wanted(self) -> tuple[RunTable | None, str, str, str]:
+    def _wanted(self) -> tuple[store.RunTable | None, str, str, str]:
         across, second = self.across.currentData() or "", self.second.currentData() or ""
         up = self.measure.currentData() or ""
         return self.table, across, second if second != across else "", up
@@ -151,7 +139,7 @@ class ResultsPanel(QWidget):
         row.addStretch(1)
         return row
 
-    def _fill(self, table: RunTable, *, keep: bool) -> None:
+    def _fill(self, table: store.RunTable, *, keep: bool) -> None:
         boxes = (self.across, self.second, self.measure)
         old = [box.currentData() if keep else None for box in boxes]
         names = table.varied or tuple(table.settled)[:1]
@@ -159,11 +147,11 @@ class ResultsPanel(QWidget):
             box.clear()
         self.second.addItem("nothing", "")
         for name in names:
-            self.across.addItem(words_of(name), name)
-            self.second.addItem(words_of(name), name)
+            self.across.addItem(store.words_of(name), name)
+            self.second.addItem(store.words_of(name), name)
         for name in table.measures:
-            self.measure.addItem(words_of(name), name)
-        chosen = [name for name in names if name not in AVERAGED] or list(names)
+            self.measure.addItem(store.words_of(name), name)
+        chosen = [name for name in names if name not in store.AVERAGED] or list(names)
         few = [name for name in chosen[1:] if len(table.values(name)) <= _MOST_COLOURS]
         favourite = [name for name in _FAVOURITES if name in table.measures]
         usual = ([*chosen, None][0], [*few, ""][0], [*favourite, None][0])
@@ -172,7 +160,7 @@ class ResultsPanel(QWidget):
             box.setCurrentIndex(place if place >= 0 else max(0, box.findData(otherwise)))
 
 
-def _figures(table: RunTable, rows: tuple[int, ...], name: str) -> str:
+def _figures(table: store.RunTable, rows: tuple[int, ...], name: str) -> str:
     """Mean and spread of a measure: ``forearms 9.1 ± 0.5 deg``."""
     measure, values = measure_named(name), table.numbers(name)[list(rows)]
     values = values[np.isfinite(values)]

@@ -1,7 +1,5 @@
 """The settings of a study in its window: values that are varied, seeds, frames, processes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path

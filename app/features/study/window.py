@@ -1,11 +1,9 @@
 """The window of a study: its recordings, its settings, and the plot of its results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt, Slot
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QLineEdit, QPushButton, QTabWidget, QWidget
 
 from stereotrack_core.counting import counted
@@ -15,7 +13,7 @@ from stereotrack_core.study.description import Study
 from stereotrack_core.study.status import COLUMNS, RowStatus
 
 from ...widgets.forms.form_dialog import line_edit, push_button, say_in
-from ...widgets.style.building import hbox, label, scrolled, thin_progress, vbox
+from ...widgets.style.building import allow, hbox, label, scrolled, thin_progress, vbox
 from ...widgets.tables.table import LEFT, RIGHT, STRETCH, Cell, CellTable, Column
 from .results import ResultsPanel
 from .settings_form import SettingsForm
@@ -23,8 +21,7 @@ from .settings_form import SettingsForm
 _FACTOR_TIP = "A factor of the recordings, as the study file states it."
 _HINT = "The selected recordings, or all if none is selected"
 _EMPTY = "The study has no recordings yet. Add folders with recordings."
-_UNKNOWN = float("-inf")
-"""Value by which unknown cells are sorted: before all numbers."""
+_UNKNOWN = float("-inf")  # value by which unknown cells are sorted: before all numbers
 
 
 def _columns(factors: tuple[str, ...]) -> tuple[Column, ...]:
@@ -140,10 +137,10 @@ class StudyWindow(QDialog):
         self.progress.setVisible(bool(what))
         idle, busy = "" if what else "Nothing is being done.", f"{what}. Wait, or stop it."
         why_not = busy.capitalize() if what else ""
-        _allow(self.stop_button, idle, "Stop; what is finished is kept")
-        _allow(self.track_button, why_not, f"{_HINT}: track them with the settings")
-        _allow(self.refresh_button, why_not, "Read the study and its recordings again")
-        _allow(self.add_button, why_not, "Add the recordings in and below folders")
+        allow(self.stop_button, idle, "Stop; what is finished is kept")
+        allow(self.track_button, why_not, f"{_HINT}: track them with the settings")
+        allow(self.refresh_button, why_not, "Read the study and its recordings again")
+        allow(self.add_button, why_not, "Add the recordings in and below folders")
         self.form.setEnabled(not what)
         self._follow_table()
 
@@ -166,7 +163,6 @@ class StudyWindow(QDialog):
         for k, one in enumerate(COLUMNS, start=first):
             self.view.setColumnHidden(k, all(one.value(row) is None for row in self.rows))
 
-    @Slot()
     def _count(self) -> None:
         try:
             settings = self.form.settings()
@@ -179,17 +175,15 @@ class StudyWindow(QDialog):
         parts = (counted(points, "point"), counted(len(self.rows), "recording"))
         say_in(self.count, f"{counted(runs, 'run')}: {', '.join(parts)}, {counted(seeds, 'seed')}.")
 
-    @Slot()
     def _follow_table(self) -> None:
         self.results.follow(self.study.table)
 
-    @Slot()
     def _show_messages(self) -> None:
         rows = self.selected()
         single = "" if len(rows) == 1 else "Select one recording first."
         some = "" if rows else "Select recordings first."
-        _allow(self.open_button, single, "Open the recording in the workbench")
-        _allow(self.remove_button, some, "Remove from the study; no file is deleted")
+        allow(self.open_button, single, "Open the recording in the workbench")
+        allow(self.remove_button, some, "Remove from the study; no file is deleted")
         if len(rows) != 1:
             self.messages.setText("Select one recording to see its messages." if self.rows else "")
         else:
@@ -215,8 +209,3 @@ class StudyWindow(QDialog):
         flags = QItemSelectionModel.SelectionFlag
         self.view.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
         self._show_messages()
-
-
-def _allow(button: QPushButton, why_not: str, tip: str) -> None:
-    button.setEnabled(not why_not)
-    button.setToolTip(f"{tip}. Unavailable: {why_not}" if why_not else tip)

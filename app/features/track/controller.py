@@ -1,7 +1,5 @@
 """The panel of runs, their comparison, and the numbers of one frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
@@ -9,7 +7,6 @@ from typing import TypeAlias
 from weakref import ref
 
 import numpy as np
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted, spread_words
@@ -19,6 +16,7 @@ from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ...context import Context
+from ...session.changes import RECORDING, Part
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
 from ...session.judgement import (
     TORSO_POSITION,
@@ -41,15 +39,20 @@ _AGAINST = "errors_against"
 _DETECTOR_HELPS = "A pose detector tells front from back: Track, Install pose detector …"
 
 
-class RunsController(QObject):
+class RunsController:
     """Connects runs with the project, the panels and the commands."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         docks = context.docks
         self.keeper = RunKeeper(context)
-        self.panel, self.numbers = RunsPanel(), NumbersPanel()
+        runs = context.session.runs
+        self.panel = RunsPanel(
+            lambda i: runs.activate(runs.entries[i]),
+            lambda i, shown: runs.show(runs.entries[i], visible=shown),
+            lambda i, name: self.keeper.rename(runs.entries[i], name),
+        )
+        self.numbers = NumbersPanel()
         self.comparison = ComparisonPanel()
         docks.add("runs", "Runs", self.panel)
         docks.add("numbers", "Frame metrics", self.numbers)
@@ -61,42 +64,34 @@ class RunsController(QObject):
         context.tasks.watch(self.keeper.settled)
 
     def _connect(self) -> None:
-        session, runs = self._session, self._session.runs
-        self.panel.activated.connect(lambda i: runs.activate(runs.entries[i]))
-        self.panel.shown.connect(lambda i, shown: runs.show(runs.entries[i], visible=shown))
-        self.panel.renamed.connect(lambda i, name: self.keeper.rename(runs.entries[i], name))
-        redraw = self._context.docks.redraw
-        for piece in (self._show_runs, self._show_numbers, self.show_comparison):
-            session.judging.judged.connect(partial(redraw.soon, piece))
-        session.opened.connect(self.show)
-        session.closed.connect(self.show)
-        session.document.frame_changed.connect(lambda: redraw.soon(self._show_numbers))
-        session.track.finished.connect(self._on_finished)
-        session.project.opened.connect(self._on_project)
-        self._context.view_state.selection_changed.connect(self.show_comparison)
+        session = self._session
+        watch, soon = session.changes.watch, self._context.docks.redraw.soon
+        watch(Part.JUDGEMENT, partial(soon, self._show_runs))
+        watch(Part.JUDGEMENT | Part.FRAME, partial(soon, self._show_numbers))
+        watch(Part.JUDGEMENT, partial(soon, self.show_comparison))
+        watch(RECORDING, self.show)
+        session.changes.hear(Part.RUN_ENDED, self._on_finished)
+        watch(Part.PROJECT_OPENED, self._on_project)
+        watch(Part.SELECTION, self.show_comparison)
 
     # ---- following
 
-    @Slot()
     def show(self) -> None:
         self._show_runs()
         self._show_numbers()
         self.show_comparison()
 
-    @Slot()
     def _show_runs(self) -> None:
         self.panel.show_rows([self.row(entry) for entry in self._session.runs.entries])
         if self._finished is not None and self._session.judging.settled():
             self._say_how_it_ended(self._finished)
             self._finished = None
 
-    @Slot()
     def _show_numbers(self) -> None:
         active = self._session.runs.active
         tracked = active.at(self._session.document.frame) if active is not None else None
         self.numbers.show_rows(number_rows(tracked, self._session.judging.of(active)))
 
-    @Slot(object)
     def _on_finished(self, entry: RunEntry) -> None:
         self._finished = entry  # and is said when it is judged
 
@@ -109,7 +104,6 @@ class RunsController(QObject):
         frames = counted(len(entry.frames), "frame")
         self._context.notifier.say(f"{entry.name}: {frames} tracked{arms}.", 8000)
 
-    @Slot()
     def _on_project(self) -> None:
         project = self._session.project.project
         if project is not self._project:
@@ -193,7 +187,6 @@ class RunsController(QObject):
 
     # ---- comparison
 
-    @Slot()
     def show_comparison(self) -> None:
         shown = shown_beside_each_other(
             self._session.runs.entries, self._session.runs.active, self._session.judging.all()
@@ -240,8 +233,7 @@ def _when(made: str) -> str:
     return f"{then:%H:%M}" if then.date() == today else f"{then:%Y-%m-%d}"
 
 
-_NumberRow: TypeAlias = tuple[str, str, str, str]
-"""Limb, label, value and hint."""
+_NumberRow: TypeAlias = tuple[str, str, str, str]  # limb, label, value and hint
 
 
 def number_rows(tracked: TrackedFrame | None, judgement: Judgement | None) -> list[_NumberRow]:

@@ -1,14 +1,12 @@
 """Track: the tracker, its runs, and how they compare."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...session.judgement import Against
-from ...session.session import Session
+from ...session.session import Session, unless
 from ...session.tracker import FIRST_POSES
 from .controller import RunsController
 
@@ -22,7 +20,6 @@ _REFERENCES: dict[Against, tuple[str, str]] = {
         "Measure errors against the trajectory fitted to the clicks, and state its accuracy.",
     ),
 }
-"""Sources of truth for errors: name and help of each."""
 
 
 def register(context: Context) -> RunsController:
@@ -47,22 +44,17 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
     def idle() -> str:
         return session.not_tracked() or session.tracker_works()
 
-    def no_selection() -> str:
-        none = "No frames are selected. Select some in the timeline with Shift+drag."
-        return "" if context.view_state.selection else none
+    def begins_with(name: str) -> bool:
+        return tracker.first_pose == name
 
-    def in_progress() -> str:
-        active = session.runs.active is track.entry
-        return "This run is in progress. Stop it first." if active else ""
-
-    def not_removed() -> str:
-        return "" if runs.keeper.removed else "No run was removed from the project."
+    def toggle_follow() -> None:
+        tracker.follow = not tracker.follow
 
     command = Menu("&Track").command
     first_poses = [
         Menu("&Track/Initial pose", session.no_depth).command(
             f"first_pose_{name.replace(' ', '_')}", title, tip,
-            partial(tracker.choose_first_pose, name), checked=partial(tracker.begins_with, name),
+            partial(setattr, tracker, "first_pose", name), checked=partial(begins_with, name),
         )
         for name, (title, tip) in FIRST_POSES.items()
     ]  # fmt: skip
@@ -71,31 +63,32 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
                 tracker.run, "F8", "run-tracker", why_not=idle),
         command("pause", "Pause", "Pause the tracker after the current frame.", track.pause,
                 "Shift+F8", "pause",
-                why_not=lambda: "" if track.running else "The tracker is not running."),
+                why_not=lambda: unless(track.running, "The tracker is not running.")),
         command("step", "Track one frame", "Track one frame, then pause.", tracker.step, "F10",
                 "step-tracker", why_not=idle),
         command("stop", "Stop run", "Stop the run in progress and keep the frames tracked so far.",
                 track.stop, "Ctrl+.", "stop",
-                why_not=lambda: "" if track.entry is not None else "No run is in progress."),
+                why_not=lambda: unless(track.entry, "No run is in progress.")),
         command("run_here", "Run from current frame", "Start a new run at this frame, from the "
                 "pose of the active run if it has one here.", tracker.run_from_here, "Ctrl+F8",
                 "next", why_not=idle, section=True),
         command("run_selection", "Run on selection", "Track the selected frames as a new run.",
                 tracker.run_selection, "Ctrl+Shift+F8", "selection",
-                why_not=lambda: idle() or no_selection()),
+                why_not=lambda: idle() or unless(context.view_state.selection, "No frames are "
+                "selected. Select some in the timeline with Shift+drag.")),
         *first_poses,
         command("use_keypoints", "Use keypoints", "Track the next run with the keypoints that a "
                 "detector has predicted, beside the point cloud or, in mono views, in its place.",
                 keypoints.toggle, why_not=lambda: session.no_project() or keypoints.why_none(),
                 checked=lambda: keypoints.wanted),
         command("follow", "Follow tracker", "Show each frame as soon as it is tracked.",
-                tracker.toggle_follow, "F", checked=lambda: tracker.follow),
+                toggle_follow, "F", checked=lambda: tracker.follow),
         command("hide_run", "Show active run", "Show or hide the model and the curves of the "
                 "active run.", tracker.toggle_run, "H", "model", why_not=session.no_run,
                 section=True),
         command("next_run", "Next run", "Make the next run the active one.",
                 tracker.activate_next_run, "T", "compare", why_not=lambda: session.no_run()
-                or ("" if len(session.runs.entries) > 1 else "There is only one run.")),
+                or unless(len(session.runs.entries) > 1, "There is only one run.")),
         command("keep_run", "Store run in project", "Store a run that was opened from a file in "
                 "the project. Runs tracked here are stored automatically.",
                 partial(runs.with_active, runs.keeper.keep), icon="save",
@@ -103,10 +96,13 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         command("remove_run", "Remove run", "Remove the active run from the list and from the "
                 "project; Restore run brings it back. Files are not deleted.",
                 partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
-                why_not=lambda: session.no_run() or in_progress()),
+                why_not=lambda: session.no_run() or unless(
+                    session.runs.active is not track.entry,
+                    "This run is in progress. Stop it first.")),
         command("restore_run", "Restore run", "Bring back the run that was removed last from the "
                 "project.", runs.keeper.restore, icon="undo",
-                why_not=lambda: session.no_edit() or not_removed()),
+                why_not=lambda: session.no_edit() or unless(
+                    runs.keeper.removed, "No run was removed from the project.")),
         *_against(session, runs),
     ]  # fmt: skip
 

@@ -1,55 +1,34 @@
 """Runs are stored in the project when they end; stored runs are listed, and read when shown."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
-from weakref import WeakKeyDictionary, WeakSet
-
-from PySide6.QtCore import QObject, QTimer, Slot
+from weakref import WeakSet
 
 from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.errors import InputError
+from stereotrack_core.project import runs as project_runs
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.runs import (
-    KeptRun,
-    RenameRun,
-    RestoreRun,
-    RunFacts,
-    TakenIn,
-    delete_run,
-    facts_of_meta,
-    free_name,
-    keep_run,
-    kept_runs,
-    load_run,
-    place_for_run,
-    removed_runs,
-    run_facts,
-    take_in,
-    unfinished_runs,
-)
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.stored import body_of_run
 
 from ...context import Context
 from ...services.tasks.task import Task
+from ...session.changes import Part
 from ...session.runs import RunEntry, frames_of_run
 from ...widgets.forms.message import Message
+from ...widgets.redraw import later
 
 _SHOWN = "runs_shown"
 
 
-class RunKeeper(QObject):
+class RunKeeper:
     """Keeps runs in the project, and lists those that it has.
 
     Entries are changed in the window's thread alone.
     """
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         session = context.session
         self._document, self._tasks = session.document, context.tasks
         self._notifier = context.notifier
@@ -59,18 +38,13 @@ class RunKeeper(QObject):
         self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
         self._removed: list[str] = []
-        self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
         self._taking: Task | None = None
-        session.track.place_for_run = self._place_for_run
-        self._soon = QTimer(self, singleShot=True, interval=0)
-        self._soon.timeout.connect(self._look)
-        project, runs = session.project, session.runs
-        for signal in (
-            project.opened, session.track.state_changed, runs.changed, runs.active_changed,
-        ):  # fmt: skip
-            signal.connect(self._look_soon)
-        project.closing.connect(self._keep_what_is_left)
-        project.closed.connect(self._forget)
+        self._soon = later(context.session, self._look)
+        watch = session.changes.watch
+        facts = Part.PROJECT_OPENED | Part.TRACKING | Part.RUNS | Part.ACTIVE_RUN
+        watch(facts, self._soon.start)
+        watch(Part.PROJECT_CLOSING, self._keep_what_is_left)
+        watch(Part.PROJECT_CLOSED, self._forget)
 
     # ---- facts
 
@@ -90,14 +64,11 @@ class RunKeeper(QObject):
             return "A run opened from a file is stored with Store run in project."
         return self._project.why_no_edit() or "The run is not stored yet."
 
-    def facts(self, entry: RunEntry) -> RunFacts | None:
+    def facts(self, entry: RunEntry) -> project_runs.RunFacts | None:
         if entry.facts is not None:
             return entry.facts
         if entry is self._track.entry:
             return None
-        known = self._facts.get(entry)
-        if known is not None and known[0] == len(entry.frames):
-            return known[1]
         if entry.stored is not None:
             meta = entry.stored.meta
         elif entry.origin is not None:
@@ -105,16 +76,14 @@ class RunKeeper(QObject):
         else:
             return None
         tracked = sum(frame.tracked for frame in entry.frames.values())
-        facts = run_facts(facts_of_meta(meta, entry.numbers(), tracked))
-        self._facts[entry] = (len(entry.frames), facts)
-        return facts
+        return project_runs.run_facts(project_runs.facts_of_meta(meta, entry.numbers(), tracked))
 
     # ---- what a person does
 
     def keep(self, entry: RunEntry) -> None:
         self._tried.discard(entry)
         self._wanted.add(entry)
-        self._look_soon()
+        self._soon.start()
 
     def rename(self, entry: RunEntry, name: str) -> None:
         name = name.strip()
@@ -123,7 +92,7 @@ class RunKeeper(QObject):
         if not entry.kept:
             self._runs.rename(entry, name)
             return
-        if self._project.apply(RenameRun(entry.kept, name)) is not None:
+        if self._project.apply(project_runs.RenameRun(entry.kept, name)) is not None:
             entry.kept = entry.name = name
         self._runs.tell()  # where it was refused, the list shows the old name again
 
@@ -132,7 +101,7 @@ class RunKeeper(QObject):
         if entry in self._busy:
             return
         if entry.kept:
-            if self._project.apply(delete_run(entry.kept)) is None:
+            if self._project.apply(project_runs.delete_run(entry.kept)) is None:
                 return
             self._removed.append(entry.kept)
         self._runs.remove(entry)
@@ -145,16 +114,11 @@ class RunKeeper(QObject):
         project = self._project.project
         if project is not None and self._removed:
             name = self._removed.pop()
-            if self._project.apply(RestoreRun(name)) is not None:
+            if self._project.apply(project_runs.RestoreRun(name)) is not None:
                 self._list(project, shown=[name])
 
     # ---- following what happens
 
-    @Slot()
-    def _look_soon(self, _what: object = None) -> None:
-        self._soon.start()
-
-    @Slot()
     def _look(self) -> None:
         """List, keep and read whatever is to be listed, kept and read now."""
         project = self._project.project
@@ -201,7 +165,9 @@ class RunKeeper(QObject):
         task.ended.connect(self._on_ended)
         self._busy[entry] = task
 
-    def _on_kept(self, project: Project, entry: RunEntry, asked: str, row: KeptRun) -> None:
+    def _on_kept(
+        self, project: Project, entry: RunEntry, asked: str, row: project_runs.KeptRun
+    ) -> None:
         if project is not self._project.project:
             return  # closed meanwhile; the next time it is opened it has the run
         wanted = entry.name
@@ -220,15 +186,13 @@ class RunKeeper(QObject):
         entry.stored, entry.body, frames = read
         entry.frames.update(frames)
         entry.wall_seconds = float(entry.stored.meta.get("wall_seconds") or 0.0)
-        self._runs.tell()
-        if entry is self._runs.active:
-            self._runs.active_changed.emit()
+        active = entry is self._runs.active
+        self._runs.tell(Part.RUNS | Part.ACTIVE_RUN if active else Part.RUNS)
 
-    @Slot()
     def _on_ended(self) -> None:
         under_way = self._tasks.tasks
         self._busy = {key: task for key, task in self._busy.items() if task in under_way}
-        self._look_soon()
+        self._soon.start()
 
     def _list(self, project: Project, shown: list[str] | None = None) -> None:
         """Put runs of the project that are not in the list into it, and show some of them."""
@@ -247,20 +211,15 @@ class RunKeeper(QObject):
 
     # ---- what was under way when the program ended
 
-    def _place_for_run(self) -> Path | None:
-        project = self._project.project
-        return None if project is None or project.read_only else place_for_run(project.path)
-
     def _take_in_what_is_left(self, project: Project) -> None:
-        if project.read_only or not unfinished_runs(project.path):
+        if project.read_only or not project_runs.unfinished_runs(project.path):
             return
         self._taking = self._tasks.write(
             "storing interrupted runs", lambda _task: _taken_in(project), self._on_taken_in
         )
-        self._taking.ended.connect(self._look_soon)
+        self._taking.ended.connect(self._soon.start)
 
-    @Slot(object)
-    def _on_taken_in(self, taken: tuple[list[TakenIn], list[InputError]]) -> None:
+    def _on_taken_in(self, taken: tuple[list[project_runs.TakenIn], list[InputError]]) -> None:
         runs, refusals = taken
         for refusal in refusals:
             self._notifier.error(refusal)
@@ -272,15 +231,15 @@ class RunKeeper(QObject):
             remedy = "To continue a run, go to its last frame and run the tracker from there."
             self._notifier.show(Message("note", what, ", ".join(one.name for one in runs), remedy))
 
-    def _kept(self, project: Project) -> tuple[KeptRun, ...]:
+    def _kept(self, project: Project) -> tuple[project_runs.KeptRun, ...]:
         try:
-            self._removed = list(removed_runs(project.runs))
-            return kept_runs(project.runs)
+            self._removed = list(project_runs.removed_runs(project.runs))
+            return project_runs.kept_runs(project.runs)
         except InputError as error:
             self._notifier.error(error)
             return ()
 
-    def _entry_of(self, kept: KeptRun, *, visible: bool) -> RunEntry:
+    def _entry_of(self, kept: project_runs.KeptRun, *, visible: bool) -> RunEntry:
         facts, recording = kept.facts, self._document.recording
         subject = recording.subject if recording is not None else None
         first, last = facts.first, facts.last
@@ -299,7 +258,6 @@ class RunKeeper(QObject):
         if not project.read_only and project.view_settings.get(_SHOWN) != names:
             project.view_settings.set(_SHOWN, names)
 
-    @Slot()
     def _keep_what_is_left(self) -> None:
         """Store finished and stopped runs before the project is closed."""
         self._track.stop(at_once=True)
@@ -315,13 +273,12 @@ class RunKeeper(QObject):
                 self._notifier.error(error)
         self._remember_shown(project)
 
-    @Slot()
     def _forget(self) -> None:
         self._listed, self._removed = None, []
         self._tried.clear()
 
 
-def _take_row(entry: RunEntry, row: KeptRun) -> None:
+def _take_row(entry: RunEntry, row: project_runs.KeptRun) -> None:
     entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
 
 
@@ -330,25 +287,25 @@ def _from_file(entry: RunEntry) -> bool:
     return entry.path is not None and entry.origin is None
 
 
-def _kept(project: Project, wanted: str, now: RunEntry) -> KeptRun:
+def _kept(project: Project, wanted: str, now: RunEntry) -> project_runs.KeptRun:
     """Put a run into the project; may take a while, in any thread."""
     run = now.run()
     if run is None:
         raise InputError("the source of the run is not known", where=wanted)
-    name = free_name(project.runs, wanted)
-    project.apply(keep_run(name, run))
+    name = project_runs.free_name(project.runs, wanted)
+    project.apply(project_runs.keep_run(name, run))
     if now.journal is not None:
         now.journal.unlink(missing_ok=True)
-    return next(one for one in kept_runs(project.runs) if one.name == name)
+    return next(one for one in project_runs.kept_runs(project.runs) if one.name == name)
 
 
-def _taken_in(project: Project) -> tuple[list[TakenIn], list[InputError]]:
+def _taken_in(project: Project) -> tuple[list[project_runs.TakenIn], list[InputError]]:
     """Runs that were under way and are kept now, and what stood against keeping others."""
-    runs: list[TakenIn] = []
+    runs: list[project_runs.TakenIn] = []
     refusals: list[InputError] = []
-    for path in unfinished_runs(project.path):
+    for path in project_runs.unfinished_runs(project.path):
         try:
-            taken = take_in(project, path)
+            taken = project_runs.take_in(project, path)
         except InputError as error:
             refusals.append(error)
         else:
@@ -357,5 +314,5 @@ def _taken_in(project: Project) -> tuple[list[TakenIn], list[InputError]]:
 
 
 def _read(project: Project, name: str) -> tuple[Run, BodyModel, dict[int, TrackedFrame]]:
-    run = load_run(project.runs, name)
+    run = project_runs.load_run(project.runs, name)
     return run, body_of_run(run), frames_of_run(run)

@@ -1,11 +1,8 @@
 """Controller of the Tune workspace: trials beside the run, and their table."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.recording.selection import gives_depth
@@ -14,6 +11,7 @@ from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...context import Context
+from ...session.changes import Part
 from ...session.comparison import LOST_DEG
 from ...session.judgement import Judgement
 from ...session.runs import RunEntry
@@ -32,21 +30,22 @@ _WITHOUT_DEPTH = (
     "No view of this recording provides depth. Parameters that act on points of a cloud are hidden."
 )
 _TOUCHED = "tune/parameter"
-"""Where the parameter is kept that a person has touched last."""
 
 
-class TuneController(QObject):
+class TuneController:
     """Connects what is tried with the panels, the views and the project."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         session = context.session
-        self.parameters, self.panel = ParameterPanel(), TrialsPanel()
+        self.parameters = ParameterPanel()
+        self.panel = TrialsPanel(
+            self._on_trial_chosen, lambda row: self.trials.discard(self._entry(row))
+        )
         context.docks.add("parameters", "Parameters", self.parameters)
         context.docks.add("trials", "Trials", self.panel)
         self.runner = TrialRunner(session, context.tasks, self._to_prepare)
-        self.trials = TrialPresenter(session, self.runner, self.stretch)
+        self.trials = TrialPresenter(session, self.runner, self.stretch, self.show)
         self.trials.live = bool(context.settings.value("tune/live", True, type=bool))
         self.presets = PresetWork(context, self.parameters)
         self.parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
@@ -55,31 +54,25 @@ class TuneController(QObject):
         self.show_settings()
 
     def _connect(self) -> None:
-        parameters, panel = self.parameters, self.panel
+        parameters = self.parameters
         parameters.settings_changed.connect(self._session.tracker.use)
         keep = self._context.settings.setValue
         parameters.settings_changed.connect(lambda _: keep(_TOUCHED, parameters.last_touched))
         parameters.preset_box.textActivated.connect(self.presets.use)
         parameters.against_box.activated.connect(self._on_compared)
-        panel.chosen.connect(self._on_trial_chosen)
-        panel.dismissed.connect(lambda row: self.trials.discard(self._entry(row)))
         context, session = self._context, self._session
-        docks, selected = context.docks, context.view_state.selection_changed
-        for changed in (
-            self.trials.changed, self.runner.changed, docks.dock("trials").visibilityChanged,
-        ):  # fmt: skip
-            changed.connect(self.show)
-        for changed in (session.runs.active_changed, selected, docks.workspace_changed):
-            changed.connect(self.runner.make_clouds_soon)
-        for changed in (session.runs.grew, selected, session.document.frame_changed):
-            changed.connect(lambda: docks.redraw.soon(self.show_progress))
-        session.track.settings_changed.connect(self._on_settings)
-        session.judging.judged.connect(lambda: docks.redraw.soon(self.show))
-        session.runs.active_changed.connect(self.show_settings)
-        docks.workspace_changed.connect(self._on_workspace)
+        docks, watch = context.docks, session.changes.watch
+        docks.dock("trials").visibilityChanged.connect(self.show)
         docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
-        session.leaving.connect(self.stop)
-        session.opened.connect(self._show_acting)
+        watch(Part.ACTIVE_RUN | Part.SELECTION | Part.WORKSPACE, self.runner.make_clouds_soon)
+        progress = Part.RUN_FRAMES | Part.SELECTION | Part.FRAME
+        watch(progress, lambda: docks.redraw.soon(self.show_progress))
+        watch(Part.SETTINGS, self._on_settings)
+        watch(Part.JUDGEMENT, lambda: docks.redraw.soon(self.show))
+        watch(Part.ACTIVE_RUN, self.show_settings)
+        watch(Part.WORKSPACE, self._on_workspace)
+        watch(Part.LEAVING, self.stop)
+        watch(Part.RECORDING_OPENED, self._show_acting)
         context.tasks.watch(self.trials.settled)
 
     # ---- facts
@@ -134,8 +127,7 @@ class TuneController(QObject):
 
     # ---- showing
 
-    @Slot()
-    def show(self, _what: object = None) -> None:
+    def show(self) -> None:
         self.show_progress()
         if not self.panel.isVisible() or self._session.document.recording is None:
             return
@@ -143,8 +135,7 @@ class TuneController(QObject):
         known = self._session.judging.all()
         self.panel.show_table(*trial_table(run, others, known))
 
-    @Slot()
-    def show_progress(self, _what: object = None) -> None:
+    def show_progress(self) -> None:
         context, panel = self._context, self.panel
         if not context.docks.is_seen("trials") or context.session.document.recording is None:
             return
@@ -159,7 +150,6 @@ class TuneController(QObject):
         done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
         panel.show_progress(*done)
 
-    @Slot()
     def show_settings(self) -> None:
         track, panel = self._session.track, self.parameters
         base, against = track.base, "preset"
@@ -174,7 +164,6 @@ class TuneController(QObject):
         panel.set_preset(track.preset)
         self._show_acting()
 
-    @Slot()
     def _show_acting(self) -> None:
         """Leave out parameters that do nothing in the open recording."""
         recording = self._session.document.recording
@@ -183,7 +172,6 @@ class TuneController(QObject):
         else:
             self.parameters.set_acting(acts_without_depth, _WITHOUT_DEPTH)
 
-    @Slot()
     def _on_compared(self) -> None:
         word = self._compared = self.parameters.against_box.currentData()
         self.show_settings()
@@ -192,12 +180,10 @@ class TuneController(QObject):
 
     # ---- what a person does
 
-    @Slot(int)
     def _on_trial_chosen(self, row: int) -> None:
         self._session.runs.bring_to_front(self._entry(row))
         self._context.actions.refresh_soon()
 
-    @Slot()
     def _on_settings(self) -> None:
         if self.parameters.settings is not self._session.track.settings:
             self.show_settings()
@@ -209,7 +195,6 @@ class TuneController(QObject):
         elif self.trials.running is not None:
             self.trials.cancel()
 
-    @Slot()
     def _on_workspace(self) -> None:
         if not self.active:
             self.trials.cancel()
@@ -241,9 +226,7 @@ _SIGMA = ("arms ± °", "torso ± °", "unexpl. %", "untracked")
 
 
 def trial_table(
-    run: RunEntry | None,
-    trials: Sequence[RunEntry],
-    judgements: Mapping[RunEntry, Judgement],
+    run: RunEntry | None, trials: Sequence[RunEntry], judgements: Mapping[RunEntry, Judgement]
 ) -> tuple[tuple[str, ...], list[CellRow]]:
     """Headings, and cells of the run and of each trial, with differences from the run, if any."""
     entries = [entry for entry in (run, *trials) if entry is not None]

@@ -1,7 +1,5 @@
 """Tune: trials beside a run, and presets."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from stereotrack_core.tracking.presets import PRESETS
@@ -9,7 +7,7 @@ from stereotrack_core.tracking.presets import PRESETS
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.layout import Workspace
-from ...session.session import Session
+from ...session.session import Session, unless
 from .controller import TuneController
 from .presets import PresetWork
 
@@ -36,11 +34,8 @@ def register(context: Context) -> TuneController:
 def _commands(session: Session, tuning: TuneController) -> list[Command]:
     chosen = tuning.with_selected
 
-    def no_try() -> str:
-        return session.not_tried() or session.tracker_works()
-
     def no_trial() -> str:
-        return "" if tuning.trials.entries else "There is no trial. Change a parameter first."
+        return unless(tuning.trials.entries, "There is no trial. Change a parameter first.")
 
     def unfinished() -> str:
         selected = tuning.selected()
@@ -53,7 +48,7 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
     return [
         command("trial_now", "Run trial", "Track the selected frames with the present settings "
                 "and show the result beside the run.", trials.run, "F9", "iterate",
-                why_not=no_try),
+                why_not=lambda: session.not_tried() or session.tracker_works()),
         command("trial_live", "Run trials automatically", "In the Tune workspace, track the "
                 "selected frames again shortly after each parameter change.", tuning.toggle_live,
                 why_not=lambda: "", checked=lambda: trials.live),
@@ -82,8 +77,8 @@ def _presets(session: Session, presets: PresetWork) -> list[Command]:
         name = session.track.preset
         if name in PRESETS:
             return f"{name} is a built-in preset and cannot be deleted."
-        known = name in presets.own
-        return session.no_edit() if known else f"The project has no preset {name}."
+        none = f"The project has no preset {name}."
+        return unless(name in presets.own, none) or session.no_edit()
 
     command = Menu("T&une/Presets", session.no_edit).command
     return [

@@ -1,11 +1,6 @@
 """Presets of the program, and those that a person keeps in the project or in files."""
 
-from __future__ import annotations
-
 from pathlib import Path
-
-from PySide6.QtCore import QObject, Qt, Slot
-from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.entries import (
@@ -26,30 +21,26 @@ from stereotrack_core.tracking.presets import (
 )
 
 from ...context import Context
+from ...session.changes import PROJECT, Part
 from ...session.runs import RunEntry
 from ...session.tracking import Chosen
-from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
+from ...widgets.forms.form_dialog import ask_for_text, ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_panel import ParameterPanel
 
 _FILES = "Preset (*.toml)"
 
 
-class PresetWork(QObject):
+class PresetWork:
     """Presets by name; a person's own are entries of the project, and every change is an edit."""
 
     def __init__(self, context: Context, parameters: ParameterPanel) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         self._parameters = parameters
         self.own: tuple[str, ...] = ()
-        """Names of the project's presets, the oldest first."""
-        project = context.session.project
-        for signal in (project.opened, project.closed, project.changed):
-            signal.connect(self._look)
+        context.session.changes.watch(PROJECT | Part.EDIT, self._look)
 
-    @Slot()
-    def _look(self, _what: object = None) -> None:
+    def _look(self) -> None:
         project = self._session.project.project
         names = project.parameter_sets.names() if project is not None else ()
         if names != self.own:
@@ -77,7 +68,6 @@ class PresetWork(QObject):
         except InputError:  # the preset was deleted while its values are still shown
             return PRESETS[0]
 
-    @Slot(str)
     def use(self, name: str) -> None:
 
         def take() -> None:
@@ -95,17 +85,14 @@ class PresetWork(QObject):
             self._ask_name("Save trial as preset", f"Settings of {entry.name}", entry.settings)
 
     def _ask_name(self, title: str, what: str, settings: Settings) -> None:
-        own = self._session.track.preset
-        dialog = QInputDialog(self._context.docks.dialog_parent)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.setWindowTitle(title)
-        dialog.setLabelText(
+        own, parent = self._session.track.preset, self._context.docks.dialog_parent
+        words = (
             f"{what} will be saved as a preset of the project.\nA preset of the same name will be "
             "replaced.\n\nName:"
         )
-        dialog.setTextValue(own if own not in PRESETS else "")
-        dialog.textValueSelected.connect(lambda name: self.keep(name.strip(), settings))
-        dialog.open()
+        proposed = own if own not in PRESETS else ""
+        keep = lambda name: self.keep(name.strip(), settings)  # noqa: E731
+        ask_for_text(parent, title, words, keep, proposed)
 
     def keep(self, name: str, settings: Settings) -> None:
         keep = lambda: self._keep_and_use(named(name, settings, self._base()))  # noqa: E731

@@ -1,57 +1,32 @@
 """Trials are tracked in a process; clouds are made there ahead, while nobody needs it."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
-
-from stereotrack_core.tracking.tuning.clouds import Holdings
-from stereotrack_core.tracking.tuning.process import (
-    KeptRecording,
-    MakeClouds,
-    TrackTrials,
-    TrialBegun,
-    TrialFrame,
-)
+from stereotrack_core.tracking.tuning.process import MakeClouds, TrackTrial, TrialBegun, TrialFrame
 from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...services.tasks.task import Task, TaskList
 from ...session.runs import RunEntry
 from ...session.session import Session
+from ...widgets.redraw import later
 
 _PAUSE_MS = 400
 
 
-class TrialRunner(QObject):
-    """Has trials tracked in the process, and knows what that keeps for the next ones.
+class TrialRunner:
+    """Has trials tracked in the process.
 
     `wanted`: the next trial, or None if no clouds are to be made ahead.
     """
 
-    changed = Signal()
-    """More is kept than before."""
-
     def __init__(
         self, session: Session, tasks: TaskList, wanted: Callable[[], Trial | None]
     ) -> None:
-        super().__init__()
         self._session, self._tasks, self._wanted = session, tasks, wanted
         self._ahead: Task | None = None
-        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
-        self._pause.timeout.connect(self._begin)
-        self.kept = Holdings()
-        session.opened.connect(self._on_opened)
-
-    @Slot()
-    def _on_opened(self) -> None:
-        recording = self._session.document.recording
-        views = recording.views if recording is not None else ()
-        deep = any(view.kind != "mono" for view in views)
-        self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"), deep)
+        self._pause = later(session, self._begin, _PAUSE_MS)
 
     def track(
         self,
@@ -69,11 +44,10 @@ class TrialRunner(QObject):
         self.cancel()
         kept = self._session.kept
         assert kept is not None  # noqa: S101 - there are no trials without
-        todo, process = TrackTrials(kept, (trial,)), self._session.processes.trials
+        todo, process = TrackTrial(kept, trial), self._session.processes.trials
         task = self._tasks.begin(title, lambda task: process(todo, task.tell, task.token.cancelled))
 
         def take(words: list[Any]) -> None:
-            self._remember(kept, words)
             if task.token.cancelled():
                 return
             for begun in (word for word in words if isinstance(word, TrialBegun)):
@@ -90,8 +64,7 @@ class TrialRunner(QObject):
         task.ended.connect(lambda: None if task.token.cancelled() else ended(entry))
         return task
 
-    @Slot()
-    def make_clouds_soon(self, _what: object = None) -> None:
+    def make_clouds_soon(self) -> None:
         self.cancel()
         self._pause.start()
 
@@ -102,22 +75,14 @@ class TrialRunner(QObject):
             self._ahead.cancel()
             self._ahead = None
 
-    @Slot()
     def _begin(self) -> None:
         trial, kept = self._wanted(), self._session.kept
         if trial is None or kept is None:
             return
         todo, process = MakeClouds(kept, trial), self._session.processes.trials
         self._ahead = Task("clouds", lambda task: process(todo, task.tell, task.token.cancelled))
-        self._ahead.told.connect(partial(self._remember, kept))
         self._ahead.failed.connect(_on_failed)
         self._ahead.start()
-
-    def _remember(self, of: KeptRecording, words: list[Any]) -> None:
-        found = [word for word in words if isinstance(word, Holdings)]
-        if found and of is self._session.kept:
-            self.kept = found[-1]
-            self.changed.emit()
 
 
 def _on_failed(error: Exception) -> None:

@@ -1,13 +1,10 @@
 """What-if: a change of a parameter tracks a stretch again, beside the run that is there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.parameters import BodyShape
@@ -19,35 +16,38 @@ from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, sta
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
 from ...services.tasks.task import Task
+from ...session.changes import Part
 from ...session.runs import RunEntry
 from ...session.session import Session
+from ...widgets.redraw import later
 from .runner import TrialRunner
 
-_PAUSE_MS = 100
-"""Time without a further change after which a trial begins."""
+_PAUSE_MS = 100  # time without a further change after which a trial begins
 
 
-class TrialPresenter(QObject):
+class TrialPresenter:
     """Trials as entries of the list of runs, drawn beside the active run until dismissed.
 
-    `stretch`: frames that are to be tracked.
+    `stretch`: frames that are to be tracked; `changed` is called when what is said of the trials
+    is different.
     """
 
-    changed = Signal()
-    """What is said of the trials is different."""
-
-    def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        session: Session,
+        runner: TrialRunner,
+        stretch: Callable[[], range],
+        changed: Callable[[], None],
+    ) -> None:
         self._session, self._runs = session, session.runs
-        self._runner, self._stretch = runner, stretch
+        self._runner, self._stretch, self._changed = runner, stretch, changed
         self.live = True
         """Whether a change is tried at once."""
         self.running: RunEntry | None = None
         self._task: Task | None = None
         self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
-        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
-        self._pause.timeout.connect(self.run)
-        self._runs.changed.connect(self._on_runs)
+        self._pause = later(session, self.run, _PAUSE_MS)
+        session.changes.watch(Part.RUNS, self._on_runs)
 
     # ---- facts
 
@@ -88,9 +88,7 @@ class TrialPresenter(QObject):
                 return f"Trial “{entry.name}”: looking again at frames with doubtful arms."
             return f"Trial “{entry.name}”: {done} of {count} frames."
         trial = self.wanted()
-        if trial is None:
-            return ""
-        return self._known(trial) or f"To compute: {trial.work(self._runner.kept)}."
+        return "" if trial is None else self._known(trial)
 
     def unlike(self, entry: RunEntry | None) -> tuple[str, ...]:
         """Differences from the run, besides parameters, of a trial or the next one."""
@@ -100,14 +98,12 @@ class TrialPresenter(QObject):
 
     # ---- what a person does
 
-    @Slot()
     def on_settings(self) -> None:
         self.cancel()
         if self.live:
             self._pause.start()
-        self.changed.emit()
+        self._changed()
 
-    @Slot()
     def run(self) -> None:
         self.cancel()
         trial = self.wanted()
@@ -118,7 +114,7 @@ class TrialPresenter(QObject):
             self.running = entry
             title = f"tracking the trial {entry.name}"
             self._task = self._runner.track(title, entry, trial, self._on_grown, self._on_ended)
-        self.changed.emit()
+        self._changed()
 
     def cancel(self) -> None:
         entry = self._leave()
@@ -126,7 +122,6 @@ class TrialPresenter(QObject):
             self._runs.remove(entry)
 
     def discard(self, *entries: RunEntry | None) -> None:
-        """Take trials away; other runs stay."""
         for entry in self.entries:
             if entry in entries:
                 self._runs.remove(entry)
@@ -174,7 +169,6 @@ class TrialPresenter(QObject):
         return entry
 
     def _leave(self) -> RunEntry | None:
-        """Give up the trial in progress, and return its entry."""
         self._pause.stop()
         task, entry = self._task, self.running
         self._task = self.running = None
@@ -182,12 +176,10 @@ class TrialPresenter(QObject):
             task.cancel()
         return entry
 
-    @Slot()
     def _on_runs(self) -> None:
-        """Stop the trial in progress if its entry was removed."""
         if self.running is not None and self.running not in self._runs.entries:
             self._leave()
-        self.changed.emit()
+        self._changed()
 
     def _on_grown(self, entry: RunEntry, frames: list[int]) -> None:
         if self._session.document.frame in frames:
@@ -195,7 +187,7 @@ class TrialPresenter(QObject):
         if len(entry.frames) == len(frames):
             # the first frame is shown at once, those after it now and then
             self._session.judging.judge()
-        self._runs.grew.emit()
+        self._session.changes.tell(Part.RUN_FRAMES)
 
     def _on_ended(self, entry: RunEntry) -> None:
         self._leave()
@@ -204,7 +196,7 @@ class TrialPresenter(QObject):
             self._session.judging.judge()
         else:
             self._runs.remove(entry)
-        self.changed.emit()
+        self._changed()
 
 
 def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Sequence[str]) -> Trial:

@@ -1,13 +1,10 @@
 """Views, scene and timeline follow what is known, tell what a person does there, and are kept."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
@@ -15,11 +12,13 @@ from stereotrack_core.recording.description import Recording
 
 from ...context import Context
 from ...services.layout import stored_texts
-from ...session.pictures import Instant, pictures_of
+from ...session.changes import RECORDING, Part
+from ...session.pictures import pictures_of
 from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.camera.picture import PICTURE_KINDS
+from ...widgets.redraw import later
 from ...widgets.scene.content import Ellipsoid, frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
 from .scene import ellipsoids_of, scene_of
@@ -30,95 +29,83 @@ _NOBODY_KNOWN = (
 )
 
 
-class ViewController(QObject):
+class ViewController:
     """Brings views, scene, timeline and light panel together with the facts."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         self._state, self._docks = context.view_state, context.docks
-        self.light = DisplayPanel()
+        state = self._state
+        self.light = DisplayPanel(lambda b, c: state.set_light(b, c, self.light.view))
         context.docks.add("display", "Brightness and contrast", self.light)
         self._rig_held = False
-        self._state.points_wanted = self._points_wanted
         self._connect()
         self._switch_on_as_stored()
 
     def _connect(self) -> None:
         session, state, docks = self._session, self._state, self._docks
-        session.opened.connect(self._show_recording)
-        session.closed.connect(self._show_recording)
-        session.instant.ready.connect(self._on_instant)
-        session.document.frame_changed.connect(docks.timeline.set_frame)
-        session.document.frame_changed.connect(docks.transport.set_frame)
-        session.document.count_changed.connect(self._on_count_changed)
-        state.display_changed.connect(self._on_display)
-        state.light_changed.connect(self._on_display)
-        state.scene_changed.connect(self._show_scene_soon)
-        state.selection_changed.connect(self._on_selection)
-        state.wanted_changed.connect(self._on_wanted)
-        docks.views.kind_chosen.connect(state.choose_kind)
-        docks.views.limb_clicked.connect(state.highlight)
+        watch = session.changes.watch
+        watch(RECORDING, self._show_recording)
+        watch(Part.INSTANT, self._on_instant)
+        watch(Part.FRAME, lambda: docks.timeline.set_frame(session.document.frame))
+        watch(Part.FRAME, lambda: docks.transport.set_frame(session.document.frame))
+        watch(Part.LENGTH, self._on_length)
+        watch(Part.DISPLAY | Part.LIGHT, self._on_display)
+        watch(Part.SCENE, self._show_scene_soon)
+        watch(Part.SELECTION, self._on_selection)
+        watch(Part.PICTURES, self._on_wanted)
+        watch(Part.ACTIVE_VIEW, lambda: docks.views.set_active(state.active_view))
+        watch(Part.ACTIVE_VIEW, self._show_light)
+        watch(Part.WORKSPACE, self._on_workspace)
         docks.views.activated.connect(state.activate)
-        state.active_view_changed.connect(docks.views.set_active)
-        state.active_view_changed.connect(self._show_light)
-        docks.scene.limb_clicked.connect(state.highlight)
         docks.timeline.frame_requested.connect(session.document.visit)
         docks.timeline.selection_changed.connect(state.select)
         docks.transport.number.valueChanged.connect(session.document.visit)
         docks.dock("scene").visibilityChanged.connect(session.instant.tell_soon)
-        docks.workspace_changed.connect(self._on_workspace)
-        self.light.changed.connect(self._on_light)
 
     # ---- following
 
-    @Slot()
     def _show_recording(self) -> None:
         recording = self._session.document.recording
         aspects = _aspects(recording) if recording is not None else {}
         self._docks.views.set_views(tuple(self._state.views.values()), aspects)
-        self._show_light(self._state.active_view)
+        self._show_light()
         self._docks.scene.begin_anew()
         self._rig_held = False
-        self._on_count_changed(self._session.document.frame_count)
+        self._on_length()
 
-    @Slot(object)
-    def _on_instant(self, instant: Instant) -> None:
-        overlays = self._state.displayed.overlays
-        pictures = pictures_of(instant, self._state.wanted(), overlays)
-        self._docks.views.show_pictures(pictures)
+    def _on_instant(self) -> None:
+        told, overlays = self._session.instant.told, self._state.displayed.overlays
+        if told is not None:
+            pictures = pictures_of(told, self._state.wanted(), overlays)
+            self._docks.views.show_pictures(pictures)
         self._show_scene_soon()
         self._context.actions.refresh_soon()
 
-    @Slot()
     def _on_wanted(self) -> None:
         self._docks.views.show_kinds(self._state.kinds)
         self._docks.views.arrange(self._state.arrangement)
         self._session.instant.tell_soon()
         self._context.actions.refresh_soon()
 
-    @Slot(int)
-    def _on_count_changed(self, count: int) -> None:
-        recording = self._session.document.recording
+    def _on_length(self) -> None:
+        recording, count = self._session.document.recording, self._session.document.frame_count
         fps = recording.fps if recording is not None else 1.0
         self._docks.timeline.set_range(count, fps)
         self._docks.transport.set_range(count, fps)
 
-    @Slot(object)
-    def _on_selection(self, frames: range | None) -> None:
-        timeline = self._docks.timeline
+    def _on_selection(self) -> None:
+        timeline, frames = self._docks.timeline, self._state.selection
         if timeline.selection != frames:  # what was chosen elsewhere
             timeline.set_selection(frames)
             timeline.selection_changed.emit(frames)
         self._context.actions.refresh_soon()
 
-    @Slot()
     def _on_display(self) -> None:
         self._docks.views.set_display(self._state.displayed, self._state.lights)
         self._docks.scene.set_highlighted(self._state.display.highlighted)
-        self._show_light(self._state.active_view)
+        self._show_light()
 
-    @Slot()
     def _on_workspace(self) -> None:
         if self._docks.workspace:
             self._look_at(cameras=self._docks.workspace == "calibrate")
@@ -127,16 +114,9 @@ class ViewController(QObject):
 
     # ---- the scene
 
-    def _points_wanted(self) -> bool:
-        scene = self._docks.scene
-        seen = scene.is_seen() and scene.layer_visible("cloud")
-        return seen or "points" in self._state.display.overlays
-
-    @Slot()
     def _show_scene_soon(self) -> None:
         self._docks.redraw.soon(self._show_scene)
 
-    @Slot()
     def _show_scene(self) -> None:
         instant, scene, state = self._session.instant.told, self._docks.scene, self._state
         if instant is None or not scene.is_seen():
@@ -154,12 +134,9 @@ class ViewController(QObject):
         ellipsoids: tuple[Ellipsoid, ...] = ()
         if entry is not None and tracked is not None and scene.layer_visible("ellipsoids"):
             ellipsoids = ellipsoids_of(entry, tracked)
-        if (
-            self._docks.workspace == "annotate"
-            and state.fit is not None
-            and state.fit.frame == frame
-        ):
-            meshes = state.fit.meshes
+        annotates, fit = self._docks.workspace == "annotate", state.fit
+        if annotates and fit is not None and fit.frame == frame:
+            meshes = fit.meshes
         highlighted, dark = state.display.highlighted, current_theme().is_dark
         scene.show_scene(
             scene_of(instant, meshes, state.point_colour, highlighted, ellipsoids, dark=dark)
@@ -183,14 +160,8 @@ class ViewController(QObject):
         scene.set_layer_visible(layer, not scene.layer_visible(layer))
         self._session.instant.tell_soon()
 
-    # ---- light
-
-    @Slot(float, float)
-    def _on_light(self, brightness: float, contrast: float) -> None:
-        self._state.set_light(brightness, contrast, self.light.view)
-
-    @Slot(str)
-    def _show_light(self, view: str) -> None:
+    def _show_light(self) -> None:
+        view = self._state.active_view
         self.light.show_light(view, *self._state.light(view))
 
     # ---- what commands do
@@ -245,26 +216,20 @@ _QUIET_MS = 1000
 _BRIGHTNESS, _CONTRAST = (-0.8, 0.8), (0.25, 4.0)
 
 
-class ViewMemory(QObject):
+class ViewMemory:
     """Keeps frame, workspace, pictures and light in the project; a read-only one is left alone."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session, self._state = context, context.session, context.view_state
         self._project: Project | None = None
         self._kept: Any = None
         self._now: dict[str, Any] | None = None
-        self._timer = QTimer(self, singleShot=True, interval=_QUIET_MS)
-        self._timer.timeout.connect(self._keep)
-        context.session.project.opened.connect(self._on_opened)
-        context.session.project.closing.connect(self._on_closing)
-        for changed in (
-            context.session.document.frame_changed, context.docks.workspace_changed,
-            context.view_state.wanted_changed, context.view_state.light_changed,
-        ):  # fmt: skip
-            changed.connect(self._note)
+        self._timer = later(context.session, self._keep, _QUIET_MS)
+        watch = context.session.changes.watch
+        watch(Part.PROJECT_OPENED, self._on_opened)
+        watch(Part.PROJECT_CLOSING, self._on_closing)
+        watch(Part.FRAME | Part.WORKSPACE | Part.PICTURES | Part.LIGHT, self._note)
 
-    @Slot()
     def _on_opened(self) -> None:
         project = self._session.project.project
         if project is None or project is self._project or not self._session.project.makes:
@@ -275,14 +240,12 @@ class ViewMemory(QObject):
             self._show(self._kept)
         self._note()
 
-    @Slot()
     def _on_closing(self) -> None:
         self._keep()
         self._timer.stop()
         self._project = self._now = None
 
-    @Slot()
-    def _note(self, *_what: object) -> None:
+    def _note(self) -> None:
         document, docks, state = self._session.document, self._context.docks, self._state
         if self._project is None or document.recording is None or not docks.workspace:
             return
@@ -297,7 +260,6 @@ class ViewMemory(QObject):
         }
         self._timer.start()
 
-    @Slot()
     def _keep(self) -> None:
         project, now = self._project, self._now
         if project is None or project.read_only or now is None or now == self._kept:

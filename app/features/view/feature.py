@@ -1,13 +1,11 @@
 """Views, scene and playback: what is shown of the frame, and going from frame to frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 
 from ...context import Context
 from ...services.actions import Command, Menu
-from ...session.session import Session
+from ...session.session import Session, unless
 from ...session.view_state import PointColour, ViewState
 from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel
@@ -28,7 +26,6 @@ _OVERLAY_KEYS = {
     "predictions": ("Shift+X", "prediction"), "epipolar": ("Shift+E", "epipolar"),
     "residuals": ("Shift+R", "ruler"), "fit": ("Shift+O", "fitted"),
 }  # fmt: skip
-"""Keys and icon of every overlay."""
 _IN_ANNOTATE = " In Annotate it is off until you ask for it, because it would lead your clicks."
 _KIND_KEYS: dict[PictureKind, str] = {
     "image": "Shift+F2", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
@@ -62,7 +59,6 @@ SCENE_SIDES = {
     "side": ("Side view", "Look west.", "Ctrl+Alt+3"),
     "top": ("Top view", "Look down, with north up.", "Ctrl+Alt+4"),
 }
-"""Text, tip and keys of the directions that the scene is looked at from."""
 
 
 def _pictures(session: Session, state: ViewState) -> list[Command]:
@@ -70,8 +66,8 @@ def _pictures(session: Session, state: ViewState) -> list[Command]:
         if kind == "image":
             return session.no_recording()
         stereo = any(view.kind == "stereo" for view in state.views.values())
-        only_stereo = kind in {"left", "disparity"} and not stereo
-        return session.no_depth() or ("This recording has no stereo view." if only_stereo else "")
+        stereo |= kind not in {"left", "disparity"}
+        return session.no_depth() or unless(stereo, "This recording has no stereo view.")
 
     return [
         Command(
@@ -89,7 +85,7 @@ def _overlays(session: Session, state: ViewState, view: ViewController) -> list[
 
     def no_keypoints() -> str:
         none = "The project has no predictions of a detector. Import predictions first."
-        return session.no_recording() or ("" if session.keypoints.drawn else none)
+        return session.no_recording() or unless(session.keypoints.drawn, none)
 
     depth = dict.fromkeys(("points", "correspondences"), session.no_depth)
     needs = {**depth, "keypoints": no_keypoints}

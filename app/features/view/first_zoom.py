@@ -1,30 +1,27 @@
 """A recording opens with its views zoomed to the person, wherever that moves in it."""
 
-from __future__ import annotations
-
-from PySide6.QtCore import QObject, QPointF, QRectF, Slot
+from PySide6.QtCore import QPointF, QRectF
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.person_boxes import Box, person_boxes
 
 from ...context import Context
-from ...services.tasks.task import Task
+from ...services.tasks.task import CancelToken, Task
+from ...session.changes import Part
 
 _SETTING = "open_zoomed"
-_MARGIN = 0.12
-"""Share of the longer side of a person's box that is left on each side."""
+_MARGIN = 0.12  # share of the longer side of a person's box that is left on each side
 
 
-class FirstZoom(QObject):
+class FirstZoom:
     """Looks for the person in the background; who has clicked into a view by then is left alone."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context = context
-        self._looking: Task | None = None
-        context.session.project.followed.connect(self._look)
-        context.session.closed.connect(self._stop)
+        self._looking: CancelToken | None = None
+        context.session.changes.watch(Part.PROJECT_FOLLOWED, self._look)
+        context.session.changes.watch(Part.RECORDING_CLOSED, self._stop)
         context.docks.views.activated.connect(self._stop)
 
     def chosen(self) -> bool:
@@ -33,28 +30,26 @@ class FirstZoom(QObject):
     def toggle(self) -> None:
         self._context.settings.setValue(_SETTING, not self.chosen())
 
-    @Slot()
     def _look(self) -> None:
         self._stop()
         recording = self._context.session.document.recording
         if recording is None or not self.chosen():
             return
-        self._looking = self._context.tasks.begin(
-            "looking for the person", lambda task: _found(task, recording), self._show
-        )
 
-    @Slot()
+        def show(boxes: dict[str, Box]) -> None:
+            if token is self._looking:
+                self._looking = None
+                homes = {name: _wider(*box) for name, box in boxes.items()}
+                self._context.docks.views.set_homes(homes)
+
+        self._looking = token = self._context.tasks.begin(
+            "looking for the person", lambda task: _found(task, recording), show
+        ).token
+
     def _stop(self) -> None:
         if self._looking is not None:
             self._looking.cancel()
             self._looking = None
-
-    @Slot(object)
-    def _show(self, boxes: dict[str, Box]) -> None:
-        if self.sender() is self._looking:
-            self._looking = None
-            homes = {name: _wider(*box) for name, box in boxes.items()}
-            self._context.docks.views.set_homes(homes)
 
 
 def _wider(left: float, top: float, right: float, bottom: float) -> QRectF:

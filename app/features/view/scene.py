@@ -1,7 +1,5 @@
 """Facts about one instant become the content of the 3-D scene."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import cv2
@@ -60,20 +58,12 @@ def scene_of(
     recording = instant.recording
     cameras = tuple(recording.reference_camera(view) for view in recording.views)
     return SceneContent(
-        cloud_points=points,
-        cloud_colours=colours,
-        point_legend=legend,
-        meshes=tuple(meshes),
-        reference=instant.reference,
-        reference_is_old=instant.reference_is_old,
-        cameras=cameras,
-        camera_images=_small_images(instant),
-        highlighted=highlighted,
-        ellipsoids=tuple(ellipsoids),
-        inside=instant.inside,
-        run=instant.runs[0][0] if instant.runs else "",
+        cloud_points=points, cloud_colours=colours, point_legend=legend, meshes=tuple(meshes),
+        reference=instant.reference, reference_is_old=instant.reference_is_old, cameras=cameras,
+        camera_images=_small_images(instant), highlighted=highlighted, ellipsoids=tuple(ellipsoids),
+        inside=instant.inside, run=instant.runs[0][0] if instant.runs else "",
         ghosts=instant.ghosts,
-    )
+    )  # fmt: skip
 
 
 def point_colours(

@@ -1,7 +1,5 @@
 """Questions of which only the newest is answered, and what several threads share meanwhile."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
@@ -19,14 +17,8 @@ class LatestOnly:
     A question that is overtaken while it is being answered is answered all the same. Asking twice
     for the same is asking once.
 
-    Parameters
-    ----------
-    answer : callable
-        From a question to its answer; called in another thread.
-    name : str
-        Name of the thread.
-    answered, failed : callable
-        Called in this thread with a question and its answer, or why it has none.
+    `answer` leads from a question to its answer, in another thread, which has the `name`;
+    `answered` and `failed` are called in this thread with a question and its answer or error.
     """
 
     def __init__(
@@ -76,16 +68,8 @@ class LatestOnly:
             self._failed(question, task.error)
 
 
-class Question(Hashable, Protocol):
-    """Facts of one frame from which something is worked out; known by its identity."""
-
-    @property
-    def frame(self) -> int:
-        """The frame."""
-
-
 class Answer(Protocol):
-    """What was worked out."""
+    """What was worked out from a question: facts of one ``frame``, known by their identity."""
 
     @property
     def question(self) -> Any:
@@ -99,31 +83,21 @@ class NewestAnswer(Generic[A]):
     """Asks in a thread of its own; the newest question wins.
 
     Until the new answer is there, the one before of the same frame holds, so that nothing flickers.
-
-    Parameters
-    ----------
-    question : callable
-        What is to be asked now; None where there is nothing to ask.
-    answer : callable
-        From a question to its answer; called in the thread.
-    name : str
-        Name of the thread.
-    changed : callable
-        Called when another answer holds, or none.
-    failed : callable
-        Called with why there is no answer.
+    `question` says what is to be asked now, or None; `answer` and `name` are those of
+    :class:`LatestOnly`; `changed` is called when another answer holds, or none, and `failed` with
+    the error.
     """
 
     def __init__(
         self,
-        question: Callable[[], Question | None],
+        question: Callable[[], Any],
         answer: Callable[[Any], A],
         name: str,
         changed: Callable[[], object],
         failed: Callable[[Exception], object],
     ) -> None:
         self._question, self._changed, self._tell = question, changed, failed
-        self._asked: Question | None = None
+        self._asked: Any = None
         self._known: A | None = None
         self._worker = LatestOnly(answer, name, self._on_answered, self._on_failed)
 
@@ -138,7 +112,6 @@ class NewestAnswer(Generic[A]):
         return asked is None or (self._known is not None and self._known.question is asked)
 
     def ask(self) -> None:
-        """Ask about what is shown now."""
         self._asked = self._question()
         if self._asked is not None:
             self._worker.ask(self._asked)
@@ -151,12 +124,12 @@ class NewestAnswer(Generic[A]):
         self._asked = self._known = None
         self._worker.close()
 
-    def _on_answered(self, question: Question, answer: A) -> None:
+    def _on_answered(self, question: Any, answer: A) -> None:
         if self._asked is not None and question.frame == self._asked.frame:
             self._known = answer
             self._changed()
 
-    def _on_failed(self, question: Question, error: Exception) -> None:
+    def _on_failed(self, question: Any, error: Exception) -> None:
         if question is self._asked:
             self._asked = self._known = None
             self._changed()
@@ -170,18 +143,8 @@ class Shared(Generic[R]):
     """A resource with an owner, and users in other threads.
 
     The owner closes it without waiting: where somebody still uses it, the last user closes it when
-    leaving.
-
-    Parameters
-    ----------
-    resource : object
-    close : callable
-        Closes the resource; called once, in whichever thread is the last.
-
-    Attributes
-    ----------
-    resource : object
-        For its owner, who knows whether it is closed.
+    leaving; `close` is called once, in whichever thread is the last. Only the owner, who knows
+    whether it is closed, looks at the `resource` itself.
     """
 
     def __init__(self, resource: R, close: Callable[[], object]) -> None:
@@ -193,18 +156,11 @@ class Shared(Generic[R]):
 
     @property
     def wanted(self) -> bool:
-        """Whether its owner has not closed it."""
         return not self._unwanted
 
     @contextmanager
     def used(self) -> Iterator[R]:
-        """The resource, which stays open meanwhile.
-
-        Raises
-        ------
-        Cancelled
-            Where its owner does not want it any more.
-        """
+        """The resource, which stays open meanwhile; Cancelled if its owner has closed it."""
         resource = self.enter()
         try:
             yield resource
@@ -212,7 +168,6 @@ class Shared(Generic[R]):
             self.leave()
 
     def enter(self) -> R:
-        """Begin to use the resource; see :meth:`used`."""
         with self._lock:
             if self._unwanted:
                 raise Cancelled

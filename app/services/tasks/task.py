@@ -21,9 +21,6 @@ from stereotrack_core.worker_processes import TaskProcess
 class WorkThread(threading.Thread):
     """A thread of the window's; the program does not wait for it for ever."""
 
-    def __init__(self, target: Callable[[], object], name: str) -> None:
-        super().__init__(target=target, name=name, daemon=True)
-
 
 def wait_for_threads(seconds: float) -> None:
     """Let the window's threads end that were told to; called when nobody looks any more."""
@@ -33,8 +30,7 @@ def wait_for_threads(seconds: float) -> None:
             thread.join(max(end - time.monotonic(), 0.0))
 
 
-_MANY = 50
-"""Modules that bring so many objects that a collection would take long."""
+_MANY = 50  # modules that bring so many objects that a collection would take long
 
 
 class GarbageTimer(QObject):
@@ -47,13 +43,13 @@ class GarbageTimer(QObject):
     that took a fifth of a second each time.
     """
 
-    def __init__(self, parent: QObject | None = None, milliseconds: int = 1000) -> None:
+    def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         gc.disable()
         self._keep_modules()
-        self._timer = QTimer(self)
+        self._timer = QTimer(self, interval=1000)
         self._timer.timeout.connect(self._collect)
-        self._timer.start(milliseconds)
+        self._timer.start()
 
     def _keep_modules(self) -> None:
         self._loaded = len(sys.modules)
@@ -62,39 +58,24 @@ class GarbageTimer(QObject):
     def _collect(self) -> None:
         if len(sys.modules) > self._loaded + _MANY:
             self._keep_modules()
-        counts = gc.get_count()
-        thresholds = gc.get_threshold()
-        for generation in (2, 1, 0):
-            if thresholds[generation] and counts[generation] > thresholds[generation]:
-                gc.collect(generation)
-                return
+        counts, limits = gc.get_count(), gc.get_threshold()
+        due = [k for k in range(3) if limits[k] and counts[k] > limits[k]]
+        if due:
+            gc.collect(due[-1])
 
 
-class CancelToken:
+class CancelToken(threading.Event):
     """Tells work in another thread that it is no longer wanted."""
 
-    def __init__(self) -> None:
-        self._event = threading.Event()
-
-    def cancel(self) -> None:
-        """Ask the work to stop at its next opportunity."""
-        self._event.set()
-
-    def cancelled(self) -> bool:
-        """Whether the work shall stop."""
-        return self._event.is_set()
+    cancel, cancelled = threading.Event.set, threading.Event.is_set
 
 
-_FIRST_GUESS = 0.05
-"""Share of the work that has to be done before its end is estimated."""
-_AT_ONCE_S = 1.0
-"""What takes less is over before anybody has read how far it is."""
+_FIRST_GUESS = 0.05  # share of the work that has to be done before its end is estimated
+_AT_ONCE_S = 1.0  # what takes less is over before anybody has read how far it is
 
 
 def how_far(share: float, seconds: float) -> str:
-    """``40 %, about 3 s left``, of work that has taken so many seconds; empty as long as nobody
-    knows.
-    """
+    """``40 %, about 3 s left``, of work that has taken so many seconds; empty while unknown."""
     if not _FIRST_GUESS <= share < 1.0:
         return ""
     return f"{100.0 * share:.0f} %, {time_left(seconds * (1.0 - share) / share)}"
@@ -115,28 +96,8 @@ class Task(QObject):
     be destroyed in that thread, while the window's may be about to deliver something to it. So a
     task holds itself from its start until the window's thread hears that the work is over.
 
-    Parameters
-    ----------
-    title : str
-        What is being done, for the status line.
-    work : callable
-        Called as ``work(task)``; reports by :meth:`report` and looks at ``task.token``.
-
-    Attributes
-    ----------
-    share : float
-        How far it is, 0 to 1; 0 where nobody knows.
-    words : str
-        What is being done of it just now.
-    error : Exception or None
-        What it failed of; :class:`Cancelled` where it was stopped.
-    result : object
-        What it has come to.
-
-    Signals
-    -------
-    told : list
-        What the work has told since the last time.
+    `title` says in the status line what is being done. `work` is called with the task; it reports
+    by :meth:`report`, hands on interim results by :meth:`tell`, and looks at ``task.token``.
     """
 
     progressed = Signal(float, str)
@@ -145,36 +106,36 @@ class Task(QObject):
     stopped = Signal()
     ended = Signal()
     told = Signal(list)
-    _over = Signal(str, object)
+    _over = Signal(object)
     _heard = Signal()
 
     def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
         super().__init__()
-        self._thread = WorkThread(self._run, title)
+        self._thread = WorkThread(target=self._run, name=title, daemon=True)
         self._itself: Task | None = None
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self._heard.connect(self._pass_on, Qt.ConnectionType.QueuedConnection)
         self.title = title
         self.token = CancelToken()
         self.error: Exception | None = None
+        """Why it failed; :class:`Cancelled` if it was stopped."""
         self.result: Any = None
         self._lock = threading.Lock()
         self._waiting: list[Any] = []
         self.share = 0.0
+        """How far it is, 0 to 1; 0 if nobody knows."""
         self.words = ""
         self._work = work
         self._given_up = False
         self._begun = time.monotonic()
 
     def start(self) -> None:
-        """Begin."""
         self._begun = time.monotonic()
         self._itself = self
         load_before_threads()
         self._thread.start()
 
     def cancel(self) -> None:
-        """Ask the work to stop."""
         self.token.cancel()
 
     def give_up(self) -> None:
@@ -194,7 +155,7 @@ class Task(QObject):
         self.progressed.emit(share, words)
 
     def tell(self, word: Any) -> None:
-        """Tell something, from any thread; see the signal ``told``."""
+        """Tell something, from any thread; ``told`` brings the window all since the last time."""
         with self._lock:
             self._waiting.append(word)
             first = len(self._waiting) == 1
@@ -208,16 +169,13 @@ class Task(QObject):
         return ", ".join(part for part in (self.title, self.words, far) if part)
 
     def _run(self) -> None:
-        how: str = "stopped"
-        what: Any = Cancelled()
+        error: BaseException | None = Cancelled()
         try:
-            how, what = "finished", self._work(self)
-        except Cancelled:
-            pass
-        except Exception as error:  # noqa: BLE001 - handed to the window, which shows and logs it
-            how, what = "failed", error
+            self.result, error = self._work(self), None
+        except Exception as problem:  # noqa: BLE001 - handed to the window, which shows and logs it
+            error = problem
         finally:
-            self._over.emit(how, what)
+            self._over.emit(error)
 
     @Slot()
     def _pass_on(self) -> None:
@@ -226,21 +184,19 @@ class Task(QObject):
         if not self._given_up:
             self.told.emit(words)
 
-    @Slot(str, object)
-    def _tell(self, how: str, what: Any) -> None:
+    @Slot(object)
+    def _tell(self, error: Exception | None) -> None:
         self._thread.join()  # it has said its last word
         self._itself = None
         if self._given_up:
             return
-        if how == "stopped":
-            self.error = what
+        self.error = error
+        if error is None:
+            self.finished.emit(self.result)
+        elif isinstance(error, Cancelled):
             self.stopped.emit()
-        elif how == "failed":
-            self.error = what
-            self.failed.emit(what)
         else:
-            self.result = what
-            self.finished.emit(what)
+            self.failed.emit(error)
         self.ended.emit()
 
 
@@ -253,10 +209,8 @@ class Processes:
     trials: TaskProcess = field(default_factory=TaskProcess)
     """Tracks trials and records what single steps did; keeps the clouds for them."""
     calibration: TaskProcess = field(default_factory=TaskProcess)
-    """Calibrates cameras."""
 
     def close(self) -> None:
-        """End them at once."""
         for process in (self.run, self.trials, self.calibration):
             process.close()
 
@@ -275,7 +229,6 @@ class TaskList(QObject):
     ) -> None:
         super().__init__(parent)
         self.failed = failed
-        """Tells a person why work failed."""
         self._tasks: list[Task] = []
         self._promised: list[Task] = []
         self._writes: list[Task] = []
@@ -292,7 +245,6 @@ class TaskList(QObject):
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """What is under way, the oldest first."""
         return tuple(self._tasks)
 
     def begin(
@@ -315,10 +267,7 @@ class TaskList(QObject):
         return task
 
     def write(
-        self,
-        title: str,
-        work: Callable[[Task], Any],
-        done: Callable[[Any], None] | None = None,
+        self, title: str, work: Callable[[Task], Any], done: Callable[[Any], None] | None = None
     ) -> Task:
         """Start a write to the project; writes are made one after the other, in their order."""
         before = self._writes[-1] if self._writes else None
@@ -350,7 +299,7 @@ class TaskList(QObject):
 
     def start(self, task: Task) -> None:
         """Start a task whose failure is told by whoever made it."""
-        task.progressed.connect(self._on_progress)
+        task.progressed.connect(self.changed)
         task.ended.connect(self._on_ended)
         self._tasks.append(task)
         task.start()
@@ -375,10 +324,6 @@ class TaskList(QObject):
                 task.give_up()
         for tasks in (self._tasks, self._promised, self._writes):
             tasks.clear()
-
-    @Slot(float, str)
-    def _on_progress(self, _share: float, _words: str) -> None:
-        self.changed.emit()
 
     @Slot()
     def _on_ended(self) -> None:

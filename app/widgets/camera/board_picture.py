@@ -1,14 +1,11 @@
 """A picture of a calibration board with its corners, or the corners of all pictures of a camera."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 
@@ -16,8 +13,7 @@ from ..plots.plots import dress_plot, new_plot, shade
 from ..style.building import label, vbox
 from ..style.theme import Dressed, current_theme
 
-ENLARGED = 20.0
-"""How much longer errors are drawn than they are."""
+ENLARGED = 20.0  # how much longer errors are drawn than they are
 _FOUND, _ERROR = QColor("#56d364"), QColor("#ff8a2b")
 """Bright on any picture."""
 
@@ -34,26 +30,22 @@ class BoardShot:
     corners: FloatArray | None = None
     errors: FloatArray | None = None
     columns: int = 0
-    image: ImageArray | None = None
-    """(H, W) uint8, or None. Grey."""
-    cells: BoolArray | None = None
-    """(r, c) bool, or None. Cells of the image that hold corners."""
+    image: ImageArray | None = None  # (H, W) uint8, or None. Grey.
+    cells: BoolArray | None = None  # (r, c) bool, or None. Cells of the image that hold corners.
     message: str = ""
-    """Said where there is no picture."""
 
 
 class BoardPicture(Dressed):
     """Shows one :class:`BoardShot`, which can be enlarged; `nothing` is said without one."""
 
-    def __init__(self, name: str, tip: str, nothing: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str, tip: str, nothing: str) -> None:
+        super().__init__()
         self._nothing = nothing
         self.shot: BoardShot | None = None
         self.setAccessibleName(name)
         self.setToolTip(tip)
         self.setMinimumSize(160, 100)
-        self.words = label("", "muted")
-        self.words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.words = label("", "muted", align=Qt.AlignmentFlag.AlignCenter)
         self._plot = new_plot(self)
         for side in ("left", "bottom"):
             self._plot.hideAxis(side)
@@ -74,7 +66,6 @@ class BoardPicture(Dressed):
         return QSize(480, 360)
 
     def show_shot(self, shot: BoardShot | None) -> None:
-        """Show this picture, or none."""
         before, self.shot = self.shot, shot
         said = self._nothing if shot is None else shot.message or shot.title
         self.words.setText(said)
@@ -105,7 +96,7 @@ class BoardPicture(Dressed):
         self._errors.setData(*ends[np.isfinite(ends).all(axis=(1, 2))].reshape(-1, 2).T)
 
     def _dress(self) -> None:
-        dress_plot(self._plot, grid=False)
+        dress_plot(self._plot)
         self.show_shot(self.shot)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 from PySide6.QtCore import QRectF, Qt, Signal
@@ -21,15 +21,7 @@ from .picture import PICTURE_KINDS, Arrangement, Display, Picture, PictureKind, 
 
 _Places: TypeAlias = dict[str, tuple[int, int, int, int]]
 """Row, column, rows and columns of each view that is shown."""
-_HEAD = 26
-"""Pixels above each picture, about."""
-
-
-def _kind_words(view: View, kind: PictureKind) -> str:
-    """Name of a picture, said for this view."""
-    if kind == "image":
-        return "Right image" if view.kind == "stereo" else "Image"
-    return PICTURE_KINDS[kind]
+_HEAD = 26  # pixels above each picture, about
 
 
 class CameraTile(QFrame):
@@ -40,60 +32,50 @@ class CameraTile(QFrame):
         self.view = view
         self.camera = CameraView(view.name, grid)
         self.camera.setAccessibleName(f"View {view.name}")
-        self._name = label(view.name, "heading", wraps=False)
-        kinds = [(kind, _kind_words(view, kind)) for kind in kinds_of(view)]
-        name, tip = f"Image shown in view {view.name}", "Image shown in this view"
-        self._kind = choice(name, kinds, tip)
-        self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._note = label(wraps=False)
-        head = hbox(self._name, self._kind, (self._note, 1), margins=(8, 2, 4, 2), spacing=8)
+        self.name, self.note = label(view.name, "heading", wraps=False), label(wraps=False)
+        words = PICTURE_KINDS | {"image": "Right image" if view.kind == "stereo" else "Image"}
+        kinds = [(kind, words[kind]) for kind in kinds_of(view)]
+        self.kind = choice(f"Image shown in view {view.name}", kinds, "Image shown in this view")
+        self.kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        head = hbox(self.name, self.kind, (self.note, 1), margins=(8, 2, 4, 2), spacing=8)
         self.setLayout(vbox(head, (self.camera, 1), spacing=0))
-        self._kind.setVisible(self._kind.count() > 1)
-        self._kind.activated.connect(
-            lambda: grid.kind_chosen.emit(self._kind.currentData(), view.name)
-        )
-
-    def show_kind(self, kind: PictureKind) -> None:
-        """Name the kind of picture that is shown."""
-        self._kind.setCurrentIndex(self._kind.findData(kind))
-
-    def set_active(self, active: bool) -> None:
-        """Mark the view that keys act on."""
-        self._name.setText(f"▸ {self.view.name}" if active else self.view.name)
+        self.kind.setVisible(len(kinds) > 1)  # alone it would be a window for a moment
+        self.kind.activated.connect(lambda: grid.choose_kind(self.kind.currentData(), view.name))
 
     def show_picture(self, picture: Picture) -> None:
         """Show a picture with its message."""
         self.camera.show_picture(picture)
         note = picture.message if picture.pixels is not None else ""
-        self._note.setText(note)
-        self._note.setToolTip(note)
+        self.note.setText(note)
+        self.note.setToolTip(note)
 
 
 class CameraGrid(QWidget):
-    """The views of a recording, in rows and columns that give their pictures the most room."""
+    """The views of a recording, in rows and columns that give their pictures the most room.
 
-    kind_chosen = Signal(str, str)
-    """A kind of picture that shall be shown, and the name of the view."""
-    hovered = Signal(str)
-    """Words about the pixel under the cursor; empty when the cursor leaves."""
-    limb_clicked = Signal(str)
-    """A limb was clicked in a view; empty for a click beside the model."""
-    activated = Signal(str)
-    """Name of the view that keys shall act on."""
+    `choose_kind` is called with a kind of picture that shall be shown and the name of the view,
+    `choose_limb` with a limb that was clicked, empty beside the model, and `tap_space` when the
+    space bar was pressed, but not to move the picture.
+    """
+
+    hovered = Signal(str)  # words about the pixel under the cursor; empty when the cursor leaves
+    activated = Signal(str)  # name of the view that keys shall act on
     at_hand_changed = Signal(str)
     """Name of the view that a click goes to, and keys about clicks act on."""
-    clicked = Signal(object)
-    """Action that a click in a view means, if :meth:`set_clicking` allows clicks."""
-    refused = Signal(str)
-    """Why a click was not taken."""
-    space_tapped = Signal()
-    """The space bar was pressed, but not to move the picture."""
+    clicked = Signal(object)  # action that a click in a view means, if `set_clicking` allows clicks
+    refused = Signal(str)  # why a click was not taken
 
-    def __init__(self, redraw: RedrawQueue, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.redraw = redraw
+    def __init__(
+        self,
+        redraw: RedrawQueue,
+        choose_kind: Callable[[PictureKind, str], object],
+        choose_limb: Callable[[str], object],
+        tap_space: Callable[[], object],
+    ) -> None:
+        super().__init__()
+        self.redraw, self.choose_kind = redraw, choose_kind
+        self.choose_limb, self.tap_space = choose_limb, tap_space
         self.tiles: dict[str, CameraTile] = {}
-        """Tiles by the name of their view."""
         self.active = self._at_hand = ""
         """Name of the view that keys act on; empty without views."""
         self._aspects: Mapping[str, float] = {}
@@ -102,7 +84,7 @@ class CameraGrid(QWidget):
         self._places: _Places = {}
         self._display = Display()
         self._lights: Mapping[str, tuple[float, float]] = {}
-        self._clicking: tuple[bool, str] = (False, "")
+        self.clicking, self.why_no_clicks = False, ""
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(3)
@@ -113,9 +95,7 @@ class CameraGrid(QWidget):
         return self._at_hand if self._at_hand in self.visible_views() else self.active
 
     def active_camera(self) -> CameraView | None:
-        """The camera view that keys act on."""
-        tile = self.tiles.get(self.active)
-        return tile.camera if tile is not None else None
+        return self.tiles[self.active].camera if self.active else None
 
     def set_views(self, views: Sequence[View], aspects: Mapping[str, float]) -> None:
         """Show other views; `aspects` are width by height of their upright images, by name."""
@@ -127,7 +107,6 @@ class CameraGrid(QWidget):
         for view in views:
             tile = CameraTile(view, self)
             tile.camera.set_display(self._display_of(view.name))
-            tile.camera.set_clicking(*self._clicking)
             self.tiles[view.name] = tile
         self.active = self._at_hand = ""
         if views:
@@ -144,30 +123,26 @@ class CameraGrid(QWidget):
         self._arrange()
 
     def fit(self) -> None:
-        """Show whole pictures."""
         for tile in self.tiles.values():
             tile.camera.fit()
         self._aspects = self._whole
         self._arrange()
 
     def visible_views(self) -> tuple[str, ...]:
-        """Names of the views that the arrangement shows."""
         if self._arrangement == "single" and self.active:
             return (self.active,)
         return tuple(self.tiles)
 
     def show_pictures(self, pictures: Sequence[Picture]) -> None:
-        """Show the pictures of one instant."""
         for place, picture in enumerate(pictures):
-            tile = self.tiles.get(picture.view)
-            if tile is not None:
+            if tile := self.tiles.get(picture.view):
                 tile.camera.legend = place == 0  # once is enough
                 tile.show_picture(picture)
 
     def show_kinds(self, kinds: Mapping[str, PictureKind]) -> None:
-        """Name the kind of picture that each view shows."""
         for name, kind in kinds.items():
-            self.tiles[name].show_kind(kind)
+            box = self.tiles[name].kind
+            box.setCurrentIndex(box.findData(kind))
 
     def set_display(
         self, display: Display, lights: Mapping[str, tuple[float, float]] | None = None
@@ -178,12 +153,9 @@ class CameraGrid(QWidget):
             tile.camera.set_display(self._display_of(name))
 
     def _display_of(self, view: str) -> Display:
-        light = self._lights.get(view)
-        if light is None:
-            return self._display
-        return dataclasses.replace(self._display, brightness=light[0], contrast=light[1])
-
-    # ---- clicks
+        own = (self._display.brightness, self._display.contrast)
+        brightness, contrast = self._lights.get(view, own)
+        return dataclasses.replace(self._display, brightness=brightness, contrast=contrast)
 
     def set_marks(self, marks: Mapping[str, ClickMarks]) -> None:
         """Draw clicks by the name of the camera whose image they are of."""
@@ -193,24 +165,21 @@ class CameraGrid(QWidget):
 
     def set_clicking(self, clicking: bool, why_not: str = "") -> None:
         """Let the left button place clicks in all views, or say why it cannot."""
-        if (clicking, why_not) == self._clicking:
-            return
-        self._clicking = (clicking, why_not)
-        for tile in self.tiles.values():
-            tile.camera.set_clicking(clicking, why_not)
+        if (clicking, why_not) != (self.clicking, self.why_no_clicks):
+            self.clicking, self.why_no_clicks = clicking, why_not
+            for tile in self.tiles.values():
+                tile.camera.drop_click()
 
     def arrange(self, arrangement: Arrangement) -> None:
-        """Arrange the views in another way."""
         self._arrangement = arrangement
         self._arrange()
 
     def set_active(self, name: str) -> None:
-        """Mark the view that keys act on."""
         if name not in self.tiles:
             return
         self.active = name
-        for tile in self.tiles.values():
-            tile.set_active(tile.view.name == name and len(self.tiles) > 1)
+        for each, tile in self.tiles.items():  # mark the view that keys act on
+            tile.name.setText(f"▸ {each}" if each == name and len(self.tiles) > 1 else each)
         self._arrange()
         self.point_at(name)
 
@@ -227,7 +196,10 @@ class CameraGrid(QWidget):
     def _arrange(self) -> None:
         """Put the tiles where their pictures get the most room; nothing moves without need."""
         shown = self.visible_views()
-        places = self._places_of(shown)
+        large = self.active if self._arrangement == "one-and-more" and len(shown) > 1 else ""
+        offered = [_places(shown, columns, large) for columns in range(1, len(shown) + 1)]
+        room = self.width(), self.height()
+        places = max(offered, key=lambda one: _covered(one, self._aspects, *room), default={})
         if places == self._places:
             return
         self._places = places
@@ -244,12 +216,6 @@ class CameraGrid(QWidget):
             self._layout.setColumnStretch(column, round(100 * share))
         for row in range(rows):
             self._layout.setRowStretch(row, 1)
-
-    def _places_of(self, shown: Sequence[str]) -> _Places:
-        large = self.active if self._arrangement == "one-and-more" and len(shown) > 1 else ""
-        offered = [_places(shown, columns, large) for columns in range(1, len(shown) + 1)]
-        width, height = self.width(), self.height()
-        return max(offered, key=lambda one: _covered(one, self._aspects, width, height), default={})
 
 
 def _places(names: Sequence[str], columns: int, large: str) -> _Places:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import hypot
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
@@ -23,9 +24,9 @@ from ..redraw import takes_key
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .click_hand import ClickHand
-from .click_marks import ClickMarks, Offer
+from .click_marks import ClickAct, ClickMarks, Offer
 from .click_painting import paint_marks, paint_notes
-from .cursor import CursorLabel, loupe_size, paint_loupe
+from .cursor import CursorLabel, loupe, loupe_size
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
 
@@ -47,10 +48,7 @@ _BY_KEYS = {
 
 
 class CameraView(PictureView):
-    """Paints one :class:`Picture`; data are never resampled, only displayed.
-
-    What a person does in it is told by the signals of its grid.
-    """
+    """Paints one :class:`Picture`; its grid tells what a person does in it."""
 
     def __init__(self, name: str, grid: CameraGrid) -> None:
         super().__init__(grid.redraw, grid)
@@ -60,8 +58,6 @@ class CameraView(PictureView):
         self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
         self._dragged = False
         self._marks: ClickMarks | None = None
-        self._clicking = False
-        self._why_no_clicks = ""
         self._hand = ClickHand(self)
         self.label = CursorLabel(self)
         self._space: bool | None = None
@@ -74,13 +70,12 @@ class CameraView(PictureView):
     @property
     def marks(self) -> ClickMarks | None:
         """Clicks and what belongs to them, if they are of the picture that is shown."""
-        marks, picture = self._marks, self.picture
-        if marks is None or picture is None:
+        marks, shown = self._marks, self.picture
+        if marks is None or shown is None:
             return None
-        return marks if (marks.frame, marks.camera) == (picture.frame, picture.camera) else None
+        return marks if (marks.frame, marks.camera) == (shown.frame, shown.camera) else None
 
     def show_picture(self, picture: Picture) -> None:
-        """Show another picture, and say what is under the cursor now."""
         super().show_picture(picture)
         self._show_cursor()
         self._tell_hover()
@@ -90,7 +85,8 @@ class CameraView(PictureView):
         before, self._marks = self._marks, marks
         if alike(before, marks):
             return
-        if marks is None or before is None or _come_anew(before, marks):
+        at_once = marks and before and not before.clicks and len(marks.clicks) > 1
+        if marks is None or before is None or marks.frame != before.frame or at_once:
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()
         self.update_soon()
@@ -99,13 +95,10 @@ class CameraView(PictureView):
         """Where run, reference, clicks or the model fitted to them show a person."""
         marks, box = self.marks, super().person_box()
         clicked = marks.person_box() if marks is not None else None
-        if box is None or clicked is None:
-            return clicked if box is None else box
-        return box.united(clicked)
+        return box.united(clicked) if box is not None and clicked is not None else box or clicked
 
-    def set_clicking(self, clicking: bool, why_not: str = "") -> None:
-        """Let the left button place clicks, or say why it cannot."""
-        self._clicking, self._why_no_clicks = clicking, why_not
+    def drop_click(self) -> None:
+        """Place nothing by the button that is held; other clicks are allowed from now on."""
         self._hand.let_go()
         self._show_cursor()
 
@@ -113,7 +106,7 @@ class CameraView(PictureView):
         """Why this picture takes no clicks now, as a sentence; empty where it does."""
         if self.picture is not None and not self.picture.camera:
             return _COMPUTED
-        return self._why_no_clicks
+        return self._grid.why_no_clicks
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current_theme()
@@ -122,9 +115,11 @@ class CameraView(PictureView):
         if not any(self._size()):
             self._paint_message(painter, QColor(theme.muted))
         else:
-            self._paint_picture(painter, self._to_widget(), self._scale())
+            self._paint_picture(painter, self._to_widget())
             if self._display.loupe and self._cursor is not None:
-                self._paint_loupe(painter, self._cursor, QColor(theme.accent))
+                size, rim = loupe_size(QRectF(self.rect())), QColor(theme.accent)
+                with loupe(painter, self._cursor, size, self._scale(), rim) as enlarge:
+                    self._paint_picture(painter, self._to_widget() * enlarge)
             area, overlay = QRectF(self.rect()), self.picture and self.picture.overlay
             paint_notes(
                 painter, self.marks, self._display.overlays, area,
@@ -139,39 +134,24 @@ class CameraView(PictureView):
         if self.picture is not None:
             self.painted_frame = self.picture.frame
 
-    def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
+    def _paint_picture(self, painter: QPainter, transform: QTransform) -> None:
         if self.picture is None or self.picture.pixels is None:
             return
         painter.save()
         painter.setTransform(transform, True)
         # enlarged pixels stay squares, so that one sees what was measured
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 3.0)
+        small = hypot(transform.m11(), transform.m12()) < 3.0
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, small)
         painter.drawImage(QPointF(-0.5, -0.5), self._image_of(self.picture.pixels))
-        paint_overlay(
-            painter,
-            self.picture.overlay,
-            self._display.overlays,
-            self._display.highlighted,
-            scale,
-        )
         painter.restore()
-        self._paint_marks(painter, transform)
-
-    def _paint_loupe(self, painter: QPainter, cursor: QPointF, rim: QColor) -> None:
-        def paint(painter: QPainter, enlarge: QTransform, factor: float) -> None:
-            self._paint_picture(painter, self._to_widget() * enlarge, factor * self._scale())
-
-        size = loupe_size(QRectF(self.rect()))
-        paint_loupe(painter, cursor, size, self._scale(), paint, rim)
-
-    def _paint_marks(self, painter: QPainter, transform: QTransform) -> None:
+        shown = self._display.overlays
+        paint_overlay(painter, self.picture.overlay, shown, self._display.highlighted, transform)
         marks, preview = self.marks, self._hand.preview()
-        if marks is None:
-            return
-        if preview is not None:
+        if marks is not None and preview is not None:
             landmark, pixel = preview
             marks = marks.with_moved(landmark, pixel.x(), pixel.y())
-        paint_marks(painter, marks, transform, self._display.overlays, QRectF(self.rect()))
+        if marks is not None:
+            paint_marks(painter, marks, transform, shown, QRectF(self.rect()))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if event.angleDelta().y():
@@ -183,21 +163,18 @@ class CameraView(PictureView):
         self._cursor = event.position()
         self._grid.point_at(self._name)
         self._grid.activated.emit(self._name)
-        left = event.button() == Qt.MouseButton.LeftButton
-        if left and self._clicking and self._space is None:
-            self._press_with_hand(event.position())
+        left, marks = event.button() == Qt.MouseButton.LeftButton, self.marks
+        if left and self._grid.clicking and self._space is None:
+            why_not = self.why_no_clicks()
+            if why_not or marks is None:
+                self._grid.refused.emit(why_not or "Loading image …")
+            else:
+                self._hand.press(event.position(), marks)
+                self.update()
         elif left or event.button() in {Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton}:
             self._hand.let_go()
             self._drag = (event.position(), event.position())
             self._dragged = False
-
-    def _press_with_hand(self, position: QPointF) -> None:
-        marks, why_not = self.marks, self.why_no_clicks()
-        if why_not or marks is None:
-            self._grid.refused.emit(why_not or "Loading image …")
-            return
-        self._hand.press(position, marks)
-        self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
@@ -243,31 +220,27 @@ class CameraView(PictureView):
             self.update()
         elif self._band.isVisible():
             self._band.hide()
-            self._zoom_to_band()
+            band = QRectF(self._band.geometry())
+            if max(band.width(), band.height()) >= _BAND_PIXELS:
+                self.zoom_to(self._to_widget().inverted()[0].mapRect(band))
+                self._by_hand, self._at_home = True, False
         elif self._drag is not None and not self._dragged:
             self._click_without_hand(event)
         self._drag = None
         self._show_cursor()
 
-    def _zoom_to_band(self) -> None:
-        band = QRectF(self._band.geometry())
-        if max(band.width(), band.height()) >= _BAND_PIXELS:
-            inverse, _ = self._to_widget().inverted()
-            self.zoom_to(inverse.mapRect(band))
-            self._by_hand, self._at_home = True, False
-
     def _click_without_hand(self, event: QMouseEvent) -> None:
         """A click that places nothing: it selects a limb, or with the right button a click."""
-        marks = self.marks
-        if not self._clicking and event.button() == Qt.MouseButton.LeftButton:
-            self._grid.limb_clicked.emit(self._limb_at(event.position()))
-        elif self._clicking and event.button() == Qt.MouseButton.RightButton and marks is not None:
-            picked = self._hand.picked_at(event.position(), marks)
-            if picked is not None:
-                self._grid.clicked.emit(picked)
+        marks, button = self.marks, event.button()
+        if not self._grid.clicking and button == Qt.MouseButton.LeftButton:
+            self._grid.choose_limb(self._limb_at(event.position()))
+        elif self._grid.clicking and button == Qt.MouseButton.RightButton and marks is not None:
+            mark = self._hand.mark_at(event.position(), marks)
+            if mark is not None:
+                self._grid.clicked.emit(ClickAct("pick", marks.key(mark.landmark)))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        if self._clicking and event.button() == Qt.MouseButton.LeftButton:
+        if self._grid.clicking and event.button() == Qt.MouseButton.LeftButton:
             return  # the first of both has placed something; a second click would move it
         self.fit()
 
@@ -275,22 +248,20 @@ class CameraView(PictureView):
         return takes_key(event, self._is_space) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if self._is_space(event):
-            if not event.isAutoRepeat():
-                self._space = False
-                self._show_cursor()
-            return
-        super().keyPressEvent(event)
+        if not self._is_space(event):
+            super().keyPressEvent(event)
+        elif not event.isAutoRepeat():
+            self._space = False
+            self._show_cursor()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Space and self._space is not None:
-            if not event.isAutoRepeat():
-                used, self._space = self._space, None
-                self._show_cursor()
-                if not used:
-                    self._grid.space_tapped.emit()
-            return
-        super().keyReleaseEvent(event)
+        if event.key() != Qt.Key.Key_Space or self._space is None:
+            super().keyReleaseEvent(event)
+        elif not event.isAutoRepeat():
+            used, self._space = self._space, None
+            self._show_cursor()
+            if not used:
+                self._grid.tap_space()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         self._by_keys = event.reason() in _BY_KEYS
@@ -305,12 +276,12 @@ class CameraView(PictureView):
 
     def _is_space(self, event: QKeyEvent) -> bool:
         plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
-        return self._clicking and plain and event.key() == Qt.Key.Key_Space
+        return self._grid.clicking and plain and event.key() == Qt.Key.Key_Space
 
     def _show_cursor(self) -> None:
         """The cursor and what is written beside it say what the left button would do."""
         self._say_offer()
-        if not self._clicking or not any(self._size()):
+        if not self._grid.clicking or not any(self._size()):
             self.unsetCursor()
         elif self._space is not None:
             self.setCursor(Qt.CursorShape.OpenHandCursor)
@@ -319,14 +290,13 @@ class CameraView(PictureView):
         else:
             marks, place = self.marks, self._cursor
             handle = marks is not None and place is not None and self._hand.handle_at(place, marks)
-            shape = Qt.CursorShape.SizeAllCursor if handle else Qt.CursorShape.CrossCursor
-            self.setCursor(shape)
+            self.setCursor(Qt.CursorShape.SizeAllCursor if handle else Qt.CursorShape.CrossCursor)
 
     def _say_offer(self) -> None:
         marks, cursor = self.marks, self._cursor
         moving = self._drag is not None or self._space is not None or self._hand.dragging
         offer = Offer()
-        if self._clicking and marks is not None and cursor is not None and not moving:
+        if self._grid.clicking and marks is not None and cursor is not None and not moving:
             there = self.inside(self.pixel_at(cursor)) and not self.why_no_clicks()
             offer = self._hand.offer_at(cursor, marks) if there else offer
         if cursor is None or not offer.words:
@@ -350,23 +320,16 @@ class CameraView(PictureView):
     def _limb_at(self, position: QPointF) -> str:
         if self.picture is None:
             return ""
-        pixel = self.pixel_at(position)
-        nearest_last = [shape.limb for shape in self.picture.overlay.shapes]
-        order = {limb: place for place, limb in enumerate(nearest_last)}
-        hit = [limb for limb, path in self.picture.overlay.paths if path.contains(pixel)]
-        return max(hit, key=lambda limb: order[limb], default="")
+        pixel, overlay = self.pixel_at(position), self.picture.overlay
+        nearest_last = {shape.limb: place for place, shape in enumerate(overlay.shapes)}
+        hit = [limb for limb, path in overlay.paths if path.contains(pixel)]
+        return max(hit, key=nearest_last.__getitem__, default="")
 
     def _tell_hover(self) -> None:
         if self._cursor is None or self.picture is None or not any(self._size()):
             return
-        pixel = self.pixel_at(self._cursor)
+        pixel, words = self.pixel_at(self._cursor), ""
         if self.inside(pixel):
-            words = self.picture.value_at(pixel.x(), pixel.y())
-            self._grid.hovered.emit(f"{self._name}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
-        else:
-            self._grid.hovered.emit("")
-
-
-def _come_anew(before: ClickMarks, marks: ClickMarks) -> bool:
-    """Whether clicks are of another frame, or came at once: a project was opened."""
-    return marks.frame != before.frame or (not before.clicks and len(marks.clicks) > 1)
+            value = self.picture.value_at(pixel.x(), pixel.y())
+            words = f"{self._name}  x {pixel.x():.1f}  y {pixel.y():.1f}  {value}"
+        self._grid.hovered.emit(words)

@@ -1,20 +1,16 @@
 """The mouse over a picture that takes clicks: place, pick, drag."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 from PySide6.QtCore import QLineF, QPointF, Qt
 
 from .click_marks import ClickAct, ClickMark, ClickMarks, Offer, PredictionMark
 from .picture import PictureView
 
-HANDLE = 12.0
-"""Widget pixels around a click within which it can be dragged."""
-
+HANDLE = 12.0  # widget pixels around a click within which it can be dragged
 _STILL = 3.0
 _Mark = TypeVar("_Mark", ClickMark, PredictionMark)
 
@@ -44,36 +40,30 @@ class ClickHand:
 
     @property
     def dragging(self) -> bool:
-        """Whether the mouse has moved with the button down."""
         return self._press is not None and self._press.dragging
 
     @property
     def busy(self) -> bool:
-        """Whether the button is down."""
         return self._press is not None
 
     def preview(self) -> tuple[str, QPointF] | None:
-        """The landmark being dragged and the raw pixel that it would come to."""
         press = self._press
         if press is None or press.mark is None or not press.dragging:
             return None
         return press.mark.landmark, self._ground.pixel_at(press.now - press.offset)
 
     def press(self, position: QPointF, marks: ClickMarks) -> None:
-        """Take hold of what is there."""
         mark = self.handle_at(position, marks)
         place = self._ground.place_of(mark.x, mark.y) if mark is not None else position
         self._press = _Press(position, position, mark, position - place, dragging=False)
 
     def move(self, position: QPointF) -> None:
-        """Follow the cursor."""
         press = self._press
         if press is not None:
             far = (position - press.start).manhattanLength() > _STILL
             self._press = replace(press, now=position, dragging=press.dragging or far)
 
     def let_go(self) -> None:
-        """Do nothing after all."""
         self._press = None
 
     def release(
@@ -89,10 +79,8 @@ class ClickHand:
             pixel = self._ground.pixel_at(press.now - press.offset)
             if not self._ground.inside(pixel):
                 return None
-            what: Literal["move", "place"] = (
-                "move" if isinstance(press.mark, ClickMark) else "place"
-            )
-            return ClickAct(what, marks.key(press.mark.landmark), (pixel.x(), pixel.y()))
+            key, moves = marks.key(press.mark.landmark), isinstance(press.mark, ClickMark)
+            return ClickAct("move" if moves else "place", key, (pixel.x(), pixel.y()))
         offer = marks.offer
         if isinstance(press.mark, ClickMark) and not anyway and offer.picks:
             return ClickAct("pick", marks.key(press.mark.landmark))
@@ -105,11 +93,9 @@ class ClickHand:
         return ClickAct("guess" if shift else "place", key, (pixel.x(), pixel.y()))
 
     def offer_at(self, position: QPointF, marks: ClickMarks) -> Offer:
-        """What a click there would do."""
-        mark = self.mark_at(position, marks) if marks.offer.picks else None
-        if mark is None:
-            return marks.offer
-        return Offer(words=f"{mark.label}: click to select, drag to move", colour=mark.colour)
+        if marks.offer.picks and (mark := self.mark_at(position, marks)):
+            return Offer(words=f"{mark.label}: click to select, drag to move", colour=mark.colour)
+        return marks.offer
 
     def handle_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | PredictionMark | None:
         """What can be dragged from a place in the widget: a click, else a proposal."""
@@ -120,11 +106,6 @@ class ClickHand:
     def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
         """The nearest click whose handle is under a place in the widget."""
         return self._nearest(position, marks.clicks)
-
-    def picked_at(self, position: QPointF, marks: ClickMarks) -> ClickAct | None:
-        """The click under a place in the widget as picked, whatever is chosen."""
-        mark = self.mark_at(position, marks)
-        return ClickAct("pick", marks.key(mark.landmark)) if mark is not None else None
 
     def _nearest(self, position: QPointF, marks: Sequence[_Mark]) -> _Mark | None:
         nearest = min(marks, key=partial(self._distance, position), default=None)

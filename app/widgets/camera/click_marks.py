@@ -20,7 +20,6 @@ CLICK_OVERLAYS: Mapping[str, str] = {
     "residuals": "Residuals of the fit",
     "fit": "Model fitted to clicks",
 }
-"""Overlays about clicks that can be switched one by one, with their names."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +29,8 @@ class ClickMark:
     landmark: str
     label: str
     colour: str
-    """`landmark`, `label` and `colour`: name in the set, name as a person reads it, ``#rrggbb``."""
     x: float
-    y: float
-    """`x` and `y`: raw pixels."""
+    y: float  # `x` and `y`: raw pixels
     guessed: bool = False
     doubted: bool = False
     accepted: bool = False
@@ -56,17 +53,13 @@ class PredictionMark:
     colour: str
     x: float
     y: float
-    error_px: float = nan
-    """How far the click is from it; NaN without a click."""
-    spread_px: float = nan
-    """Standard deviation of the place."""
+    error_px: float = nan  # how far the click is from it; NaN without a click
+    spread_px: float = nan  # standard deviation of the place
     chosen: bool = False
     proposed: bool = False
     """For this frame, to be accepted or dragged; else it is known from elsewhere."""
-    guessed: bool = False
-    """Hidden in the nearest clicked frames."""
+    guessed: bool = False  # hidden in the nearest clicked frames
     opacity: float = 1.0
-    """The less certain the fainter."""
     certain: bool = True
     """Whether it is within the limit of sigma up to which predictions are accepted."""
 
@@ -102,14 +95,10 @@ class ResidualMark:
 class Offer:
     """What the next click in a picture does."""
 
-    landmark: str = ""
-    """What it places; empty: it places nothing."""
+    landmark: str = ""  # what it places; empty: it places nothing
     words: str = ""
-    """What is said at the cursor before the click."""
-    colour: str = ""
-    """``#rrggbb`` of the landmark's limb; empty where nothing is placed."""
-    moves: bool = False
-    """The landmark is clicked here already, so that the click moves it."""
+    colour: str = ""  # `#rrggbb` of the landmark's limb; empty where nothing is placed
+    moves: bool = False  # the landmark is clicked here already, so that the click moves it
 
     @property
     def picks(self) -> bool:
@@ -128,17 +117,13 @@ class ClickMarks:
     curves: tuple[CurveMark, ...] = ()
     residuals: tuple[ResidualMark, ...] = ()
     model: tuple[LimbMark, ...] = ()
-    model_is_old: bool = False
-    """Whether the model was fitted before the last click."""
-    outside: tuple[str, ...] = ()
-    """Labels of landmarks that a person says are not in the picture."""
+    model_is_old: bool = False  # whether the model was fitted before the last click
+    outside: tuple[str, ...] = ()  # labels of landmarks that a person says are not in the picture
     proposed_outside: tuple[str, ...] = ()
     """Labels of landmarks that are proposed as outside, as in the nearest clicked frames."""
     offer: Offer = Offer()
-    """What the next click does."""
 
     def key(self, landmark: str) -> ClickKey:
-        """Of a landmark's click in this picture."""
         return ClickKey(self.frame, self.camera, landmark)
 
     def person_box(self) -> QRectF | None:
@@ -170,5 +155,4 @@ class ClickAct:
 
     what: Literal["place", "guess", "move", "pick"]
     key: ClickKey
-    pixel: tuple[float, float] = (nan, nan)
-    """Raw pixel where it comes to."""
+    pixel: tuple[float, float] = (nan, nan)  # raw pixel where it comes to

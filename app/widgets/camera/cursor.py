@@ -1,24 +1,17 @@
 """What follows the cursor: what a click would do, and a loupe, every pixel a square."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QColor,
-    QPainter,
-    QPainterPath,
-    QPaintEvent,
-    QPen,
-    QTransform,
-)
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen, QTransform
 from PySide6.QtWidgets import QLabel, QWidget
+
+from .overlays import stroke
 
 SIZE = 170.0
 FACTOR = 4.0
-LEAST_SCALE = 5.0
-"""Widget pixels that a pixel of the picture has in the loupe at least."""
+LEAST_SCALE = 5.0  # widget pixels that a pixel of the picture has in the loupe at least
 
 
 def loupe_size(bounds: QRectF) -> float:
@@ -26,18 +19,14 @@ def loupe_size(bounds: QRectF) -> float:
     return min(SIZE, 0.62 * min(bounds.width(), bounds.height()))
 
 
-def paint_loupe(
-    painter: QPainter,
-    cursor: QPointF,
-    size: float,
-    scale: float,
-    paint: Callable[[QPainter, QTransform, float], None],
-    rim: QColor,
-) -> None:
-    """Paint the neighbourhood of the cursor around it, in a circle of a diameter of `size`.
+@contextmanager
+def loupe(
+    painter: QPainter, cursor: QPointF, size: float, scale: float, rim: QColor
+) -> Iterator[QTransform]:
+    """Let what is painted meanwhile be seen in a circle of a diameter of `size` at the cursor.
 
-    `cursor` is in the widget, which has `scale` pixels for one of the picture; `paint` paints the
-    picture with a further transform, and is told the factor of it.
+    Gives the transform that enlarges the neighbourhood of the cursor, a place in the widget, which
+    has `scale` pixels for one of the picture.
     """
     factor = max(FACTOR, LEAST_SCALE / max(scale, 1e-6))
     path = QPainterPath()
@@ -45,26 +34,15 @@ def paint_loupe(
     painter.save()
     painter.setClipPath(path)
     painter.fillRect(path.boundingRect(), QColor("black"))
-    enlarge = (
-        QTransform.fromTranslate(-cursor.x(), -cursor.y())
-        * QTransform.fromScale(factor, factor)
-        * QTransform.fromTranslate(cursor.x(), cursor.y())
-    )
-    paint(painter, enlarge, factor)
-    _paint_cross(painter, cursor, size)
+    around = QTransform.fromScale(factor, factor) * QTransform.fromTranslate(cursor.x(), cursor.y())
+    yield QTransform.fromTranslate(-cursor.x(), -cursor.y()) * around
+    cross = QPainterPath()
+    for way in (QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)):
+        cross.moveTo(cursor + way * 4.0)  # a gap, so that the pixel itself is seen
+        cross.lineTo(cursor + way * (0.32 * size))
+    stroke(painter, cross, QPen(QColor(0, 0, 0, 150), 3), QPen(QColor(255, 255, 255, 210), 1))
     painter.restore()
-    painter.setPen(QPen(rim, 2))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.drawPath(path)
-
-
-def _paint_cross(painter: QPainter, centre: QPointF, size: float) -> None:
-    """Cross-hairs with a gap, so that the pixel itself is seen."""
-    for pen in (QPen(QColor(0, 0, 0, 150), 3), QPen(QColor(255, 255, 255, 210), 1)):
-        painter.setPen(pen)
-        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            way = QPointF(x, y)
-            painter.drawLine(centre + way * 4.0, centre + way * (0.32 * size))
+    stroke(painter, path, QPen(rim, 2))
 
 
 _BOX = (

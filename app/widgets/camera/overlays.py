@@ -4,13 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import hypot
 from typing import TypeAlias
 
 import cv2
 import numpy as np
 import pyqtgraph
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QLinearGradient,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPolygonF,
+    QTransform,
+)
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -32,7 +42,6 @@ OVERLAYS: dict[str, str] = {
     "keypoints": "Keypoints of detectors",
     "correspondences": "Correspondences",
 }
-"""Overlays that can be switched one by one, with their names."""
 
 LEADING = frozenset(OVERLAYS) - {"points"}
 """Those of runs and references, which would lead the clicks of somebody who annotates."""
@@ -45,8 +54,7 @@ _GHOST_ALPHA = 130
 class Marked:
     """What is drawn in one colour."""
 
-    name: str
-    """#rrggbb; of ghosts the limb."""
+    name: str  # #rrggbb; of ghosts the limb
     places: FloatArray
     """Ghosts: the vertices (S, V, 3) of one cone of the model in several poses; lines: their ends
     (K, 2, 3); dots: (K, 3)."""
@@ -65,7 +73,6 @@ class InsideScene:
     dots: tuple[Marked, ...] = ()
 
     def projected(self, project: Projection) -> InsideScene:
-        """The same in a picture."""
         silhouettes = tuple(
             Marked(ghost.name, _hull(cone))
             for ghost in self.ghosts
@@ -84,42 +91,30 @@ class PartShape:
     """One cone of the model as it appears in a picture."""
 
     limb: str
-    outline: FloatArray
-    """(K, 2) float64, pixels. Convex silhouette."""
-    axis: FloatArray
-    """(2, 2) float64, pixels. From the base's to the end's centre."""
-    wire: FloatArray
-    """(E, 2, 2) float64, pixels. Edges of the surface that face the camera."""
-    distance: float
-    """Metres. From the camera, to paint the far ones first."""
+    outline: FloatArray  # (K, 2) float64, pixels. Convex silhouette.
+    axis: FloatArray  # (2, 2) float64, pixels. From the base's to the end's centre.
+    wire: FloatArray  # (E, 2, 2) float64, pixels. Edges of the surface that face the camera.
+    distance: float  # Metres. From the camera, to paint the far ones first.
 
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
     """Everything that may be drawn over one picture."""
 
-    shapes: tuple[PartShape, ...] = ()
-    """The model, the farthest part first."""
+    shapes: tuple[PartShape, ...] = ()  # the model, the farthest part first
     paths: tuple[tuple[str, QPainterPath], ...] = ()
-    """Outline of each limb."""
-    reference: FloatArray | None = None
-    """(9, 2) float64 or None, pixels."""
+    reference: FloatArray | None = None  # (9, 2) float64 or None, pixels
     reference_is_old: bool = False
-    """Whether it was fitted before the last click."""
     ghosts: tuple[tuple[LineStyle, tuple[tuple[str, QPainterPath], ...]], ...] = ()
     """Line style and outline of each limb of the models of further runs."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
     """All runs that are drawn and their line styles, the active one first."""
-    points: FloatArray | None = None
-    """(N, 2) float64, pixels."""
+    points: FloatArray | None = None  # (N, 2) float64, pixels
     correspondences: FloatArray | None = None
     """(m, 2, 2) float64, pixels. From the measured point to the model's."""
-    limbs: IntArray | None = None
-    """(m,) int64. Index into ``LIMBS`` of each correspondence."""
+    limbs: IntArray | None = None  # (m,) int64. Index into `LIMBS` of each correspondence.
     inside: InsideScene | None = None
-    """What a step inside the frame draws."""
     keypoints: InsideScene | None = None
-    """What detectors have predicted in this picture."""
 
     def person_box(self) -> QRectF | None:
         """Box around model, reference or points, whichever is there first; in pixels."""
@@ -192,11 +187,7 @@ def limb_paths(shapes: Sequence[PartShape]) -> tuple[tuple[str, QPainterPath], .
     """Outline of each limb: the union of its cones' silhouettes."""
     united: dict[str, QPainterPath] = {}
     for shape in shapes:
-        path = QPainterPath()
-        path.addPolygon(_polygon(shape.outline))
-        path.closeSubpath()
-        before = united.get(shape.limb)
-        united[shape.limb] = path if before is None else before.united(path)
+        united[shape.limb] = united.get(shape.limb, QPainterPath()).united(_outline(shape.outline))
     return tuple(united.items())
 
 
@@ -207,54 +198,78 @@ def ghost_paths(
     return limb_paths(part_shapes(meshes, project, np.zeros(3), wire=False))
 
 
-def paint_overlay(
-    painter: QPainter, overlay: Overlay, shown: frozenset[str], highlighted: str, scale: float
-) -> None:
-    """Paint what is switched on, in the picture's pixels, each `scale` pixels of the widget."""
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    if "shading" in shown:
-        _paint_shading(painter, overlay.shapes)
-    if "points" in shown and overlay.points is not None:
-        _paint_points(painter, overlay.points, scale)
+def stroke(painter: QPainter, path: QPainterPath, *pens: QPen, fill: QColor | None = None) -> None:
+    """Draw a path with pens over each other, so that it is seen on any picture."""
+    painter.setBrush(QBrush() if fill is None else QBrush(fill))
+    for pen in pens:
+        painter.setPen(pen)
+        painter.drawPath(path)
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    _paint_models(painter, overlay, shown, highlighted, scale)
+
+
+def paint_overlay(
+    painter: QPainter,
+    overlay: Overlay,
+    shown: frozenset[str],
+    highlighted: str,
+    to_widget: QTransform,
+) -> None:
+    """Paint what is switched on; `to_widget` leads from raw pixels to the painter's coordinates."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    scale = hypot(to_widget.m11(), to_widget.m12())
+    if "shading" in shown:
+        for shape in overlay.shapes:
+            tone = QBrush(_cone_gradient(shape))
+            tone.setTransform(to_widget)
+            painter.fillPath(to_widget.map(_outline(shape.outline)), tone)
+    if "points" in shown and overlay.points is not None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        width = min(max(0.8 * scale, 1.5), 4.0)
+        _dots(painter, overlay.points, to_widget, _line(QColor(255, 236, 90, 200), width))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    _paint_models(painter, overlay, shown, highlighted, to_widget)
     if "keypoints" in shown and overlay.keypoints is not None:
-        _paint_inside(painter, overlay.keypoints, scale)
-    if "correspondences" in shown:
-        _paint_correspondences(painter, overlay, scale)
+        _paint_inside(painter, overlay.keypoints, to_widget)
+    if "correspondences" in shown and overlay.correspondences is not None:
+        for index, limb in enumerate(LIMBS):
+            pairs = overlay.correspondences[overlay.limbs == index]
+            line = _line(_colour(limb).lighter(115), 1.2)
+            stroke(painter, to_widget.map(_segments_path(pairs)), line)
+            width = min(max(scale, 1.2), 3.0)
+            _dots(painter, pairs[:, 0], to_widget, _line(QColor("white"), width))
     if overlay.inside is not None:
-        _paint_inside(painter, overlay.inside, scale)
+        _paint_inside(painter, overlay.inside, to_widget)
     if "reference" in shown and overlay.reference is not None:
         painter.setOpacity(OLD if overlay.reference_is_old else 1.0)
-        _paint_skeleton(painter, overlay.reference, scale)
-        painter.setOpacity(1.0)
+        _paint_skeleton(painter, overlay.reference, to_widget)
+    painter.restore()
 
 
 def _paint_models(
-    painter: QPainter, overlay: Overlay, shown: frozenset[str], highlighted: str, scale: float
+    painter: QPainter,
+    overlay: Overlay,
+    shown: frozenset[str],
+    highlighted: str,
+    to_widget: QTransform,
 ) -> None:
     """Lines of the models: edges and outlines of the run's, outlines of those of other runs."""
     if "wire" in shown:
         for shape in overlay.shapes:
-            _trace(painter, _segments_path(shape.wire), scale, (_colour(shape.limb), 1.0))
+            path = to_widget.map(_segments_path(shape.wire))
+            stroke(painter, path, _line(_colour(shape.limb), 1.0))
     if "others" in shown:
         for style, paths in overlay.ghosts:
             for limb, path in paths:
-                line = (_colour(limb).lighter(130), 1.6)
-                _trace(painter, path, scale, (_DARK, 2.8), line, style=PEN_STYLES[style])
+                line = _line(_colour(limb).lighter(130), 1.6, PEN_STYLES[style])
+                stroke(painter, to_widget.map(path), _line(_DARK, 2.8), line)
     if "outline" in shown:
         for limb, path in overlay.paths:
-            _trace(painter, path, scale, (_DARK, 3.4), (_colour(limb), 2.0))
+            stroke(painter, to_widget.map(path), _line(_DARK, 3.4), _line(_colour(limb), 2.0))
     for limb, path in overlay.paths:
         if limb == highlighted:
-            _trace(painter, path, scale, (QColor("white"), 4.0), (_colour(limb), 2.0))
-
-
-def _paint_shading(painter: QPainter, shapes: Sequence[PartShape]) -> None:
-    painter.setPen(Qt.PenStyle.NoPen)
-    for shape in shapes:
-        painter.setBrush(_cone_gradient(shape))
-        painter.drawPolygon(_polygon(shape.outline))
+            pens = _line(QColor("white"), 4.0), _line(_colour(limb), 2.0)
+            stroke(painter, to_widget.map(path), *pens)
 
 
 def _cone_gradient(shape: PartShape) -> QLinearGradient:
@@ -274,55 +289,35 @@ def _cone_gradient(shape: PartShape) -> QLinearGradient:
     return gradient
 
 
-def _paint_points(painter: QPainter, points: FloatArray, scale: float) -> None:
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-    width = float(np.clip(0.8 * scale, 1.5, 4.0))
-    _dot(painter, points, scale, (QColor(255, 236, 90, 200), width))
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-
-
-def _paint_correspondences(painter: QPainter, overlay: Overlay, scale: float) -> None:
-    if overlay.correspondences is None or overlay.limbs is None:
-        return
-    for index, limb in enumerate(LIMBS):
-        pairs = overlay.correspondences[overlay.limbs == index]
-        line = (_colour(limb).lighter(115), 1.2)
-        _trace(painter, _segments_path(pairs), scale, line)
-        _dot(painter, pairs[:, 0], scale, (QColor("white"), float(np.clip(scale, 1.2, 3.0))))
-
-
-def _paint_inside(painter: QPainter, inside: InsideScene, scale: float) -> None:
-    """Ghosts, lines and dots of one step inside a frame."""
+def _paint_inside(painter: QPainter, inside: InsideScene, to_widget: QTransform) -> None:
     for ghost in inside.ghosts:
         colour = QColor(LIMB_COLOURS.get(ghost.name, "#999999")).lighter(120)
         colour.setAlpha(_GHOST_ALPHA)
-        painter.setPen(_pen(colour, 0.8, scale))
-        painter.drawPolygon(_polygon(ghost.places))
+        stroke(painter, to_widget.map(_outline(ghost.places)), _line(colour, 0.8))
     for line in inside.lines:
-        lines = (QColor(0, 0, 0, 150), 3.0), (QColor(line.name), 1.6)
-        _trace(painter, _segments_path(line.places), scale, *lines)
+        pens = _line(QColor(0, 0, 0, 150), 3.0), _line(QColor(line.name), 1.6)
+        stroke(painter, to_widget.map(_segments_path(line.places)), *pens)
     for dot in inside.dots:
-        dots = (QColor(0, 0, 0, 190), 4.6), (QColor(dot.name), 3.0)
-        _dot(painter, dot.places, scale, *dots)
+        pens = _line(QColor(0, 0, 0, 190), 4.6), _line(QColor(dot.name), 3.0)
+        _dots(painter, dot.places, to_widget, *pens)
 
 
-def _paint_skeleton(painter: QPainter, landmarks: FloatArray, scale: float) -> None:
+def _paint_skeleton(painter: QPainter, landmarks: FloatArray, to_widget: QTransform) -> None:
     """The reference: dashed bones and white joints."""
     place = dict(zip(LANDMARKS, landmarks, strict=True))
     neck = 0.5 * (place["left_shoulder"] + place["right_shoulder"])
     bones = {"head": [(neck, place["head"])]}
     for a, b in SKELETON:
         bones.setdefault(_limb_of(a, b), []).append((place[a], place[b]))
-    every = [bone for limb in bones.values() for bone in limb]
-    _trace(painter, _segments_path(np.array(every)), scale, (_DARK, 4.2))
+    every = np.array([bone for limb in bones.values() for bone in limb])
+    stroke(painter, to_widget.map(_segments_path(every)), _line(_DARK, 4.2))
     for limb, own in bones.items():
-        line = (_colour(limb).lighter(125), 2.2)
-        _trace(painter, _segments_path(np.array(own)), scale, line, style=Qt.PenStyle.DashLine)
-    radius = 3.0 / max(scale, 1e-6)
-    painter.setBrush(QColor("white"))
-    painter.setPen(_pen(QColor(0, 0, 0, 200), 1.0, scale))
+        line = _line(_colour(limb).lighter(125), 2.2, Qt.PenStyle.DashLine)
+        stroke(painter, to_widget.map(_segments_path(np.array(own))), line)
+    joints = QPainterPath()
     for point in landmarks[np.isfinite(landmarks).all(axis=1)]:
-        painter.drawEllipse(QPointF(*point), radius, radius)
+        joints.addEllipse(to_widget.map(QPointF(*point)), 3.0, 3.0)
+    stroke(painter, joints, _line(QColor(0, 0, 0, 200), 1.0), fill=QColor("white"))
 
 
 def _limb_of(a: str, b: str) -> str:
@@ -337,40 +332,29 @@ def _colour(limb: str) -> QColor:
     return QColor(LIMB_COLOURS[limb])
 
 
-def _trace(
-    painter: QPainter,
-    path: QPainterPath,
-    scale: float,
-    *lines: tuple[QColor, float],
-    style: Qt.PenStyle = Qt.PenStyle.SolidLine,
-) -> None:
-    """Draw a path with lines over each other; the last one in a style."""
-    for place, (colour, width) in enumerate(lines, start=1):
-        own = style if place == len(lines) else Qt.PenStyle.SolidLine
-        painter.setPen(_pen(colour, width, scale, own))
-        painter.drawPath(path)
-
-
-def _dot(painter: QPainter, places: FloatArray, scale: float, *dots: tuple[QColor, float]) -> None:
-    """Draw dots (K, 2) over each other where places are known."""
-    known = _polygon(places[np.isfinite(places).all(axis=1)])
-    for colour, width in dots:
-        painter.setPen(_pen(colour, width, scale))
+def _dots(painter: QPainter, places: FloatArray, to_widget: QTransform, *pens: QPen) -> None:
+    """Draw dots (K, 2) with pens over each other where places are known."""
+    known = to_widget.map(_polygon(places[np.isfinite(places).all(axis=1)]))
+    for pen in pens:
+        painter.setPen(pen)
         painter.drawPoints(known)
 
 
-def _pen(
-    colour: QColor, width: float, scale: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine
-) -> QPen:
-    """Pen of a width in widget pixels, whatever the zoom and the scaling of the screen."""
-    # a cosmetic pen would be as wide in the screen's pixels, so half as wide at 2x
+def _line(colour: QColor, width: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine) -> QPen:
     solid = style == Qt.PenStyle.SolidLine
     cap = Qt.PenCapStyle.RoundCap if solid else Qt.PenCapStyle.FlatCap
-    return QPen(colour, width / max(scale, 1e-6), style, cap, Qt.PenJoinStyle.RoundJoin)
+    return QPen(colour, width, style, cap, Qt.PenJoinStyle.RoundJoin)
 
 
 def _polygon(points: FloatArray) -> QPolygonF:
     return QPolygonF([QPointF(x, y) for x, y in points.tolist()])
+
+
+def _outline(points: FloatArray) -> QPainterPath:
+    path = QPainterPath()
+    path.addPolygon(_polygon(points))
+    path.closeSubpath()
+    return path
 
 
 def _segments_path(segments: FloatArray) -> QPainterPath:

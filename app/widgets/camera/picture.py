@@ -66,30 +66,22 @@ class Picture:
     frame: int
     pixels: ImageArray | None
     """(H, W) or (H, W, 3) uint8, or None. Grey or BGR; None where there is nothing to show."""
-    message: str = ""
-    """Why there is nothing to show, or what is suspicious."""
-    rotation: int = 0
-    """Degrees clockwise that make it look upright."""
-    make_overlay: Callable[[], Overlay] = Overlay
-    """Makes what is drawn over it, when it is painted."""
-    camera: str = ""
-    """The camera whose raw pixels these are; empty for a picture that was computed."""
+    message: str = ""  # why there is nothing to show, or what is suspicious
+    rotation: int = 0  # degrees clockwise that make it look upright
+    make_overlay: Callable[[], Overlay] = Overlay  # makes what is drawn over it, when it is painted
+    camera: str = ""  # the camera whose raw pixels these are; empty for a picture that was computed
     value_at: Callable[[float, float], str] = _silent
     """From column and row to words about the pixel: its value and the depth of its ray."""
 
     @cached_property
     def overlay(self) -> Overlay:
-        """What is drawn over it."""
         return self.make_overlay()
 
     def looks_like(self, other: Picture) -> bool:
         """Whether it is painted like another one, whatever may be said of its pixels."""
-        if self.pixels is not other.pixels:
-            return False
-        mine, others = (
-            replace(one, value_at=_silent, make_overlay=Overlay) for one in (self, other)
-        )
-        return alike(mine, others) and alike(self.overlay, other.overlay)
+        a, b = (replace(one, value_at=_silent, make_overlay=Overlay) for one in (self, other))
+        painted_alike = self.pixels is other.pixels and alike(a, b)
+        return painted_alike and alike(self.overlay, other.overlay)
 
 
 def alike(a: Any, b: Any) -> bool:
@@ -112,13 +104,9 @@ class Display:
     overlays: frozenset[str] = frozenset(
         {"outline", "others", "reference", "keypoints", *CLICK_OVERLAYS}
     )
-    """Names of the overlays that are switched on."""
     highlighted: str = ""
-    """Limb that is selected everywhere, or empty."""
-    brightness: float = 0.0
-    """-1 to 1."""
-    contrast: float = 1.0
-    """Factor."""
+    brightness: float = 0.0  # -1 to 1
+    contrast: float = 1.0  # factor
     loupe: bool = False
     keep_person: bool = False
     """Whether views enlarge the person and follow it, until somebody zooms by hand."""
@@ -134,6 +122,14 @@ def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageA
     return result
 
 
+def image_of(pixels: ImageArray) -> QImage:
+    """An image of grey or BGR pixels (H, W) or (H, W, 3), which lives no longer than they do."""
+    whole = np.ascontiguousarray(pixels)
+    height, width = whole.shape[:2]
+    form = QImage.Format.Format_Grayscale8 if whole.ndim == 2 else QImage.Format.Format_BGR888
+    return QImage(whole.data, width, height, whole.strides[0], form)
+
+
 _MOST_ZOOM = 64.0
 _PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5
 _LEAST_PERSON = 0.2
@@ -147,7 +143,6 @@ class PictureView(QWidget):
         super().__init__(parent)
         self._redraw = redraw
         self.picture: Picture | None = None
-        """What is shown."""
         self._display = Display()
         self._image: QImage | None = None
         self.zoom = 1.0
@@ -160,15 +155,13 @@ class PictureView(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
 
     def inside(self, pixel: QPointF) -> bool:
-        """Whether a raw pixel is in the picture."""
         width, height = self._size()
         return -0.5 <= pixel.x() < width - 0.5 and -0.5 <= pixel.y() < height - 0.5
 
     def raw_direction(self, x: float, y: float) -> tuple[float, float]:
         """Direction in raw pixels of one in the picture as it is shown."""
         inverse, _ = self._upright().inverted()
-        way = inverse.map(QPointF(x, y)) - inverse.map(QPointF(0.0, 0.0))
-        return way.x(), way.y()
+        return (inverse.map(QPointF(x, y)) - inverse.map(QPointF())).toTuple()
 
     def sizeHint(self) -> QSize:
         return QSize(480, 360)
@@ -191,11 +184,9 @@ class PictureView(QWidget):
         self.update_soon()
 
     def update_soon(self) -> None:
-        """Paint again when it is this picture's turn."""
         self._redraw.soon(self.update)
 
     def set_display(self, display: Display) -> None:
-        """Change how pictures are displayed."""
         old, self._display = self._display, display
         if (old.brightness, old.contrast) != (display.brightness, display.contrast):
             self._image = None
@@ -205,7 +196,6 @@ class PictureView(QWidget):
         self.update()
 
     def fit(self) -> None:
-        """Show the whole picture."""
         self.zoom, self._centre, self._by_hand, self._at_home = 1.0, None, False, False
         self.update()
 
@@ -236,18 +226,13 @@ class PictureView(QWidget):
         fixed = self.pixel_at(place)
         self._by_hand, self._at_home = True, False
         self.zoom = float(np.clip(self.zoom * factor, 1.0, _MOST_ZOOM))
-        if self.zoom == 1.0:
-            self._centre = None
-        else:
-            self._centre = QPointF(0.0, 0.0) if self._centre is None else self._centre
-            moved = self._to_widget().map(fixed)
-            self._pan(place - moved)
+        self._centre = None if self.zoom == 1.0 else self._centre or QPointF()
+        self._pan(place - self._to_widget().map(fixed))
         self.update()
 
     def pixel_at(self, position: QPointF) -> QPointF:
         """Pixel of the picture, as recorded, under a place in the widget."""
-        inverse, _ = self._to_widget().inverted()
-        return inverse.map(position)
+        return self._to_widget().inverted()[0].map(position)
 
     def place_of(self, x: float, y: float) -> QPointF:
         """Place in the widget of a pixel of the picture."""
@@ -260,17 +245,10 @@ class PictureView(QWidget):
 
     def _image_of(self, pixels: ImageArray) -> QImage:
         """The picture as it is painted, made when that is done first."""
-        if self._image is not None:
-            return self._image
-        lit = np.ascontiguousarray(
-            brightened(pixels, self._display.brightness, self._display.contrast)
-        )
-        height, width = lit.shape[:2]
-        grey = lit.ndim == 2
-        form = QImage.Format.Format_Grayscale8 if grey else QImage.Format.Format_BGR888
-        image = QImage(lit.data, width, height, lit.strides[0], form)
-        # what is drawn most often is kept as the screen wants it; the copy also owns its memory
-        self._image = image.convertToFormat(QImage.Format.Format_RGB32)
+        if self._image is None:
+            # what is drawn most often is kept as the screen wants it; the copy owns its memory
+            lit = brightened(pixels, self._display.brightness, self._display.contrast)
+            self._image = image_of(lit).convertToFormat(QImage.Format.Format_RGB32)
         return self._image
 
     def _upright(self) -> QTransform:
@@ -294,10 +272,9 @@ class PictureView(QWidget):
         return self.zoom * min(self.width() / width, self.height() / height)
 
     def _to_widget(self) -> QTransform:
-        """From raw pixels to the widget."""
         width, height = self._upright_size()
         scale = self._scale()
-        centre = self._centre if self._centre is not None else QPointF(0.0, 0.0)
+        centre = self._centre or QPointF()
         x = 0.5 * self.width() - scale * (0.5 * width + centre.x())
         y = 0.5 * self.height() - scale * (0.5 * height + centre.y())
         return self._upright() * QTransform.fromScale(scale, scale) * QTransform.fromTranslate(x, y)
@@ -307,7 +284,6 @@ class PictureView(QWidget):
         return self.picture.overlay.person_box() if self.picture is not None else None
 
     def knows_person(self) -> bool:
-        """Whether anything tells where the person is."""
         return self.person_box() is not None or self._home is not None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -316,47 +292,35 @@ class PictureView(QWidget):
             self._go_home()
 
     def _go_home(self) -> None:
-        there = self.picture is not None and self.picture.pixels is not None
-        if self._home is not None and there and not self._by_hand:
+        if self._home is not None and any(self._size()) and not self._by_hand:
             self.zoom_to(self._home)
             self._at_home = True
 
     def _keep_person(self) -> None:
         """Enlarge the person, and move only when it is about to leave what is seen."""
-        if not self._display.keep_person or self._by_hand or self.picture is None:
-            return
+        if not self._display.keep_person or self._by_hand or not any(self._size()):
+            return  # before anything is computed that nobody asked for
         box = self.person_box() or self._home
-        if box is None or self.picture.pixels is None:
+        if box is None:
             return
-        box = _widened(box, _LEAST_PERSON * max(self._size()))
-        place = self._to_widget().mapRect(box)
-        seen = QRectF(self.rect())
+        least = _LEAST_PERSON * max(self._size())
+        wider, higher = (max(0.0, 0.5 * (least - side)) for side in box.size().toTuple())
+        box = box.adjusted(-wider, -higher, wider, higher)
+        place, seen = self._to_widget().mapRect(box), QRectF(self.rect())
         share = max(place.width() / seen.width(), place.height() / seen.height())
-        if seen.contains(place) and share > _LEAST_SHARE:
-            return
-        self._at_home = False
-        self.zoom_to(box, _PERSON_SHARE)
+        if not seen.contains(place) or share <= _LEAST_SHARE:
+            self._at_home = False
+            self.zoom_to(box, _PERSON_SHARE)
 
     def _pan(self, by: QPointF) -> None:
         if self._centre is None:
             return
-        width, height = self._upright_size()
-        moved = self._centre - by / self._scale()
-        self._centre = QPointF(
-            float(np.clip(moved.x(), -0.5 * width, 0.5 * width)),
-            float(np.clip(moved.y(), -0.5 * height, 0.5 * height)),
-        )
+        moved, most = self._centre - by / self._scale(), 0.5 * np.array(self._upright_size())
+        self._centre = QPointF(*np.clip(moved.toTuple(), -most, most))
         self.update()
 
     def _paint_message(self, painter: QPainter, colour: QColor) -> None:
-        words = self.picture.message if self.picture is not None else ""
         painter.setPen(colour)
         area = self.rect().adjusted(16, 8, -16, -8)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        painter.drawText(area, flags, words)
-
-
-def _widened(box: QRectF, least: float) -> QRectF:
-    """The box, at least this wide and high about the same middle."""
-    wider, higher = max(0.0, least - box.width()), max(0.0, least - box.height())
-    return box.adjusted(-0.5 * wider, -0.5 * higher, 0.5 * wider, 0.5 * higher)
+        painter.drawText(area, flags, self.picture.message if self.picture is not None else "")

@@ -1,7 +1,5 @@
 """The frame of dialogs that fill in a form: contents, a line of words, buttons."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Sequence
 from itertools import chain, count
@@ -13,6 +11,7 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFileDialog,
+    QInputDialog,
     QLabel,
     QLineEdit,
     QMessageBox,
@@ -21,9 +20,9 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.exporting.formats import ExportFormat
+from stereotrack_core.project.exporting import ExportFormat
 
-from ..style.building import Item, label, vbox
+from ..style.building import Item, label, show_text, vbox
 from ..style.theme import set_look
 from .numbers import NumberField, WholeNumberField, refusal_in
 
@@ -36,18 +35,12 @@ class FormDialog(QDialog):
     """
 
     def __init__(
-        self,
-        title: str,
-        accept: str,
-        run: Callable[[], None],
-        parent: QWidget | None = None,
-        *,
+        self, title: str, accept: str, run: Callable[[], None], parent: QWidget | None = None, *,
         close: bool = False,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(parent)
         self.setWindowTitle(title)
         self.words = label()
-        """Says what is wrong or what was done."""
         standard, role = QDialogButtonBox.StandardButton, QDialogButtonBox.ButtonRole
         self.buttons = QDialogButtonBox(standard.Close if close else standard.Cancel)
         self._run = run
@@ -57,7 +50,6 @@ class FormDialog(QDialog):
         self.buttons.rejected.connect(self.reject)
 
     def lay_out(self, *items: Item, size: tuple[int, int]) -> None:
-        """Stand these above the line of words and the buttons."""
         self.setLayout(vbox(*items, self.words, self.buttons, margins=(9, 9, 9, 9)))
         self.resize(*size)
 
@@ -69,11 +61,9 @@ class FormDialog(QDialog):
             self._run()
 
     def say(self, text: str, *, error: bool = False) -> None:
-        """Say something in the line of words; nothing hides it."""
         say_in(self.words, text, error=error)
 
     def attempt(self, do: Callable[[], object]) -> bool:
-        """Do something; where it cannot be done, that is said."""
         try:
             do()
         except InputError as error:
@@ -103,9 +93,22 @@ def ask_for_number(
     dialog.open()
 
 
+def ask_for_text(
+    parent: QWidget, title: str, words: str, use: Callable[[str], object], text: str = ""
+) -> QInputDialog:
+    """Let the person type a line of text."""
+    dialog = QInputDialog(parent)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.setWindowTitle(title)
+    dialog.setLabelText(words)
+    dialog.setTextValue(text)
+    dialog.textValueSelected.connect(use)
+    dialog.open()
+    return dialog
+
+
 Use: TypeAlias = Callable[[Path], object]
 """What is done with the file or folder that a person chooses; nothing where none is chosen."""
-
 
 _ALL = "All files (*)"
 
@@ -179,10 +182,8 @@ def ask_to_export(
     dialog.selectFile(proposed.name)
 
     def follow(name: str) -> None:
-        path, suffix = (
-            Path(next(iter(dialog.selectedFiles()), proposed.name)),
-            filters[name].suffixes[0],
-        )
+        path = Path(next(iter(dialog.selectedFiles()), proposed.name))
+        suffix = filters[name].suffixes[0]
         dialog.setDefaultSuffix(suffix)
         dialog.selectFile(path.with_suffix(suffix).name)
 
@@ -218,8 +219,7 @@ def ask_for_folder(parent: QWidget, title: str, start: Path | str, use: Use) -> 
 
 def say_in(words: QLabel, text: str, *, error: bool = False) -> None:
     """Say something in a label, as an error or muted; nothing hides it."""
-    words.setText(text)
-    words.setVisible(bool(text))
+    show_text(words, text)
     set_look(words, "role", "error" if error else "muted")
 
 

@@ -1,7 +1,5 @@
 """Messages, and the bars over the views that show them and say what state the views are in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -18,20 +16,16 @@ from ..style.theme import set_icon, set_look
 class Message:
     """Something that the person should read."""
 
-    severity: str
-    """``error``, ``warning`` or ``note``."""
+    severity: str  # `error`, `warning` or `note`
     what: str
     where: str = ""
     remedy: str = ""
     """`what`, `where` and `remedy`: what is wrong, where, and what to do about it; the last two may
     be empty."""
-    button: str = ""
-    """What can be done about it at once; empty: nothing."""
+    button: str = ""  # what can be done about it at once; empty: nothing
     do: Callable[[], None] | None = field(default=None, compare=False)
-    """Does that."""
 
     def sentence(self) -> str:
-        """Everything in one line, as plain text."""
         head = f"{self.where}: {self.what}" if self.where else self.what
         head = head if head.endswith((".", "!", "?")) else f"{head}."
         return visible(f"{head} {self.remedy}".strip())
@@ -46,13 +40,9 @@ class BarsOver(QWidget):
     def __init__(self, under: QWidget) -> None:
         super().__init__(under)
         self._under = under
-        self.setLayout(vbox(spacing=0))
+        self.column = vbox(spacing=0)
+        self.setLayout(self.column)
         under.installEventFilter(self)
-
-    def add(self, bar: QWidget) -> None:
-        """Let a bar be shown here."""
-        if layout := self.layout():
-            layout.addWidget(bar)
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.LayoutRequest:
@@ -65,11 +55,9 @@ class BarsOver(QWidget):
         return False
 
     def _place(self) -> None:
-        layout, width = self.layout(), self._under.width()
-        if layout is None:
-            return
-        high = layout.heightForWidth(width) if layout.hasHeightForWidth() else -1
-        height = high if high >= 0 else layout.sizeHint().height()
+        column, width = self.column, self._under.width()
+        high = column.heightForWidth(width) if column.hasHeightForWidth() else -1
+        height = high if high >= 0 else column.sizeHint().height()
         self.setGeometry(0, self._under.height() - height, width, height)
         self.raise_()
 
@@ -96,8 +84,7 @@ class StateBar(Raised):
 class MessageBar(Raised):
     """Shows one message until it is closed; further ones are counted and wait their turn."""
 
-    dismissed = Signal(object)
-    """A person has closed this :class:`Message` without doing what it offers."""
+    dismissed = Signal(object)  # A person has closed this `Message` without doing what it offers
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("bar", parent)
@@ -105,8 +92,7 @@ class MessageBar(Raised):
         self._icon = tool_button("Message")
         self._icon.setEnabled(False)
         self._icon.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._text = label()
-        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._text = label(copied=True)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)
         self._more = label("", "muted", wraps=False)
         self.do_button = QPushButton()
@@ -120,11 +106,9 @@ class MessageBar(Raised):
 
     @property
     def message(self) -> Message | None:
-        """What is shown."""
         return self._messages[-1] if self._messages else None
 
     def text(self) -> str:
-        """What is written."""
         return self.message.sentence() if self.message is not None else ""
 
     def show_message(self, message: Message) -> None:
@@ -135,19 +119,16 @@ class MessageBar(Raised):
 
     def dismiss(self) -> None:
         """Close the message that is shown, because the person does not want it."""
-        message = self.message
-        if message is not None:
+        if (message := self.message) is not None:
             self.take_back(message)
             self.dismissed.emit(message)
 
     def take_back(self, message: Message) -> None:
-        """Remove a message that holds no longer."""
         if message in self._messages:
             self._messages.remove(message)
             self._refresh()
 
     def clear(self) -> None:
-        """Close all messages."""
         self._messages.clear()
         self._refresh()
 
@@ -158,14 +139,12 @@ class MessageBar(Raised):
             message.do()
 
     def _refresh(self) -> None:
-        message = self.message
+        message, waiting = self.message, len(self._messages) - 1
         self.setVisible(message is not None)
-        if message is None:
-            return
-        self._text.setText(message.sentence())
-        self.do_button.setVisible(bool(message.button))
-        self.do_button.setText(message.button)
-        waiting = len(self._messages) - 1
-        self._more.setText(f"and {waiting} more" if waiting else "")
-        set_icon(self._icon, _ICONS[message.severity])
-        set_look(self, "edge", message.severity)
+        if message is not None:
+            self._text.setText(message.sentence())
+            self.do_button.setVisible(bool(message.button))
+            self.do_button.setText(message.button)
+            self._more.setText(f"and {waiting} more" if waiting else "")
+            set_icon(self._icon, _ICONS[message.severity])
+            set_look(self, "edge", message.severity)

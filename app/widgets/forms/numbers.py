@@ -18,7 +18,6 @@ from stereotrack_core.counting import typed_number, typed_whole_number
 from ..style.theme import set_look
 
 _MOST_DECIMALS = 6
-"""Decimals that a person may type."""
 _REFUSAL_MS = 10_000
 _ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
@@ -35,8 +34,7 @@ class _Typed(_SpinBox):  # type: ignore[misc]
     there to be corrected; without the focus the field shows its last number again.
     """
 
-    refusal = ""
-    """Why the last text was not taken; empty once another one is typed."""
+    refusal = ""  # why the last text was not taken; empty once another one is typed
     _agreed = ""
     _parsed: Callable[[str], float] = staticmethod(typed_number)
     _wanted = "a number. Write digits, with one . or , as the decimal sign"
@@ -120,24 +118,15 @@ class _Typed(_SpinBox):  # type: ignore[misc]
 class NumberField(_Typed, QDoubleSpinBox):
     """A field for a number.
 
-    Parameters
-    ----------
-    digits : decimals that are always shown; more are shown if they were typed
-    per_unit : the number that is shown is the stored one times this, such as 1000 for millimetres
-    properties : properties of Qt's field, such as ``maximum`` and ``suffix``
+    `digits` are the decimals that are always shown; more are shown if they were typed. The number
+    that is shown is the stored one times `per_unit`, such as 1000 for millimetres. `properties` are
+    those of Qt's field, such as ``maximum`` and ``suffix``.
     """
 
-    def __init__(
-        self,
-        parent: QWidget | None = None,
-        *,
-        digits: int = 1,
-        per_unit: float = 1.0,
-        **properties: Any,
-    ) -> None:
+    def __init__(self, *, digits: int = 1, per_unit: float = 1.0, **properties: Any) -> None:
         self._digits, self._per_unit = digits, per_unit
         self._stored: tuple[float, float] | None = None
-        super().__init__(parent, decimals=_MOST_DECIMALS, **properties)
+        super().__init__(decimals=_MOST_DECIMALS, **properties)
         self._prepare()
 
     def show_stored(self, stored: float) -> None:
@@ -170,8 +159,8 @@ class WholeNumberField(_Typed, QSpinBox):
     _parsed = staticmethod(typed_whole_number)
     _wanted = "a whole number. Write digits only"
 
-    def __init__(self, parent: QWidget | None = None, **properties: Any) -> None:
-        super().__init__(parent, **properties)
+    def __init__(self, **properties: Any) -> None:
+        super().__init__(**properties)
         self._prepare()
 
     def setValue(self, value: int) -> None:

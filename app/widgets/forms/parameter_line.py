@@ -1,7 +1,5 @@
 """One parameter in the tuning panel, generated from its declaration."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Callable
 
@@ -12,7 +10,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QWid
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow, Value, value_text
 
-from ..style.building import ElidedLabel, label, tool_button
+from ..style.building import ElidedLabel, choice, label, show_text, tool_button
 from ..style.theme import set_look
 
 _EDITOR_WIDTH = 116
@@ -24,13 +22,13 @@ class ParameterLine(QWidget):
     """Name, field and unit of a parameter, what it does, its range and defaults, and a way back.
 
     Folded, it shows the beginning of what it does; it unfolds when a person goes to it. What is
-    above it stays in its place then, and so does the field under the mouse.
+    above it stays in its place then, and so does the field under the mouse. `changed` is called
+    with the name and a value that the person gave and the row takes.
     """
 
     def __init__(
         self, row: ParameterRow, changed: Callable[[str, Value], object], parent: QWidget
     ) -> None:
-        """`changed` is called with the name and a value that the person gave and the row takes."""
         super().__init__(parent)
         self.row, self._changed = row, changed
         self._value: Value = row.default
@@ -61,7 +59,6 @@ class ParameterLine(QWidget):
             part.installEventFilter(self)
 
     def unfold(self, *, unfolded: bool = True) -> None:
-        """Show all of its explanation, or the beginning alone."""
         self._summary.setVisible(not unfolded)
         self._help.setVisible(unfolded)
         self._facts.setVisible(unfolded)
@@ -69,14 +66,11 @@ class ParameterLine(QWidget):
     def eventFilter(self, _part: QObject, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.MouseButtonPress):
             self.unfold()
-        if (
-            event.type() == QEvent.Type.KeyPress
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Escape
-        ):
-            self._show()
-            return True
-        return False
+        pressed = event.key() if isinstance(event, QKeyEvent) else None
+        if event.type() != QEvent.Type.KeyPress or pressed != Qt.Key.Key_Escape:
+            return False
+        self._show()
+        return True
 
     @property
     def is_changed(self) -> bool:
@@ -97,30 +91,26 @@ class ParameterLine(QWidget):
             self._show()
 
     def revert(self) -> None:
-        """Go back to the base's value."""
         self._on_given(self._base)
 
     def _make_editor(self) -> QWidget:
-        """Make the field that fits the parameter's type."""
         if self.row.type is bool:
             switch = QCheckBox()
             switch.clicked.connect(self._on_given)
             return switch
         if self.row.choices:
-            box = QComboBox()
-            for choice in self.row.choices:
-                box.addItem(choice.replace("_", " "), choice)
+            box = choice("", [(one, one.replace("_", " ")) for one in self.row.choices])
             box.activated.connect(lambda: self._on_given(box.currentData()))
             return box
-        field = QLineEdit()  # nothing is clamped in silence
-        field.setAlignment(Qt.AlignmentFlag.AlignRight)
-        field.editingFinished.connect(lambda: self._on_typed(field))
-        return field
+        field = QLineEdit(alignment=Qt.AlignmentFlag.AlignRight)  # nothing is clamped in silence
 
-    def _on_typed(self, field: QLineEdit) -> None:
-        if field.isModified():
-            field.setModified(False)
-            self._on_given(field.text().strip())
+        def on_typed() -> None:
+            if field.isModified():
+                field.setModified(False)
+                self._on_given(field.text().strip())
+
+        field.editingFinished.connect(on_typed)
+        return field
 
     def _lay_out(self) -> None:
         unit = label(self.row.unit, "muted", wraps=False)
@@ -142,18 +132,14 @@ class ParameterLine(QWidget):
         try:
             value = self.row.checked(given)
         except InputError as problem:
-            self._refuse(f"{problem.what}. {problem.remedy}")
+            show_text(self._refusal, f"{problem.what}. {problem.remedy}")
+            set_look(self.editor, "refused", True)
             return
         changed = value != self._value
         self._value = value
         self._show()
         if changed:
             self._changed(self.row.name, value)
-
-    def _refuse(self, sentence: str) -> None:
-        self._refusal.setText(sentence)
-        self._refusal.show()
-        set_look(self.editor, "refused", True)
 
     def _show(self) -> None:
         self._written = True
@@ -166,19 +152,16 @@ class ParameterLine(QWidget):
             case QLineEdit() as field:
                 field.setText(value_text(self._value))
                 field.setCursorPosition(0)
-        self._refusal.clear()
-        self._refusal.hide()
+        show_text(self._refusal, "")
         set_look(self.editor, "refused", None)
         font = QFont(self.font())
         font.setBold(self.is_changed)
         self._name.setFont(font)
         self._name.setText(self.row.name.replace("_", " ") + (" ●" if self.is_changed else ""))
         self.revert_button.setEnabled(self.is_changed)
-        self.revert_button.setToolTip(
-            f"Revert to {value_text(self._base)}"
-            if self.is_changed
-            else f"Nothing to revert: this is the value of the {self._base_word}"
-        )
+        nothing = f"Nothing to revert: this is the value of the {self._base_word}"
+        back = f"Revert to {value_text(self._base)}" if self.is_changed else nothing
+        self.revert_button.setToolTip(back)
         self._facts.setText(self._facts_text())
 
     def _facts_text(self) -> str:

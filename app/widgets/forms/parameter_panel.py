@@ -1,43 +1,26 @@
 """The tuning panel, generated from the declared parameters: a line for each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QLabel,
-    QMenu,
-    QPushButton,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
-from stereotrack_core.tracking.tuning.search import finds
 
 from ..redraw import later
-from ..style.building import choice, hbox, label, scrolled, tool_button, vbox
+from ..style.building import choice, hbox, label, menu_of, scrolled, show_text, tool_button, vbox
 from .form_dialog import line_edit
 from .parameter_line import ParameterLine
 
 _ONE_ROW_WIDTH = 520
 """Pixels from which the preset and what it is compared with have room in one row."""
 _ABOVE = 6
-_FEW = 4
-"""Parameters that a search finds, up to which all of their explanations are shown."""
+_FEW = 4  # parameters that a search finds, up to which all of their explanations are shown
 
 
-AGAINST: dict[str, str] = {
-    "preset": "the preset",
-    "run": "the active run",
-    "thesis": "the thesis",
-}
-"""What settings may be compared with, as a word and as a person reads it."""
+AGAINST: dict[str, str] = {"preset": "the preset", "run": "the active run", "thesis": "the thesis"}
 
 
 class ParameterPanel(QWidget):
@@ -65,18 +48,14 @@ class ParameterPanel(QWidget):
         self._groups: dict[str, QWidget] = {}
         self._idle = label("", "muted")
         self._idle.hide()
-        self._nothing = label("", "muted")
-        self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self._nothing = label("", "muted", align=Qt.AlignmentFlag.AlignHCenter)
         self._scroll = scrolled(QWidget(), "Parameters")
         head = self._make_head(presets)
         self.setLayout(vbox(head, self._idle, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
         self._fill()
 
-    # ---- what is shown
-
     def line(self, name: str) -> ParameterLine:
-        """Return the line of a parameter."""
         self._catch_up()
         return self._lines[name]
 
@@ -105,27 +84,20 @@ class ParameterPanel(QWidget):
     def set_acting(self, acts: Callable[[str], bool], why: str) -> None:
         """Show only parameters that change anything; `why` says why the others do not."""
         self._acts = acts
-        self._idle.setText(why)
-        self._idle.setVisible(bool(why))
+        show_text(self._idle, why)
         self._sift()
 
     def set_presets(self, names: Sequence[str]) -> None:
-        """Offer these presets; which one is shown stays."""
         shown = self.preset_box.currentText()
         self.preset_box.clear()
         self.preset_box.addItems(list(names))
         self.set_preset(shown)
 
     def set_menu(self, actions: Sequence[QAction]) -> None:
-        """Offer commands about presets beside the list of them."""
-        menu = QMenu(self.menu_button)
-        menu.setToolTipsVisible(True)
-        menu.addActions(list(actions))
-        self.menu_button.setMenu(menu)
+        menu_of(self.menu_button).addActions(list(actions))
         self.menu_button.show()
 
     def focus_search(self) -> None:
-        """Let the person type what is looked for."""
         self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.search.selectAll()
 
@@ -133,20 +105,18 @@ class ParameterPanel(QWidget):
         """Show which preset the base is; an empty name stands for none."""
         self.preset_box.setCurrentIndex(self.preset_box.findText(name))
 
-    # ---- inside
-
     def _make_head(self, presets: Sequence[str]) -> QVBoxLayout:
         self.preset_box = choice("Preset", tip="Set all parameters from a preset")
         self.preset_box.addItems(list(presets))
         self.preset_box.setCurrentIndex(-1)
         self.preset_box.setPlaceholderText("custom settings")
         self.revert_all = QPushButton("Revert all", self)
-        self.revert_all.clicked.connect(self._on_revert_all)
+        self.revert_all.clicked.connect(lambda: self._take(self._base))
         tip = (
             "Type part of a name or description, or what it is about, such as cross, lost, jitter, "
             "noise or speed."
         )
-        placeholder = "Search names, descriptions and topics"
+        placeholder = "Search names and descriptions"
         self.search = line_edit("Search parameters", placeholder=placeholder, tip=tip)
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._on_search)
@@ -157,7 +127,6 @@ class ParameterPanel(QWidget):
         self.menu_button = tool_button("Save, load and delete your own presets", "save")
         self.menu_button.setAutoRaise(False)
         self.menu_button.setAccessibleName("Your own presets")
-        self.menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.menu_button.hide()
         tip = "The values to compare with and to revert to"
         self.against_box = choice("Compare with", AGAINST.items(), tip)
@@ -208,22 +177,21 @@ class ParameterPanel(QWidget):
 
     def _sift(self) -> None:
         words, only_changed = self.search.text(), self.only_changed.isChecked()
+        lines = self._lines.values()
+        changed = [line for line in lines if line.is_changed]
         found = [
             line
-            for line in self._lines.values()
-            if self._acts(line.row.name)
-            and finds(line.row, words)
-            and (line.is_changed or not only_changed)
+            for line in (changed if only_changed else lines)
+            if self._acts(line.row.name) and line.row.matches(words)
         ]
-        for line in self._lines.values():
+        for line in lines:
             line.setVisible(line in found)
         for line in found if len(found) <= _FEW else ():
             line.unfold()
         seen = {line.row.group for line in found}
         for group, heading in self._groups.items():
             heading.setVisible(group in seen)
-        changed = [line.row.name for line in self._lines.values() if line.is_changed]
-        self.only_changed.setText(f"{sum(map(self._acts, changed))} changed")
+        self.only_changed.setText(f"{sum(self._acts(line.row.name) for line in changed)} changed")
         self.revert_all.setEnabled(bool(changed))
         self._nothing.setVisible(not seen)
         self._nothing.setText(
@@ -234,13 +202,11 @@ class ParameterPanel(QWidget):
             else "No settings are loaded."
         )
 
-    @Slot(str)
     def _on_search(self, words: str) -> None:
         self._sift()
         if not words:
             self._opening.start()
 
-    @Slot()
     def _open_at_last(self) -> None:
         """Show the parameter that was touched last at the top, among the others."""
         line = self._lines.get(self.last_touched)
@@ -253,11 +219,7 @@ class ParameterPanel(QWidget):
         if self.settings is not None:
             self._take(self.settings.replaced(**{name: value}))
 
-    def _on_revert_all(self) -> None:
-        if self.settings is not None and self._base is not None:
-            self._take(self._base)
-
-    def _take(self, settings: ParameterGroup) -> None:
-        if self._base is not None:
+    def _take(self, settings: ParameterGroup | None) -> None:
+        if self._base is not None and settings is not None:
             self.set_settings(settings, self._base, self._against)
             self.settings_changed.emit(settings)

@@ -1,14 +1,11 @@
 """Steps of a longer piece of work with ticks for those that are done, and what one has come to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QPushButton, QSizePolicy, QWidget
 
-from ..style.building import Raised, label, vbox
+from ..style.building import Raised, label, show_text, vbox
 from ..style.theme import set_look
 from .form_dialog import push_button
 
@@ -22,8 +19,7 @@ class StepShown:
     key: str
     title: str
     done: bool = False
-    stale: bool = False
-    """Whether it was done with other things than those that are chosen now."""
+    stale: bool = False  # whether it was done with other things than those that are chosen now
     why_not: str = ""
 
 
@@ -40,7 +36,6 @@ class StepList(QWidget):
         self.setLayout(vbox(self._column, None))
 
     def show_steps(self, steps: Sequence[StepShown], current: str) -> None:
-        """Show these, and which one is open."""
         for number, step in enumerate(steps, start=1):
             button = self.buttons.get(step.key) or self._add(step)
             tick = _DONE if step.done else _OLD if step.stale else _OPEN
@@ -74,10 +69,7 @@ class VerdictBox(Raised):
     def __init__(self) -> None:
         super().__init__("box")
         self.setAccessibleName("Verdict")
-        self.words = label("", "heading")
-        self.remarks = label()
-        for one in (self.words, self.remarks):
-            one.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.words, self.remarks = label("", "heading", copied=True), label(copied=True)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.setLayout(vbox(self.words, self.remarks, margins=(12, 8, 12, 8), spacing=4))
 
@@ -87,8 +79,7 @@ class VerdictBox(Raised):
         if len(remarks) > _MOST_REMARKS:
             shown.append(f"• and {len(remarks) - _MOST_REMARKS} more")
         self.words.setText(words)
-        self.remarks.setText("\n".join(shown))
+        show_text(self.remarks, "\n".join(shown))
         self.remarks.setToolTip("\n".join(remarks))
-        self.remarks.setVisible(bool(shown))
         self.setAccessibleDescription(" ".join((words, *remarks)))
         set_look(self, "edge", colour)

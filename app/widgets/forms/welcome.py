@@ -1,7 +1,5 @@
 """What one sees before a recording is open."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -36,7 +34,6 @@ _WAYS = (
         "Open four stereo views of a simulated person with known ground truth, and track them.",
     ),
 )  # fmt: skip
-"""Command, text, icon and tip of each button."""
 
 
 class WelcomePage(QWidget):
@@ -47,18 +44,16 @@ class WelcomePage(QWidget):
         self.open_button, self.import_button, self.calibrate_button, self.demo_button = (
             _button(text, icon, tip, partial(do, name)) for name, text, icon, tip in _WAYS
         )
-        self._open_recent = open_recent
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
         self.recent.setAlternatingRowColors(False)
         self._none = label("No recent recordings.", "muted")
         self._lay_out()
-        self.recent.itemActivated.connect(self._on_recent)
-        self.recent.itemClicked.connect(self._on_recent)
+        for chosen in (self.recent.itemActivated, self.recent.itemClicked):
+            chosen.connect(lambda item: open_recent(Path(item.data(Qt.ItemDataRole.UserRole))))
 
     def set_recent(self, recents: Sequence[Path]) -> None:
-        """List what was opened last, the newest first."""
         self.recent.clear()
         for folder in recents:
             item = QListWidgetItem(f"{folder.name}    {folder.parent}")
@@ -75,30 +70,13 @@ class WelcomePage(QWidget):
         font.setWeight(font.Weight.DemiBold)
         title.setFont(font)
         self.recent.setMaximumHeight(240)
+        ways = (self.open_button, self.import_button, self.calibrate_button, self.demo_button)
+        hints = (label(_HINT, "muted"), label("Press Ctrl+K to search all commands.", "muted"))
         column = vbox(
-            None,
-            title,
-            label(_ABOUT),
-            hbox(
-                self.open_button,
-                self.import_button,
-                self.calibrate_button,
-                self.demo_button,
-                None,
-                margins=(0, 8, 0, 16),
-            ),
-            label("Open recent", "heading"),
-            self._none,
-            (self.recent, 4),
-            label(_HINT, "muted"),
-            label("Press Ctrl+K to search all commands.", "muted"),
-            None,
-            spacing=12,
-        )
+            None, title, label(_ABOUT), hbox(*ways, None, margins=(0, 8, 0, 16)),
+            label("Open recent", "heading"), self._none, (self.recent, 4), *hints, None, spacing=12,
+        )  # fmt: skip
         self.setLayout(hbox(None, (column, 3), None))
-
-    def _on_recent(self, item: QListWidgetItem) -> None:
-        self._open_recent(Path(item.data(Qt.ItemDataRole.UserRole)))
 
 
 def _button(text: str, icon: str, tip: str, do: Callable[[], object]) -> QPushButton:

@@ -1,11 +1,9 @@
 """The panel that goes through the steps inside a frame."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import (
     QListWidget,
@@ -27,15 +25,11 @@ class Table:
     """Words and numbers in rows."""
 
     title: str
-    headings: tuple[str, ...]
-    """The first column is words, all others numbers."""
+    headings: tuple[str, ...]  # the first column is words, all others numbers
     rows: tuple[tuple[str, ...], ...]
-    limbs: tuple[str, ...] = ()
-    """Limb of each row, whose colour stands before it; empty for none."""
+    limbs: tuple[str, ...] = ()  # limb of each row, whose colour stands before it; empty for none
     strong: tuple[int, ...] = ()
-    """Rows that are chosen."""
-    tips: tuple[str, ...] = ()
-    """What each heading means; as many as there are headings, or none."""
+    tips: tuple[str, ...] = ()  # what each heading means; as many as there are headings, or none
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +38,7 @@ class StepContent:
 
     title: str
     words: str
-    """One or two plain sentences."""
-    source: str
-    """Where the thesis has it, or what it takes the place of."""
+    source: str  # where the thesis has it, or what it takes the place of
     tables: tuple[Table, ...] = ()
 
 
@@ -55,8 +47,7 @@ class StepName:
     """A step in the list."""
 
     title: str
-    heading: str = ""
-    """Written before the first step of an iteration or stage; empty elsewhere."""
+    heading: str = ""  # written before the first step of an iteration or stage; empty elsewhere
 
 
 _STEP = Qt.ItemDataRole.UserRole
@@ -67,40 +58,38 @@ _NOTHING = (
 
 
 class InsidePanel(Dressed):
-    """Steps at the left; what belongs to the chosen one at the right."""
+    """Steps at the left; what belongs to the chosen one at the right.
 
-    step_chosen = Signal(int)
-    """Index of the step that was chosen in the list."""
+    `choose` is called with the index of a step that a person has chosen in the list.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, choose: Callable[[int], object]) -> None:
+        super().__init__()
+        self._choose = choose
         self.steps = QListWidget(self)
         self.steps.setAccessibleName("Stages of the step")
         self.steps.setMinimumWidth(110)
         self.steps.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.steps.currentItemChanged.connect(self._on_chosen)
         self.beginning = ElidedLabel(parent=self)
-        self.page = StepPage(self)
-        self._filling = False
+        self.page = StepPage()
         self._names: tuple[StepName, ...] = ()
         self._buttons = hbox(spacing=2)
-        self._nothing = label(_NOTHING.format(keys=""), "muted", margins=(16, 8, 16, 8))
-        self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        centre = Qt.AlignmentFlag.AlignCenter
+        self._nothing = label("", "muted", margins=(16, 8, 16, 8), align=centre)
         self.setAutoFillBackground(True)  # tab bars that lie behind would show through
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
         self._stack.addWidget(self._body())
 
     def _body(self) -> QWidget:
-        split = QSplitter(Qt.Orientation.Horizontal, self)
+        split = QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False)
         split.addWidget(self.steps)
         split.addWidget(self.page)
-        split.setStretchFactor(0, 0)
         split.setStretchFactor(1, 1)
         split.setSizes([136, 400])
-        split.setChildrenCollapsible(False)
         top = hbox((self.beginning, 1), self._buttons, margins=(6, 2, 4, 0))
-        body = QWidget(self)
+        body = QWidget()
         body.setLayout(vbox(top, (split, 1), spacing=2))
         return body
 
@@ -120,21 +109,17 @@ class InsidePanel(Dressed):
         self._stack.setCurrentIndex(0)
 
     def show_steps(self, names: tuple[StepName, ...], index: int) -> None:
-        """List the steps, one of which is shown."""
-        self._filling = True
-        if names != self._names:
-            self._names = names
-            self._fill(names)
-        for row in range(self.steps.count()):
-            item = self.steps.item(row)
-            if item.data(_STEP) == index:
-                self.steps.setCurrentItem(item)
-                self.steps.scrollToItem(item)
-        self._filling = False
+        with QSignalBlocker(self.steps):
+            if names != self._names:
+                self._names = names
+                self._fill(names)
+            for item in map(self.steps.item, range(self.steps.count())):
+                if item.data(_STEP) == index:
+                    self.steps.setCurrentItem(item)
+                    self.steps.scrollToItem(item)
         self._stack.setCurrentIndex(1)
 
     def show_content(self, content: StepContent, beginning: str, *, busy: bool) -> None:
-        """Show one step."""
         self.beginning.set_words("Computing …" if busy else beginning)
         self.page.show_content(content)
 
@@ -152,12 +137,11 @@ class InsidePanel(Dressed):
             self.steps.addItem(item)
 
     def _on_chosen(self, item: QListWidgetItem | None, _before: object = None) -> None:
-        if item is not None and item.data(_STEP) is not None and not self._filling:
-            self.step_chosen.emit(item.data(_STEP))
+        if item is not None and item.data(_STEP) is not None:
+            self._choose(item.data(_STEP))
 
     def _dress(self) -> None:
-        for row in range(self.steps.count()):
-            item = self.steps.item(row)
+        for item in map(self.steps.item, range(self.steps.count())):
             if item.data(_STEP) is None:
                 item.setForeground(QColor(current_theme().muted))
 
@@ -165,15 +149,14 @@ class InsidePanel(Dressed):
 class StepPage(QScrollArea):
     """What belongs to one step, from top to bottom."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setAccessibleName("Step")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
-        self.title, self.words, self.source = label("", "heading"), label(), label("", "muted")
-        for text in (self.title, self.words, self.source):
-            text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        roles = "heading", "", "muted"
+        self.title, self.words, self.source = (label("", role, copied=True) for role in roles)
         self.tables: list[PlainTable] = []
         self._column = vbox(
             self.title, self.words, self.source, None, margins=(6, 4, 4, 8), spacing=4
@@ -183,7 +166,6 @@ class StepPage(QScrollArea):
         self.setWidget(page)
 
     def show_content(self, content: StepContent) -> None:
-        """Show another step."""
         if self.title.text() != content.title:
             self.verticalScrollBar().setValue(0)
         self.title.setText(content.title)

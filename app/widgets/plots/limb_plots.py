@@ -1,19 +1,17 @@
 """Errors of limbs over the frames, several runs over each other, linked to the timeline."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QColor, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
 
 from ..redraw import takes_key
-from ..style.building import hbox, label, vbox
+from ..style.building import hbox, label, show_text, vbox
 from ..style.colours import EXTRA_COLOURS, limb_words
 from ..style.theme import Dressed, current_theme
 from .plots import Curve, LimbLegend, dress_plot, label_axis, new_plot, pen_of
@@ -26,22 +24,26 @@ _TITLE = "angular error"
 _NAME = "Plot of the {} over frames"
 _UNIT = "deg"
 _HALF_STROKE = 0.4
+_GRID = 70 / 255  # opacity
 
 
 class ErrorPlot(Dressed):
-    """Curves per limb with a legend, a threshold that can be dragged and a playhead."""
+    """Curves per limb with a legend, a threshold that can be dragged and a playhead.
 
-    threshold_changed = Signal(float)
-    """The line was dragged to this value."""
-    frame_requested = Signal(int)
-    """The person clicked at this frame."""
-    visible_range_changed = Signal(float, float)
-    """The person zoomed or moved; borders of the visible frames as in :meth:`set_visible_range`."""
+    `visit` is called with the frame that a person clicked at, `dragged` with the value that the
+    line was dragged to, and `zoomed` with the borders of the visible frames, as in
+    :meth:`set_visible_range`, when a person zoomed or moved.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(
+        self,
+        visit: Callable[[int], object],
+        dragged: Callable[[float], object],
+        zoomed: Callable[[float, float], object],
+    ) -> None:
+        super().__init__()
+        self._visit, self._dragged, self._zoomed = visit, dragged, zoomed
         self._frame = 0
-        self._frame_count = 0
         self._quiet = False
         self._curves: tuple[Curve, ...] = ()
         self._items: list[pg.PlotCurveItem] = []
@@ -60,9 +62,7 @@ class ErrorPlot(Dressed):
         self._box.sigXRangeChanged.connect(self._on_range_changed)
         self._box.sigResized.connect(self._thin)
         self._plot.scene().sigMouseClicked.connect(self._on_clicked)
-        self.legend = LimbLegend(self)
-        """Switches of the limbs."""
-        self.legend.toggled.connect(self._on_toggled)
+        self.legend = LimbLegend(self._on_toggled)
         self._add_threshold()
         self._headings = _TITLE, ""
         self._heading = label(_TITLE, "heading", wraps=False)
@@ -73,11 +73,8 @@ class ErrorPlot(Dressed):
     def sizeHint(self) -> QSize:
         return QSize(900, 200)
 
-    # ---- what is shown
-
     @property
     def threshold(self) -> float:
-        """Value of the line."""
         return float(self._threshold.value())
 
     def set_heading(self, words: str, brief: str = "", tip: str = "") -> None:
@@ -90,13 +87,7 @@ class ErrorPlot(Dressed):
             self._fit_heading()
 
     @property
-    def heading(self) -> str:
-        """What is said over the curves; empty where there is no room for it."""
-        return "" if self._heading.isHidden() else self._heading.text()
-
-    @property
     def shown_curves(self) -> tuple[Curve, ...]:
-        """Curves of limbs that are not switched off."""
         hidden = self.legend.hidden_limbs
         return tuple(curve for curve in self._curves if curve.limb not in hidden)
 
@@ -107,7 +98,9 @@ class ErrorPlot(Dressed):
         was_whole = not self._curves or (first <= low + 0.5 and high - 0.5 <= last)
         before, self._curves = self._curves, tuple(curves)
         if [_look(curve) for curve in before] != [_look(curve) for curve in self._curves]:
-            self._renew_items()
+            for old in self._items:
+                self._plot.removeItem(old)
+            self._items = [self._new_line(curve) for curve in self._curves]
         self.legend.set_curves(self._curves)
         self._limit()
         if was_whole and self._extent() != (low, high):
@@ -115,23 +108,12 @@ class ErrorPlot(Dressed):
         self._on_toggled()
         self._fit_heading()
 
-    def _renew_items(self) -> None:
-        for old in self._items:
-            self._plot.removeItem(old)
-        self._items = [self._new_line(curve) for curve in self._curves]
-
-    def set_range(self, frame_count: int) -> None:
-        """Let the axis be that of a recording of `frame_count` frames."""
-        self._frame_count = frame_count
-        self.show_everything()
-
     def set_frame(self, frame: int) -> None:
-        """Move the playhead."""
         self._frame = frame
         self._playhead.setValue(frame)
 
     def set_visible_range(self, first: float, last: float) -> None:
-        """Zoom to the frames from `first` up to `last` without emitting a signal.
+        """Zoom to the frames from `first` up to `last`, without telling of it.
 
         As in the timeline, frame k covers the stretch from k to k + 1 and is drawn in its middle.
         """
@@ -150,13 +132,13 @@ class ErrorPlot(Dressed):
         self._plot.getAxis("bottom").setHeight(6)
 
     def show_everything(self) -> None:
-        """Zoom so that all frames are seen, without emitting a signal."""
+        """Zoom so that all frames are seen, without telling of it."""
         self._limit()
         self.set_visible_range(*self._extent())
         self._fit_values()
 
     def set_threshold(self, value: float) -> None:
-        """Move the threshold's line without emitting a signal."""
+        """Move the threshold's line, without telling of it."""
         # the line's own label listens to its signal
         self._quiet = True
         self._threshold.setValue(value)
@@ -175,26 +157,16 @@ class ErrorPlot(Dressed):
         end = first - 1 if direction > 0 else last
         return next_crossing(angles, self.threshold, int(end), direction)
 
-    # ---- inside
-
     def _extent(self) -> tuple[float, float]:
-        """Borders of all frames."""
-        if self._frame_count:
-            return 0.0, float(self._frame_count)
         ends = [(c.frame[0], c.frame[-1] + 1) for c in self._curves if len(c.frame)]
-        if not ends:
-            return 0.0, 1.0
-        return float(min(a for a, _ in ends)), float(max(b for _, b in ends))
+        first, last = zip(*ends, strict=True) if ends else ((0,), (1,))
+        return float(min(first)), float(max(last))
 
     def _add_threshold(self) -> None:
         self._threshold = pg.InfiniteLine(
-            45.0,
-            angle=0,
-            movable=True,
-            bounds=(0.0, 180.0),
-            label="{value:.0f} " + _UNIT,
+            45.0, angle=0, movable=True, bounds=(0.0, 180.0), label="{value:.0f} " + _UNIT,
             labelOpts={"position": 0.985, "anchors": [(1, 0), (1, 1)]},
-        )
+        )  # fmt: skip
         self._threshold.sigPositionChanged.connect(self._on_threshold)
         self._threshold.setToolTip(
             "Threshold for going to the next or previous stretch. Drag to change."
@@ -209,7 +181,7 @@ class ErrorPlot(Dressed):
 
     def _on_threshold(self) -> None:
         if not self._quiet:
-            self.threshold_changed.emit(self.threshold)
+            self._dragged(self.threshold)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -218,11 +190,9 @@ class ErrorPlot(Dressed):
     def _fit_heading(self) -> None:
         # the switches come first; where they leave no room the axis has to do
         room = self.width() - self.legend.wanted_width - 24
-        for words in self._headings:
-            self._heading.setText(words)
-            fits = bool(words) and self._heading.sizeHint().width() <= room
-            self._heading.setVisible(fits)
-            if fits:
+        for words in (*self._headings, ""):
+            show_text(self._heading, words)
+            if self._heading.sizeHint().width() <= room:
                 return
 
     def _new_line(self, curve: Curve) -> pg.PlotCurveItem:
@@ -259,6 +229,7 @@ class ErrorPlot(Dressed):
     def _dress(self) -> None:
         theme = current_theme()
         dress_plot(self._plot)
+        self._plot.showGrid(x=True, y=True, alpha=_GRID)
         self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
         self.legend.write_runs()
         label_axis(self._plot, "left", _UNIT)
@@ -267,17 +238,14 @@ class ErrorPlot(Dressed):
         self._threshold.label.setColor(QColor(theme.error))
         self._threshold.label.fill = pg.mkBrush(theme.plot_background)
 
-    # ---- what a person does
-
     def _on_range_changed(self) -> None:
         self._thin()
         if not self._quiet:
             first, last = self._box.viewRange()[0]
-            self.visible_range_changed.emit(first + 0.5, last + 0.5)
+            self._zoomed(first + 0.5, last + 0.5)
 
-    def _on_clicked(self, event: object) -> None:
-        position = event.scenePos()  # type: ignore[attr-defined]
-        left = event.button() == Qt.MouseButton.LeftButton  # type: ignore[attr-defined]
+    def _on_clicked(self, event: Any) -> None:
+        position, left = event.scenePos(), event.button() == Qt.MouseButton.LeftButton
         if left and self._curves and self._box.sceneBoundingRect().contains(position):
             self._request(round(self._box.mapSceneToView(position).x()))
 
@@ -286,7 +254,7 @@ class ErrorPlot(Dressed):
         frame = int(min(max(frame, first), last - 1))
         if frame != self._frame:
             self.set_frame(frame)
-            self.frame_requested.emit(frame)
+            self._visit(frame)
 
     def event(self, event: QEvent) -> bool:
         # as in the timeline, what shows a whole image shows all frames here
@@ -300,7 +268,7 @@ class ErrorPlot(Dressed):
             self._request(self._frame + step)
         elif _shows_all(event):
             self.show_everything()
-            self.visible_range_changed.emit(*self._extent())
+            self._zoomed(*self._extent())
         else:
             super().keyPressEvent(event)
 
@@ -342,7 +310,7 @@ def _seen_alone(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     known = np.isfinite(y)
     before, after = np.append(False, known[:-1]), np.append(known[1:], False)
     alone = known & ~before & ~after
-    times = np.where(alone, 2, 1)
+    times = 1 + alone
     last = np.cumsum(times)[alone] - 1
     x, y = np.repeat(x, times), np.repeat(y, times)
     x[last] += _HALF_STROKE
@@ -353,20 +321,12 @@ def _seen_alone(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 def next_crossing(
     curves: Sequence[Curve], threshold: float, frame: int, direction: int
 ) -> int | None:
-    """First frame of the next or previous stretch in which any curve is above the threshold.
-
-    `frame` is where to start looking, `direction` 1 for forwards, -1 for backwards; None where
-    there is no such stretch.
-    """
+    """First frame of the next (1) or previous (-1) stretch with any curve above the threshold."""
     above: set[int] = set()
     for curve in curves:
         with np.errstate(invalid="ignore"):
             above.update(curve.frame[curve.value > threshold].tolist())
-    frames = np.array(sorted(above), dtype=np.int64)
-    if not len(frames):
-        return None
-    begins = frames[np.concatenate([[True], np.diff(frames) > 1])]
-    wanted = begins[begins > frame] if direction > 0 else begins[begins < frame]
-    if not len(wanted):
-        return None
-    return int(wanted[0] if direction > 0 else wanted[-1])
+    begins = sorted(first for first in above if first - 1 not in above)
+    if direction > 0:
+        return next((one for one in begins if one > frame), None)
+    return next((one for one in reversed(begins) if one < frame), None)

@@ -1,15 +1,14 @@
 """Base of all plots: colours of the theme, legend of limbs and runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from typing import Literal, TypeAlias
 
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap, QResizeEvent
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QToolButton, QWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -23,9 +22,8 @@ from ..style.colours import (
     limb_words,
     line_pixmap,
 )
-from ..style.theme import current_theme
+from ..style.theme import current_theme, drawn_pixmap
 
-_GRID = 70
 _SHADE = 45
 _THICK, _FAINT = 2.5, 120
 
@@ -40,16 +38,13 @@ def new_plot(parent: QWidget | None = None) -> pg.PlotWidget:
     return plot
 
 
-def dress_plot(plot: pg.PlotWidget, *, grid: bool = True) -> None:
-    """Give ground, axes and grid the colours of the theme that is shown."""
+def dress_plot(plot: pg.PlotWidget) -> None:
+    """Give ground and axes the colours of the theme that is shown."""
     theme = current_theme()
     plot.setBackground(theme.plot_background)
     for name in ("left", "bottom"):
-        axis = plot.getAxis(name)
-        axis.setPen(theme.plot_grid)
-        axis.setTextPen(theme.muted)
-        if grid:
-            axis.setGrid(_GRID)
+        plot.getAxis(name).setPen(theme.plot_grid)
+        plot.getAxis(name).setTextPen(theme.muted)
 
 
 def label_axis(plot: pg.PlotWidget, side: str, words: str) -> None:
@@ -67,8 +62,7 @@ def shade(colour: str | QColor, alpha: int = _SHADE) -> QColor:
 _SWATCH = QSize(14, 14)
 _GAP, _LEFT, _RIGHT, _ABOVE = 2, 4, 8, 2
 _MOST_LETTERS = 24
-_BESIDE = 40
-"""Pixels that a switch has beside its words: colour, padding, distance."""
+_BESIDE = 40  # pixels that a switch has beside its words: colour, padding, distance
 
 
 Emphasis: TypeAlias = Literal["usual", "front", "behind"]
@@ -91,60 +85,45 @@ class Curve:
     """A measure of one limb, or of one side of the body, in one run or the reference."""
 
     name: str
-    """The run, as the legend calls it."""
     limb: str
-    """The legend's switches work by limb."""
-    colour: str
-    """#rrggbb, the limb's."""
+    colour: str  # #rrggbb, the limb's
     style: LineStyle
-    """Tells runs apart."""
-    frame: IntArray
-    """(F,) int64. Ascending."""
-    value: FloatArray
-    """(F,) float64. NaN leaves a gap."""
+    frame: IntArray  # (F,) int64. Ascending.
+    value: FloatArray  # (F,) float64. NaN leaves a gap.
     emphasis: Emphasis = "usual"
 
 
 class LimbLegend(QWidget):
-    """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again."""
+    """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again.
 
-    toggled = Signal()
-    """Other limbs are to be shown."""
+    `toggled` is called when other limbs are to be shown.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._buttons: dict[str, QToolButton] = {}
+    def __init__(self, toggled: Callable[[], object]) -> None:
+        super().__init__()
+        self._toggled = toggled
+        self.buttons: dict[str, QToolButton] = {}
         self._runs: tuple[tuple[str, LineStyle, Emphasis], ...] = ()
-        self._labels: list[QLabel] = []
+        self._labels: list[tuple[QLabel, QLabel]] = []
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     @property
     def hidden_limbs(self) -> frozenset[str]:
-        """Limbs that are switched off."""
-        return frozenset(limb for limb, b in self._buttons.items() if not b.isChecked())
-
-    def button(self, limb: str) -> QToolButton:
-        """Return a limb's switch."""
-        return self._buttons[limb]
+        return frozenset(limb for limb, b in self.buttons.items() if not b.isChecked())
 
     def set_curves(self, curves: Sequence[Curve]) -> None:
         """Offer the limbs and runs of these curves; switches keep their place."""
         colours = {curve.limb: curve.colour for curve in curves}
-        for limb in [limb for limb in self._buttons if limb not in colours]:
-            button = self._buttons.pop(limb)
-            self._drop(button)
+        for limb in self.buttons.keys() - colours:
+            _drop(self.buttons.pop(limb))
         for limb, colour in colours.items():
-            if limb not in self._buttons:
+            if limb not in self.buttons:
                 self._add_button(limb, colour)
         self._arrange()
         runs = tuple({(curve.name, curve.style, curve.emphasis): None for curve in curves})
         if runs != self._runs:
             self._runs = runs
             self.write_runs()
-
-    def _drop(self, widget: QWidget) -> None:
-        widget.hide()
-        widget.deleteLater()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -153,36 +132,33 @@ class LimbLegend(QWidget):
     @property
     def wanted_width(self) -> int:
         """Width in pixels at which every switch has its whole name beside it, in one row."""
-        return self._row_width(limb_words) + self._runs_width() + _LEFT + _RIGHT
-
-    def _row_width(self, words: Callable[[str], str]) -> int:
-        metrics = self.fontMetrics()
-        return sum(metrics.horizontalAdvance(words(limb)) + _BESIDE for limb in self._buttons)
+        advance = self.fontMetrics().horizontalAdvance
+        switches = sum(advance(limb_words(limb)) + _BESIDE for limb in self.buttons)
+        return switches + self._runs_width() + _LEFT + _RIGHT
 
     def _runs_width(self) -> int:
-        return sum(label.sizeHint().width() + _GAP for label in self._labels)
+        return sum(part.sizeHint().width() + _GAP for run in self._labels for part in run)
 
     def _arrange(self) -> None:
         """Put the switches and runs in a row; where it gets narrow, short names in several."""
         words = limb_words if self.wanted_width <= self.width() else brief_limb_words
-        for limb, button in self._buttons.items():
+        for limb, button in self.buttons.items():
             button.setText(words(limb))
-        runs = list(zip(self._labels[::2], self._labels[1::2], strict=True))
-        groups: list[tuple[QWidget, ...]] = [*((one,) for one in self._buttons.values()), *runs]
-        sizes = [[part.sizeHint() for part in group] for group in groups]
-        height = max([size.height() for group in sizes for size in group], default=0)
+        groups: list[tuple[QWidget, ...]] = [(one,) for one in self.buttons.values()]
+        groups += self._labels
+        height = max((part.sizeHint().height() for group in groups for part in group), default=0)
         right = self.width() - _RIGHT
         x, y = _LEFT, _ABOVE
-        for place, (group, hints) in enumerate(zip(groups, sizes, strict=True)):
-            wide = sum(hint.width() + _GAP for hint in hints)
-            if place == len(self._buttons):  # the runs stand at the end of their row
+        for place, group in enumerate(groups):
+            widths = [part.sizeHint().width() for part in group]
+            if place == len(self.buttons):  # the runs stand at the end of their row
                 x = max(x, right - self._runs_width())
-            if x > _LEFT and x + wide > right:
+            if x > _LEFT and x + sum(widths) + _GAP * len(widths) > right:
                 x, y = _LEFT, y + height
-            for part, hint in zip(group, hints, strict=True):
-                part.setGeometry(x, y, min(hint.width(), max(right - x, 0)), height)
+            for part, width in zip(group, widths, strict=True):
+                part.setGeometry(x, y, min(width, max(right - x, 0)), height)
                 part.show()
-                x += hint.width() + _GAP
+                x += width + _GAP
         self.setFixedHeight(y + height + _ABOVE)
 
     def _add_button(self, limb: str, colour: str) -> None:
@@ -198,43 +174,46 @@ class LimbLegend(QWidget):
         )
         button.clicked.connect(lambda: self._on_clicked(limb))
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._buttons[limb] = button
+        self.buttons[limb] = button
 
     def _on_clicked(self, limb: str) -> None:
         if QApplication.keyboardModifiers() & Qt.KeyboardModifier.ControlModifier:
-            alone = all(other == limb or not b.isChecked() for other, b in self._buttons.items())
-            for other, button in self._buttons.items():
+            alone = all(other == limb or not b.isChecked() for other, b in self.buttons.items())
+            for other, button in self.buttons.items():
                 button.setChecked(alone or other == limb)
-        self.toggled.emit()
+        self._toggled()
 
     def write_runs(self) -> None:
         """Name the runs beside their line styles, in the colours of the theme that is shown."""
-        for label in self._labels:
-            self._drop(label)
+        for part in (part for run in self._labels for part in run):
+            _drop(part)
         self._labels = []
         for name, style, emphasis in self._runs:
-            for label in (QLabel(self), QLabel(shortened(name, _MOST_LETTERS), self)):
-                label.setToolTip(name)
-                self._labels.append(label)
-            self._labels[-2].setPixmap(
-                line_pixmap(pen_of(current_theme().text, style, emphasis), self.devicePixelRatioF())
-            )
-            self._labels[-1].setProperty("role", "muted")
+            line, words = QLabel(self), QLabel(shortened(name, _MOST_LETTERS), self)
+            pen = pen_of(current_theme().text, style, emphasis)
+            line.setPixmap(line_pixmap(pen, self.devicePixelRatioF()))
+            words.setProperty("role", "muted")
+            for part in (line, words):
+                part.setToolTip(name)
+            self._labels.append((line, words))
         self._arrange()
 
 
+def _drop(widget: QWidget) -> None:
+    widget.hide()
+    widget.deleteLater()
+
+
 def _swatch(colour: str) -> QIcon:
-    size = 28
-    result = QIcon()
-    for filled, state in ((True, QIcon.State.On), (False, QIcon.State.Off)):
-        pixmap = QPixmap(size, size)
-        pixmap.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(pixmap)
+    def draw(painter: QPainter, *, filled: bool) -> None:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(QColor(colour), 3.0))
         if filled:
             painter.setBrush(QColor(colour))
-        painter.drawRoundedRect(4, 4, size - 8, size - 8, 5, 5)
-        painter.end()
+        painter.drawRoundedRect(4, 4, 20, 20, 5, 5)
+
+    result = QIcon()
+    for filled, state in ((True, QIcon.State.On), (False, QIcon.State.Off)):
+        pixmap = drawn_pixmap(28, 28, partial(draw, filled=filled))
         result.addPixmap(pixmap, QIcon.Mode.Normal, state)
     return result

@@ -1,16 +1,13 @@
 """Curves of a study: a measure over one of the varied names; a click tells which runs are there."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.study.store import Curve, PlotAxis, words_of
 
@@ -20,24 +17,21 @@ from .plots import dress_plot, label_axis, new_plot, shade
 
 _MOST_TICKS = 12
 _LONGEST_TICK = 18
-_LEGEND_SHARE = 0.32
-"""Share of the plot's width that the legend has beside the curves."""
-
-_ASIDE = 0.06
-"""Share of the distance between values that one curve is drawn aside of the next."""
-
+_LEGEND_SHARE = 0.32  # share of the plot's width that the legend has beside the curves
+_ASIDE = 0.06  # share of the distance between values that one curve is drawn aside of the next
 _SHADES = {True: (0.42, 0.95), False: (0.05, 0.75)}
 """Part of the colour map that can be seen on a dark and on a bright ground."""
 
 
 class StudyPlot(Dressed):
-    """Draws curves with their points and spread."""
+    """Draws curves with their points and spread.
 
-    rows_chosen = Signal(object)
-    """Tuple of the rows of the table behind what was clicked."""
+    `choose` is called with a tuple of the rows of the table behind what was clicked.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, choose: Callable[[tuple[int, ...]], object]) -> None:
+        super().__init__()
+        self._choose = choose
         self._shown: tuple[PlotAxis, str, tuple[Curve, ...]] | None = None
         self._plot = new_plot()
         self._legend = self._plot.addLegend(offset=(-10, 10))
@@ -53,20 +47,15 @@ class StudyPlot(Dressed):
         return QSize(720, 440)
 
     def show_curves(self, axis: PlotAxis, measure: str, curves: Sequence[Curve]) -> None:
-        """Draw a measure over one of the varied names."""
         self._shown = axis, measure, tuple(curves)
-        self._draw()
+        self._dress()
 
     def clear(self) -> None:
-        """Draw nothing."""
         self._shown = None
-        self._draw()
+        self._dress()
 
     def _dress(self) -> None:
-        self._draw()
-
-    def _draw(self) -> None:
-        dress_plot(self._plot, grid=False)
+        dress_plot(self._plot)
         self._plot.clear()
         self._legend.clear()
         self._marks.clear()
@@ -89,7 +78,6 @@ class StudyPlot(Dressed):
             self._show_all(axis, curves, max(asides, default=0.0))
 
     def _show_all(self, axis: PlotAxis, curves: tuple[Curve, ...], aside: float) -> None:
-        """Let everything be seen, beside the legend if there is one."""
         places = [_place(axis, value) for value in axis.places.values()]
         # half a step beside words, so that they can be read
         edge = aside + (0.5 if axis.words else 0.06 * _extent(axis))
@@ -131,19 +119,14 @@ class StudyPlot(Dressed):
         self._marks += [means, points]
 
     def _on_clicked(self, event: Any) -> None:
-        if event.button() != Qt.MouseButton.LeftButton:
-            return
-        for marks in self._marks:
-            found = marks.pointsAt(marks.mapFromScene(event.scenePos()))
-            if len(found):
-                data = found[0].data()
-                rows = tuple(data) if isinstance(data, list) else (int(data),)
-                self.rows_chosen.emit(rows)
-                return
+        if event.button() == Qt.MouseButton.LeftButton:
+            at = (marks.pointsAt(marks.mapFromScene(event.scenePos())) for marks in self._marks)
+            if found := next((points[0] for points in at if len(points)), None):
+                rows = found.data()
+                self._choose(tuple(rows) if isinstance(rows, list) else (int(rows),))
 
 
 def _place(axis: PlotAxis, value: float) -> float:
-    """Where a value is drawn."""
     return float(np.log10(value)) if axis.log else float(value)
 
 
@@ -162,10 +145,9 @@ def _extent(axis: PlotAxis) -> float:
 
 def _ticks(axis: PlotAxis) -> list[list[tuple[float, str]]] | None:
     """A tick at each value if they are few or words; else None, for the plot's own."""
-    if not axis.words and len(axis.places) > 2 * _MOST_TICKS:
-        return None
     ticks = [(_place(axis, place), _short(value)) for value, place in axis.places.items()]
-    return [ticks[:: max(1, len(ticks) // _MOST_TICKS)]]
+    few = axis.words or len(ticks) <= 2 * _MOST_TICKS
+    return [ticks[:: max(1, len(ticks) // _MOST_TICKS)]] if few else None
 
 
 def _short(value: str, longest: int = _LONGEST_TICK) -> str:

@@ -1,7 +1,5 @@
 """What the 3-D scene shows at one instant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -15,13 +13,9 @@ from ..camera.overlays import InsideScene
 from ..style.colours import LineStyle
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
-"""Parts of the scene that can be switched one by one."""
 
-
-FLOOR_HALF = 3.0
-"""Metres from the origin to the edges of the floor."""
-NORTH_TIP = FLOOR_HALF + 0.5
-"""Metres from the origin to the tip of the arrow to the north."""
+FLOOR_HALF = 3.0  # metres from the origin to the edges of the floor
+NORTH_TIP = FLOOR_HALF + 0.5  # metres from the origin to the tip of the arrow to the north
 
 
 @dataclass(frozen=True)
@@ -38,8 +32,7 @@ class Ellipsoid:
     """Where a limb's end is to be found, by the tracker's own covariance."""
 
     limb: str
-    centre: FloatArray
-    """(3,) float64, world, metres."""
+    centre: FloatArray  # (3,) float64, world, metres
     covariance: FloatArray
     """(3, 3) float64, world, square metres. Drawn at two standard deviations."""
 
@@ -49,8 +42,7 @@ class GhostBody:
     """The model of a run that is drawn beside the active one, as lines, dots or both."""
 
     name: str
-    style: LineStyle
-    """That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots."""
+    style: LineStyle  # that of its lines in the plots: `dash` becomes lines, `dot` dots
     meshes: tuple[PartMesh, ...]
 
 
@@ -64,31 +56,22 @@ class SceneContent:
     """(N, 3) uint8. By view, limb or residual, as the caller chose."""
     point_legend: PointLegend | None = None
     meshes: tuple[PartMesh, ...] = ()
-    """Parts of the body model."""
     reference: FloatArray | None = None
     """(9, 3) float64, world, metres, or None. Landmarks of the reference; NaN where not known."""
     reference_is_old: bool = False
-    """Whether it was fitted before the last click."""
     cameras: tuple[Camera, ...] = ()
-    """Drawn as frusta."""
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
     """Mapping from camera name to (H, W) or (H, W, 3) uint8. Grey or RGB; shown on the frusta.
     Small ones: they are handed on to OpenGL as they are."""
-    cameras_before: tuple[Camera, ...] = ()
-    """Cameras of another calibration, drawn fainter."""
+    cameras_before: tuple[Camera, ...] = ()  # cameras of another calibration, drawn fainter
     boards: tuple[FloatArray, ...] = ()
     """(4, 3) float64, world, metres. Corners of calibration boards, around each."""
     highlighted: str = ""
-    """The limb that is selected; empty for none."""
     ellipsoids: tuple[Ellipsoid, ...] = ()
     run: str = ""
-    """Name of the run whose model it is."""
     ghosts: tuple[GhostBody, ...] = ()
-    """Models of other runs."""
-    floor_z: float = 0.0
-    """Metres. Height of the floor in the world."""
+    floor_z: float = 0.0  # Metres. Height of the floor in the world.
     inside: InsideScene | None = None
-    """What a step inside the frame draws."""
 
     @property
     def runs(self) -> tuple[tuple[str, LineStyle], ...]:
@@ -113,9 +96,8 @@ class SceneContent:
         parts += self.boards
         if self.boards or not parts:
             parts += [camera.position_world[None] for camera in self.cameras]
-        points = np.concatenate(parts) if parts else np.empty((0, 3))
-        finite: FloatArray = points[np.isfinite(points).all(axis=1)]
-        return finite
+        points: FloatArray = np.concatenate([np.empty((0, 3)), *parts])
+        return points[np.isfinite(points).all(axis=1)]
 
 
 _FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45

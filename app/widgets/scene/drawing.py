@@ -1,7 +1,5 @@
 """What the scene draws of its content: meshes with their colours, one function for each part."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
@@ -17,26 +15,14 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
 from ..style.colours import LIMB_COLOURS, OLD
 from ..style.theme import Theme
-from .content import (
-    FLOOR_HALF,
-    NORTH_TIP,
-    Ellipsoid,
-    SceneContent,
-    frustum_corners,
-    frustum_depth,
-)
+from .content import FLOOR_HALF, NORTH_TIP, SceneContent, frustum_corners, frustum_depth
 
 _SKIN = {
-    "lighting": True,
-    "interpolation": "flat",
-    "ambient": 0.3,
-    "diffuse": 0.7,
-    "specular": 0.15,
+    "lighting": True, "interpolation": "flat", "ambient": 0.3, "diffuse": 0.7, "specular": 0.15,
     "specular_power": 20.0,
-}
+}  # fmt: skip
 _SIGMAS = 2.0
-_RING = 8
-"""Vertices of a cone's ring, as ghosts are made."""
+_RING = 8  # vertices of a cone's ring, as ghosts are made
 _RIM = 0.012
 _FAR = 100.0
 _FLOOR_STEP = 0.5
@@ -52,11 +38,9 @@ class Drawn:
     """A mesh as it is drawn by one actor."""
 
     mesh: pv.PolyData
-    colour: str | None = None
-    """#rrggbb; None where each point of the mesh has a colour of its own."""
+    colour: str | None = None  # #rrggbb; None where each point of the mesh has a colour of its own
     width: float = 1.0
-    size: float = 1.0
-    """`width` and `size`: device-independent pixels of lines and dots."""
+    size: float = 1.0  # `width` and `size`: device-independent pixels of lines and dots
     metres: float = 0.0
     limits: tuple[float, float] = (0.0, np.inf)
     """`metres` and `limits`: dots are as large as this in the world, within limits in pixels, where
@@ -71,7 +55,6 @@ Part: TypeAlias = Callable[[SceneContent, Theme], list[Drawn]]
 
 
 def _cloud(content: SceneContent, _theme: Theme) -> list[Drawn]:
-    """Measured points as dots."""
     if not len(content.cloud_points):
         return []
     mesh = pv.PolyData(content.cloud_points)
@@ -80,18 +63,15 @@ def _cloud(content: SceneContent, _theme: Theme) -> list[Drawn]:
 
 
 def _model(content: SceneContent, theme: Theme) -> list[Drawn]:
-    """The surface of the body, each part in its limb's colour."""
     return [Drawn(_body(content.meshes, theme), look=_SKIN)] if content.meshes else []
 
 
 def _rims(content: SceneContent, theme: Theme) -> list[Drawn]:
     """Mark the limb that is selected: the inner side of a surface a little away from it."""
-    drawn = []
-    for mesh in (mesh for mesh in content.meshes if mesh.limb == content.highlighted):
-        surface = _surface(mesh)
-        surface.points = mesh.vertices + _RIM * np.asarray(surface.point_normals)
-        drawn.append(Drawn(surface, theme.accent, look={"culling": "front"}))
-    return drawn
+    surfaces = [_surface(mesh) for mesh in content.meshes if mesh.limb == content.highlighted]
+    for surface in surfaces:
+        surface.points = surface.points + _RIM * np.asarray(surface.point_normals)
+    return [Drawn(one, theme.accent, look={"culling": "front"}) for one in surfaces]
 
 
 def _ghosts(content: SceneContent, theme: Theme) -> list[Drawn]:
@@ -108,13 +88,13 @@ def _ellipsoids(content: SceneContent, theme: Theme) -> list[Drawn]:
     """Two standard deviations around what the tracker found, in wires, which are cheap."""
     drawn = []
     for one in content.ellipsoids:
-        matrix = _world_from_sphere(one)
-        if matrix is not None:
+        if np.isfinite(one.covariance).all() and np.isfinite(one.centre).all():
+            variances, axes = np.linalg.eigh((one.covariance + one.covariance.T) / 2)
+            half_axes = axes * (_SIGMAS * np.sqrt(np.maximum(variances, 1e-8)))
+            wires = pv.PolyData(_sphere().points @ half_axes.T + one.centre, _sphere().faces)
             # a limb's colour, moved toward the reference's, is seen before the limb
             own, other = (pv.Color(c) for c in (LIMB_COLOURS[one.limb], theme.reference))
             mixed = 0.5 * (np.array(own.float_rgb) + other.float_rgb)
-            points = _sphere().points @ matrix[:3, :3].T + matrix[:3, 3]
-            wires = pv.PolyData(points, _sphere().faces)
             drawn.append(Drawn(wires, pv.Color(mixed).hex_rgb, look={"style": "wireframe"}))
     return drawn
 
@@ -280,31 +260,21 @@ class Shown:
 
 
 _PLAIN: dict[str, object] = {
-    "lighting": False,
-    "opacity": 1.0,
-    "style": "surface",
-    "culling": "none",
-    "vertex_visibility": False,
-    "render_points_as_spheres": False,
-}
+    "lighting": False, "opacity": 1.0, "style": "surface", "culling": "none",
+    "vertex_visibility": False, "render_points_as_spheres": False,
+}  # fmt: skip
 """Properties that not all drawings state, as they are where one does not."""
 
 
 def limb_at(meshes: tuple[PartMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
     """Name the limb whose surface a ray meets first; empty where it meets none, or a leg.
 
-    Parameters
-    ----------
-    eye, direction : (3,) float64, world
-        The ray; its direction need not be normalised.
+    The ray leads from `eye` (3,), world, along `direction` (3,), which need not be normalised.
     """
     end = eye + _FAR * direction / np.linalg.norm(direction)
-    best, found = np.inf, ""
-    for mesh in meshes:
-        hit, _ = _surface(mesh).ray_trace(eye, end, first_point=True)
-        distance = float(np.linalg.norm(hit - eye)) if len(hit) else np.inf
-        if distance < best:
-            best, found = distance, mesh.limb
+    hits = [(mesh.limb, _surface(mesh).ray_trace(eye, end, first_point=True)[0]) for mesh in meshes]
+    far = [(float(np.linalg.norm(hit - eye)), limb) for limb, hit in hits if len(hit)]
+    _, found = min(far, default=(np.inf, ""))
     return found if found in LIMB_COLOURS else ""
 
 
@@ -317,18 +287,12 @@ def _body(meshes: Sequence[PartMesh], theme: Theme) -> pv.PolyData:
     counts = [len(mesh.vertices) for mesh in meshes]
     starts = np.cumsum([0, *counts[:-1]])
     triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts, strict=True)]
-    colours = [_rgb(LIMB_COLOURS.get(mesh.limb, theme.disabled)) for mesh in meshes]
+    colours = [pv.Color(LIMB_COLOURS.get(mesh.limb, theme.disabled)).int_rgb for mesh in meshes]
     body = pv.PolyData.from_regular_faces(
         np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(triangles)
     )
-    body.point_data.set_scalars(np.repeat(colours, counts, axis=0), "colour")
+    body.point_data.set_scalars(np.repeat(np.array(colours, np.uint8), counts, axis=0), "colour")
     return body
-
-
-@cache
-def _rgb(colour: str) -> ImageArray:
-    """Red, green and blue (3,) of #rrggbb."""
-    return np.frombuffer(bytes.fromhex(colour[1:]), dtype=np.uint8)
 
 
 def _lines(points: FloatArray) -> pv.PolyData:
@@ -341,17 +305,6 @@ def _sphere() -> pv.PolyData:
     source = pv.SphereSource(radius=1.0, theta_resolution=12, phi_resolution=7)
     source.LatLongTessellationOn()
     return source.output
-
-
-def _world_from_sphere(ellipsoid: Ellipsoid) -> FloatArray | None:
-    covariance = ellipsoid.covariance
-    if not (np.isfinite(covariance).all() and np.isfinite(ellipsoid.centre).all()):
-        return None
-    variances, axes = np.linalg.eigh((covariance + covariance.T) / 2)
-    matrix = np.eye(4)
-    matrix[:3, :3] = axes * (_SIGMAS * np.sqrt(np.maximum(variances, 1e-8)))
-    matrix[:3, 3] = ellipsoid.centre
-    return matrix
 
 
 def _wire_of(vertices: FloatArray) -> FloatArray:
@@ -369,11 +322,10 @@ def _dashes(starts: FloatArray, ends: FloatArray, length: float = 0.025) -> Floa
     pieces = [np.empty((0, 3))]
     for start, end in zip(starts, ends, strict=True):
         distance = float(np.linalg.norm(end - start))
-        if not np.isfinite(distance) or distance == 0.0:
-            continue
-        count = max(1, round(distance / (2 * length)))
-        shares = ((np.arange(count)[:, None] + (0.0, 0.55)) / count).ravel()
-        pieces.append(start + shares[:, None] * (end - start))
+        if np.isfinite(distance):
+            count = max(1, round(distance / (2 * length)))
+            shares = ((np.arange(count)[:, None] + (0.0, 0.55)) / count).ravel()
+            pieces.append(start + shares[:, None] * (end - start))
     return np.concatenate(pieces)
 
 

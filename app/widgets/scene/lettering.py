@@ -1,7 +1,5 @@
 """Lettering over the scene: names, north, axes, and the legend of the points' colours."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -64,7 +62,6 @@ def _write(painter: QPainter, text: str, box: QRectF, colour: str, shadow: str) 
 
 
 def _paint_axes(painter: QPainter, orbit: Orbit, area: QRectF) -> None:
-    """Draw the world's axes in the lower right corner, as they stand in the picture."""
     middle = area.bottomRight() - QPointF(44.0, 42.0)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)

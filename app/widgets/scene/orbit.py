@@ -19,26 +19,17 @@ _LEAST_DISTANCE = 1.0
 class Orbit:
     """Where the eye is; z is up in the world."""
 
-    focus: FloatArray
-    """(3,) float64, world, metres. The point that is looked at."""
+    focus: FloatArray  # (3,) float64, world, metres. The point that is looked at.
     azimuth: float
     elevation: float
     """`azimuth` and `elevation`: radians. Direction from the focus to the eye; azimuth 0 is east, a
     quarter turn is north."""
-    distance: float
-    """Metres."""
+    distance: float  # metres
 
     @property
     def toward_eye(self) -> FloatArray:
         """Unit vector (3,) from the focus to the eye."""
-        flat = np.cos(self.elevation)
-        return np.array(
-            [
-                flat * np.cos(self.azimuth),
-                flat * np.sin(self.azimuth),
-                np.sin(self.elevation),
-            ]
-        )
+        return self._along(np.cos(self.elevation), np.sin(self.elevation))
 
     @property
     def eye(self) -> FloatArray:
@@ -48,14 +39,10 @@ class Orbit:
     @property
     def up(self) -> FloatArray:
         """Unit vector (3,) that points up in the picture; defined from above as well."""
-        steep = np.sin(self.elevation)
-        return np.array(
-            [
-                -steep * np.cos(self.azimuth),
-                -steep * np.sin(self.azimuth),
-                np.cos(self.elevation),
-            ]
-        )
+        return self._along(-np.sin(self.elevation), np.cos(self.elevation))
+
+    def _along(self, flat: float, up: float) -> FloatArray:
+        return np.array([flat * np.cos(self.azimuth), flat * np.sin(self.azimuth), up])
 
     @property
     def right(self) -> FloatArray:
@@ -81,23 +68,18 @@ class Orbit:
         """Picture positions (K, 2) of world points (K, 3); NaN behind the eye."""
         relative = np.asarray(points, dtype=np.float64).reshape(-1, 3) - self.eye
         depth = -relative @ self.toward_eye
-        scale = height / 2 / np.tan(FIELD_OF_VIEW / 2)
         depth = np.where(depth > 1e-3, depth, np.nan)
-        return np.stack(
-            [
-                width / 2 + scale * (relative @ self.right) / depth,
-                height / 2 - scale * (relative @ self.up) / depth,
-            ],
-            axis=1,
-        )
+        flat = relative @ np.column_stack([self.right, -self.up]) / depth[:, None]
+        scale = height / 2 / np.tan(FIELD_OF_VIEW / 2)
+        places: FloatArray = (width / 2, height / 2) + scale * flat
+        return places
 
     def ray(self, x: float, y: float, width: float, height: float) -> FloatArray:
         """Direction (3,), not normalised, from the eye through a position in the picture."""
         slope = np.tan(FIELD_OF_VIEW / 2) / (height / 2)
-        sideways = (x - width / 2) * slope * self.right
-        upwards = (height / 2 - y) * slope * self.up
-        result: FloatArray = sideways + upwards - self.toward_eye
-        return result
+        aside = (x - width / 2) * self.right + (height / 2 - y) * self.up
+        ray: FloatArray = slope * aside - self.toward_eye
+        return ray
 
 
 STANDARD_VIEWS: dict[str, tuple[float, float]] = {

@@ -1,11 +1,10 @@
 """The scene as pictures: layers that follow the content, in a plotter that never shows itself."""
 
-from __future__ import annotations
-
 import ctypes.util
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
 import pyvista as pv
@@ -54,24 +53,15 @@ def _kinds() -> Iterator[str]:
     yield "vtkEGLRenderWindow"
     if os.environ.get("DISPLAY"):
         yield "vtkXOpenGLRenderWindow"
-    if _osmesa_is_there():
-        yield "vtkOSOpenGLRenderWindow"
-
-
-def _osmesa_is_there() -> bool:
-    try:
-        return ctypes.util.find_library("OSMesa") is not None
-    except OSError:  # it asks a compiler, which writes to a drive that may be full
-        return False
+    with suppress(OSError):  # it asks a compiler, which writes to a drive that may be full
+        if ctypes.util.find_library("OSMesa"):
+            yield "vtkOSOpenGLRenderWindow"
 
 
 class SceneRenderer:
     """Draws contents one after another with the same actors, what is above seen through the rest.
 
-    Raises
-    ------
-    SceneUnavailable
-        If no OpenGL is to be had.
+    Raises :class:`SceneUnavailable` if no OpenGL is to be had.
     """
 
     def __init__(self) -> None:
@@ -95,7 +85,6 @@ class SceneRenderer:
     def set_content(
         self, content: SceneContent, layers: Mapping[str, bool], theme: Theme, scale: float
     ) -> None:
-        """Take over what is to be shown, with `scale` pixels for a device-independent one."""
         self._scale = scale
         self._plotter.set_background(theme.scene_bottom, top=theme.scene_top)
         for shown, layer, part in self._shown:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QAction,
     QImage,
@@ -21,12 +21,12 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from stereotrack_core.arrays import FloatArray
 
 from ..redraw import later, takes_key
-from ..style.building import action_button, hbox, label, tool_button
+from ..style.building import action_button, hbox, label, menu_of, tool_button
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .content import LAYERS, SceneContent
@@ -50,19 +50,15 @@ class SceneBar(QWidget):
         title: str,
         layers: Sequence[QAction],
         menus: Sequence[tuple[str, str, Sequence[QAction]]],
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.setProperty("role", "title")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         buttons = [action_button(action) for action in layers]
         for text, icon, actions in menus:
             buttons.append(tool_button(text, icon, text))
             buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-            menu = QMenu(buttons[-1])
-            menu.addActions(list(actions))
-            buttons[-1].setMenu(menu)
-            buttons[-1].setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+            menu_of(buttons[-1]).addActions(list(actions))
         for button in buttons:
             button.setIconSize(_ICON)
             button.setProperty("role", "plain")
@@ -76,8 +72,7 @@ _STILL_MS = 700
 each frame while a tracker runs would hold up the window."""
 _COARSE_SECONDS = 0.016
 """How long it may take to render a picture while the eye or the content moves."""
-_COARSEST = 4
-"""How often such a picture may be halved, in pixels."""
+_COARSEST = 4  # how often such a picture may be halved, in pixels
 _TURN_PER_PIXEL = np.radians(0.4)
 _TURN_PER_KEY = np.radians(7.5)
 _ZOOM_KEYS = {Qt.Key.Key_Plus: 1.2, Qt.Key.Key_Equal: 1.2, Qt.Key.Key_Minus: 1 / 1.2}
@@ -98,14 +93,13 @@ class SceneView(QWidget):
 
     Contents are rendered when Qt paints, so of several that come in between only the newest
     costs anything, and a hidden scene costs nothing. Where no OpenGL is to be had the widget
-    says so and everything else about it keeps working.
+    says so and everything else about it keeps working. `choose_limb` is called with the limb that a
+    person clicks.
     """
 
-    limb_clicked = Signal(str)
-    """The limb that was clicked."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, choose_limb: Callable[[str], object]) -> None:
+        super().__init__()
+        self._choose_limb = choose_limb
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMinimumSize(160, 120)
@@ -126,20 +120,16 @@ class SceneView(QWidget):
         self._image_is_fine = False
         self._halved = 0
         self._press: QPointF | None = None
-        self._last: QPointF | None = None
-        self._dragged = False
-        self._turning = True
+        self._last = QPointF()
+        self._dragged, self._turning = False, True
         self._rest = later(self, self.update)
         self.destroyed.connect(partial(_close_renderer, self.__dict__))
 
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
 
-    # ---- what is shown
-
     @property
     def orbit(self) -> Orbit:
-        """Where the eye is."""
         return self._orbit or self._standard("home")
 
     def show_scene(self, content: SceneContent) -> None:
@@ -163,17 +153,13 @@ class SceneView(QWidget):
 
     def set_layer_visible(self, layer: str, visible: bool) -> None:
         """Draw one of :data:`~app.widgets.scene.content.LAYERS` or leave it out."""
-        if layer not in self._layers:
-            raise KeyError(layer)
         self._layers[layer] = visible
         self._changed(content=True)
 
     def layer_visible(self, layer: str) -> bool:
-        """Whether a layer is drawn."""
         return self._layers[layer]
 
     def set_highlighted(self, limb: str) -> None:
-        """Mark a limb as selected; an empty name marks none."""
         if limb != self.content.highlighted:
             self.show_scene(replace(self.content, highlighted=limb))
 
@@ -189,10 +175,8 @@ class SceneView(QWidget):
 
     def _standard(self, view: str) -> Orbit:
         aspect = self.width() / max(self.height(), 1)
-        points = self.content.body_points()
-        if self._held is not None:
-            points = np.vstack([self._held, points])
-        return orbit_around(points, view, aspect)
+        held = [self._held] if self._held is not None else []
+        return orbit_around(np.vstack([*held, self.content.body_points()]), view, aspect)
 
     def _changed(self, *, content: bool = False) -> None:
         self._content_changed |= content
@@ -206,8 +190,6 @@ class SceneView(QWidget):
     def is_seen(self) -> bool:
         """Whether any of it is on the screen, not behind another panel."""
         return self.isVisible() and not self.visibleRegion().isEmpty()
-
-    # ---- painting
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         fine = self._image is not None and not self._image_is_fine and not self._rest.isActive()
@@ -233,21 +215,16 @@ class SceneView(QWidget):
             renderer.set_content(self.content, self._layers, current_theme(), scale)
             self._content_changed = False
         scale *= 1.0 if fine else 0.5 ** (0.5 * self._halved)
-        width = max(1, round(self.width() * scale))
-        height = max(1, round(self.height() * scale))
+        size = max(1, round(self.width() * scale)), max(1, round(self.height() * scale))
         begun = time.perf_counter()
-        self._image = renderer.picture(width, height, self.orbit, fine=fine)
+        self._image = renderer.picture(*size, self.orbit, fine=fine)
         self._image.setDevicePixelRatio(scale)
         self._image_is_fine = fine
-        if not fine:
-            self._coarsen(time.perf_counter() - begun)
+        if not fine:  # what moves has as many pixels as can be rendered in time
+            share = max(time.perf_counter() - begun, 1e-4) / _COARSE_SECONDS
+            self._halved = min(max(self._halved + round(np.log2(share)), 0), _COARSEST)
             self._rest.start(max(still, self._rest.remainingTime()))
         return True
-
-    def _coarsen(self, seconds: float) -> None:
-        """Let pictures of what moves have as many pixels as can be rendered in time."""
-        steps = round(np.log2(max(seconds, 1e-4) / _COARSE_SECONDS))
-        self._halved = min(max(self._halved + steps, 0), _COARSEST)
 
     def _renderer_or_none(self) -> SceneRenderer | None:
         if self._renderer is None and not self.unavailable_because:
@@ -283,8 +260,6 @@ class SceneView(QWidget):
             self._changed(content=True)
         super().changeEvent(event)
 
-    # ---- mouse and keys
-
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._press = self._last = event.position()
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
@@ -293,28 +268,21 @@ class SceneView(QWidget):
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._press is None or self._last is None:
+        if self._press is None:
             return
-        if not self._dragged:
-            far = (event.position() - self._press).manhattanLength()
-            if far < QApplication.startDragDistance():
-                return
-            self._dragged = True
-        step = event.position() - self._last
-        self._last = event.position()
-        if self._turning:
-            orbit = self.orbit.turned(-step.x() * _TURN_PER_PIXEL, step.y() * _TURN_PER_PIXEL)
-        else:
-            orbit = self.orbit.moved(-step.x() / self.height(), step.y() / self.height())
-        self.set_orbit(orbit)
+        far = (event.position() - self._press).manhattanLength()
+        self._dragged |= far >= QApplication.startDragDistance()
+        if self._dragged:
+            step, self._last = event.position() - self._last, event.position()
+            by = _TURN_PER_PIXEL if self._turning else 1.0 / self.height()
+            move = self.orbit.turned if self._turning else self.orbit.moved
+            self.set_orbit(move(-step.x() * by, step.y() * by))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        clicked = self._press is not None and not self._dragged
-        self._press = self._last = None
-        if clicked and event.button() == Qt.MouseButton.LeftButton:
-            limb = self.limb_at(event.position())
-            if limb:
-                self.limb_clicked.emit(limb)
+        clicked, self._press = self._press is not None and not self._dragged, None
+        left = event.button() == Qt.MouseButton.LeftButton
+        if clicked and left and (limb := self.limb_at(event.position())):
+            self._choose_limb(limb)
 
     def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
         self._press = None
@@ -324,11 +292,10 @@ class SceneView(QWidget):
         """Name the limb of the model under a position of the widget; empty for none."""
         if not self._layers["model"]:
             return ""
-        orbit = self.orbit
-        ray = orbit.ray(position.x(), position.y(), self.width(), self.height())
         from .drawing import limb_at
 
-        return limb_at(self.content.meshes, orbit.eye, ray)
+        ray = self.orbit.ray(position.x(), position.y(), self.width(), self.height())
+        return limb_at(self.content.meshes, self.orbit.eye, ray)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         self.set_orbit(self.orbit.zoomed(1.0015 ** event.angleDelta().y()))
@@ -340,11 +307,10 @@ class SceneView(QWidget):
         return wants or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        orbit = self._orbit_for(event)
-        if orbit is None:
-            super().keyPressEvent(event)
-        else:
+        if orbit := self._orbit_for(event):
             self.set_orbit(orbit)
+        else:
+            super().keyPressEvent(event)
 
     def _orbit_for(self, event: QKeyEvent) -> Orbit | None:
         key = Qt.Key(event.key())

@@ -1,11 +1,9 @@
 """Layouts and small widgets that panels are built from, in one expression each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import TypeAlias, TypeVar
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -14,6 +12,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLayout,
+    QMenu,
     QProgressBar,
     QScrollArea,
     QSizePolicy,
@@ -33,6 +32,13 @@ def shortened(name: str, most: int) -> str:
     return f"{name[: most - 1 - behind]}…{name[-behind:]}"
 
 
+def allow(button: QWidget, why_not: str, tip: str = "") -> None:
+    """Enable a button, or disable it and say why; the tip says what it does."""
+    button.setEnabled(not why_not)
+    before = f"{tip}. " if tip else ""
+    button.setToolTip(f"{before}Unavailable: {why_not}" if why_not else tip)
+
+
 class ElidedLabel(QLabel):
     """Muted words on one line, whatever their length."""
 
@@ -41,18 +47,15 @@ class ElidedLabel(QLabel):
         self.words = ""
         """All words, also those that are cut."""
         self.setProperty("role", "muted")
+        self.setMinimumWidth(40)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
-        """Show these words."""
         self.words = words
         self.setToolTip(words)
         self.setAccessibleName(words)
         self._fit()
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(40, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -60,8 +63,7 @@ class ElidedLabel(QLabel):
 
     def _fit(self) -> None:
         room = self.contentsRect().width() - 2 * self.margin()
-        shown = self.fontMetrics().elidedText(self.words, Qt.TextElideMode.ElideRight, room)
-        self.setText(shown)
+        self.setText(self.fontMetrics().elidedText(self.words, Qt.TextElideMode.ElideRight, room))
 
 
 class Raised(QWidget):
@@ -106,15 +108,31 @@ def _filled(layout: _Box, items: Iterable[Item], margins: Margins, spacing: int 
 
 
 def label(
-    text: str = "", role: str = "", *, wraps: bool = True, margins: Margins = (0, 0, 0, 0)
+    text: str = "",
+    role: str = "",
+    *,
+    wraps: bool = True,
+    margins: Margins = (0, 0, 0, 0),
+    align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
+    copied: bool = False,
 ) -> QLabel:
-    """Text in the look that the style sheet has for `role`, such as ``muted`` or ``heading``."""
-    result = QLabel(text)
-    result.setWordWrap(wraps)
+    """Text in the look that the style sheet has for `role`, such as ``muted`` or ``heading``.
+
+    If it can be `copied`, the mouse selects it.
+    """
+    result = QLabel(text, wordWrap=wraps, alignment=align)
     result.setContentsMargins(*margins)
     if role:
         result.setProperty("role", role)
+    if copied:
+        result.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
     return result
+
+
+def show_text(shown: QLabel, text: str) -> None:
+    """Write in a label; it is hidden while there is nothing to say."""
+    shown.setText(text)
+    shown.setVisible(bool(text))
 
 
 def label_of(field: QWidget, text: str) -> QLabel:
@@ -126,19 +144,15 @@ def label_of(field: QWidget, text: str) -> QLabel:
 
 def empty_label(text: str) -> QLabel:
     """What stands at the top of an empty panel and says what fills it."""
-    result = label(text, "muted", margins=(10, 10, 10, 10))
-    result.setAlignment(Qt.AlignmentFlag.AlignTop)
-    return result
+    return label(text, "muted", margins=(10, 10, 10, 10), align=Qt.AlignmentFlag.AlignTop)
 
 
 def tool_button(tip: str, icon: str = "", text: str = "", role: str = "") -> QToolButton:
     """Make a flat button; its text, if any, stands beside the icon."""
-    button = QToolButton()
-    button.setAutoRaise(True)
+    button = QToolButton(autoRaise=True)
     button.setToolTip(tip)
-    if text:
-        button.setText(text)
-    else:
+    button.setText(text)
+    if not text:
         button.setAccessibleName(tip)
     if role:
         button.setProperty("role", role)
@@ -153,10 +167,18 @@ def action_button(
     action: QAction, style: Qt.ToolButtonStyle = Qt.ToolButtonStyle.ToolButtonIconOnly
 ) -> QToolButton:
     """Make a button of a command, with its icon or text."""
-    button = QToolButton()
+    button = QToolButton(toolButtonStyle=style)
     button.setDefaultAction(action)
-    button.setToolButtonStyle(style)
     return button
+
+
+def menu_of(button: QToolButton) -> QMenu:
+    """Make the menu that a button opens at once."""
+    menu = QMenu(button)
+    menu.setToolTipsVisible(True)
+    button.setMenu(menu)
+    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+    return menu
 
 
 def choice(name: str, options: Iterable[tuple[str, str]] = (), tip: str = "") -> QComboBox:
@@ -173,8 +195,7 @@ def searchable(box: QComboBox) -> QComboBox:
     """Let a person find an option by typing any part of it."""
     box.setEditable(True)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-    completer = box.completer()
-    if completer is not None:
+    if completer := box.completer():
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
         completer.setCompletionMode(QCompleter.CompletionMode.PopupCompletion)
@@ -183,18 +204,16 @@ def searchable(box: QComboBox) -> QComboBox:
 
 def thin_progress() -> QProgressBar:
     """Make a bar of a few pixels, without text."""
-    bar = QProgressBar()
-    bar.setTextVisible(False)
+    bar = QProgressBar(textVisible=False)
     bar.setMaximumHeight(4)
     return bar
 
 
 def scrolled(inside: QWidget, name: str) -> QScrollArea:
     """Make an area without a frame that scrolls up and down only."""
-    area = QScrollArea()
-    area.setAccessibleName(name)
-    area.setWidgetResizable(True)
+    area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setAccessibleName(name)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.setWidget(inside)
     return area

@@ -1,7 +1,5 @@
 """Colours of limbs, line styles of runs, and colours of numbers, the same everywhere."""
 
-from __future__ import annotations
-
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -13,6 +11,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 
 from .building import shortened
+from .theme import drawn_pixmap
 
 LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot", "reference"]
 
@@ -25,9 +24,7 @@ PEN_STYLES: dict[LineStyle, Qt.PenStyle] = {
 }
 """No run has the style of the reference."""
 
-OLD = 0.4
-"""Opacity of what was fitted before the last click."""
-
+OLD = 0.4  # opacity of what was fitted before the last click
 _LINE = 26.0
 _ROW = 17.0
 _GAP = 6.0
@@ -36,14 +33,12 @@ _MOST_LETTERS = 34
 
 def line_pixmap(pen: QPen, ratio: float) -> QPixmap:
     """A piece of line, 28 x 14 pixels."""
-    pixmap = QPixmap(round(28 * ratio), round(14 * ratio))
-    pixmap.setDevicePixelRatio(ratio)
-    pixmap.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(pixmap)
-    painter.setPen(pen)
-    painter.drawLine(2, 7, 26, 7)
-    painter.end()
-    return pixmap
+
+    def draw(painter: QPainter) -> None:
+        painter.setPen(pen)
+        painter.drawLine(2, 7, 26, 7)
+
+    return drawn_pixmap(28, 14, draw, ratio)
 
 
 def paint_runs_legend(
@@ -55,9 +50,8 @@ def paint_runs_legend(
     metrics = painter.fontMetrics()
     names = [shortened(name, _MOST_LETTERS) for name, _ in runs]
     width = _LINE + 3 * _GAP + max(metrics.horizontalAdvance(name) for name in names)
-    box = QRectF(
-        area.left() + _GAP, area.bottom() - _GAP - _ROW * len(runs) - 4, width, _ROW * len(runs) + 4
-    )
+    high = _ROW * len(runs) + 4
+    box = QRectF(area.left() + _GAP, area.bottom() - _GAP - high, width, high)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setPen(Qt.PenStyle.NoPen)
@@ -76,19 +70,16 @@ def paint_runs_legend(
 _LOW_ON_DARK, _HIGH_ON_DARK = (0x3A, 0xA6, 0xF0), (0xFF, 0x8A, 0x2B)
 _PALE = (0xD2, 0xD2, 0xD2)
 
-FULL_RESIDUAL = 0.06
-"""Metres at which a residual's colour is as strong as it gets."""
-
-SHADES = 9
-"""Shades that residuals are drawn in."""
+FULL_RESIDUAL = 0.06  # metres at which a residual's colour is as strong as it gets
+SHADES = 9  # shades that residuals are drawn in
 
 
 def shade_colours() -> tuple[str, ...]:
     """Colours of residuals over pictures, from far inside the model to far outside of it."""
-    stops = np.array([_LOW_ON_DARK, _PALE, _HIGH_ON_DARK])
     places = np.linspace(-1.0, 1.0, SHADES)
-    mixed = np.stack([np.interp(places, (-1.0, 0.0, 1.0), one) for one in stops.T], axis=1)
-    return tuple("#{:02x}{:02x}{:02x}".format(*row) for row in np.round(mixed).astype(int).tolist())
+    stops = zip(_LOW_ON_DARK, _PALE, _HIGH_ON_DARK, strict=True)
+    mixed = np.stack([np.interp(places, (-1.0, 0.0, 1.0), one) for one in stops], axis=1)
+    return tuple("#" + bytes(row).hex() for row in np.round(mixed).astype(np.uint8))
 
 
 def shade_of(residual: FloatArray) -> IntArray:
@@ -120,16 +111,14 @@ LANDMARK_LIMBS: MappingProxyType[str, str] = MappingProxyType(
 
 def limb_rgb(limb: str) -> tuple[int, int, int]:
     """Red, green and blue of a limb, 0 to 255."""
-    text = LIMB_COLOURS[limb]
-    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+    red, green, blue = bytes.fromhex(LIMB_COLOURS[limb][1:])
+    return red, green, blue
 
 
 def brief_limb_words(limb: str) -> str:
     """Return the limb's name for where there is little room, such as ``L upper arm``."""
-    for whole, brief in (("left ", "L "), ("right ", "R "), ("unexplained", "unexpl.")):
-        if limb_words(limb).startswith(whole):
-            return limb_words(limb).replace(whole, brief, 1)
-    return limb_words(limb)
+    brief = limb_words(limb).replace("left ", "L ").replace("right ", "R ")
+    return brief.replace("unexplained", "unexpl.")
 
 
 def limb_words(limb: str) -> str:

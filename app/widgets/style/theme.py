@@ -1,8 +1,7 @@
 """The workbench's look: tokens of the dark and the light theme, and how Qt is told of them."""
 
-from __future__ import annotations
-
 import tomllib
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from string import Template
 from typing import Literal, TypeAlias
 
 import pyqtgraph
-from PySide6.QtCore import QByteArray, QEvent, QObject, QRectF, Qt
+from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
 from PySide6.QtGui import (
     QAction,
     QColor,
@@ -31,12 +30,7 @@ def data_folder(name: str) -> Path:
     """Folder of data files: ``resources``, or the pages of the user guide in ``docs``.
 
     An installed wheel carries them inside this package; in a checkout they stand at the top level,
-    beside ``app``.
-
-    Raises
-    ------
-    FileNotFoundError
-        If neither is there, which means that the installation is damaged.
+    beside ``app``. FileNotFoundError means that the installation is damaged.
     """
     for folder in (_APP / name, _APP.parent / name):
         if folder.is_dir():
@@ -58,12 +52,9 @@ _NAME = "icon_name"
 
 def icon(name: str) -> QIcon:
     """Icon in the palette's colours, sharp from 16 to 64 pixels."""
-    colours = QGuiApplication.palette()
+    colours, groups = QGuiApplication.palette(), QPalette.ColorGroup
     result = QIcon()
-    for mode, group in (
-        (QIcon.Mode.Normal, QPalette.ColorGroup.Active),
-        (QIcon.Mode.Disabled, QPalette.ColorGroup.Disabled),
-    ):
+    for mode, group in ((QIcon.Mode.Normal, groups.Active), (QIcon.Mode.Disabled, groups.Disabled)):
         for pixmap in _drawn(name, colours.color(group, QPalette.ColorRole.ButtonText).name()):
             result.addPixmap(pixmap, mode)
     return result
@@ -78,16 +69,10 @@ def set_icon(target: QAction | QAbstractButton, name: str) -> None:
 def refresh_icons(app: QApplication) -> None:
     """Tint every icon given by :func:`set_icon` again, after the palette has changed."""
     for window in app.topLevelWidgets():
-        found: list[QObject] = [window, *window.findChildren(QObject)]
-        for target in found:
-            name = target.property(_NAME)
-            if name and isinstance(target, QAction | QAbstractButton):
+        targets: list[QObject] = [window, *window.findChildren(QObject)]
+        for target in targets:
+            if isinstance(target, QAction | QAbstractButton) and (name := target.property(_NAME)):
                 target.setIcon(icon(name))
-
-
-@cache
-def _drawing(name: str) -> str:
-    return resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
 
 
 def _drawn(name: str, colour: str) -> list[QPixmap]:
@@ -95,18 +80,23 @@ def _drawn(name: str, colour: str) -> list[QPixmap]:
     kept = {size: QPixmap() for size in _SIZES}
     if all(QPixmapCache.find(f"{name}/{colour}/{size}", kept[size]) for size in _SIZES):
         return list(kept.values())
-    drawing = QSvgRenderer(QByteArray(_drawing(name).replace("currentColor", colour).encode()))
+    text = resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
+    drawing = QSvgRenderer(QByteArray(text.replace("currentColor", colour).encode()))
     for size in _SIZES:
-        kept[size] = _pixmap(drawing, size)
+        kept[size] = drawn_pixmap(size, size, drawing.render)
         QPixmapCache.insert(f"{name}/{colour}/{size}", kept[size])
     return list(kept.values())
 
 
-def _pixmap(drawing: QSvgRenderer, size: int) -> QPixmap:
-    pixmap = QPixmap(size, size)
+def drawn_pixmap(
+    width: int, height: int, draw: Callable[[QPainter], object], ratio: float = 1.0
+) -> QPixmap:
+    """A transparent picture with a drawing, `ratio` pixels for a device-independent one."""
+    pixmap = QPixmap(round(width * ratio), round(height * ratio))
+    pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)
-    drawing.render(painter, QRectF(0, 0, size, size))
+    draw(painter)
     painter.end()
     return pixmap
 
@@ -124,7 +114,6 @@ class Theme:
     """Design tokens: colours as #rrggbb, lengths in device-independent pixels."""
 
     name: str
-    """``dark`` or ``light``."""
     window: str
     base: str
     raised: str
@@ -134,31 +123,26 @@ class Theme:
     what lies above it."""
     text: str
     muted: str
-    disabled: str
-    """`text`, `muted` and `disabled`: writing in falling importance."""
+    disabled: str  # `text`, `muted` and `disabled`: writing in falling importance
     accent: str
     accent_text: str
     selection: str
     """`accent`, `accent_text` and `selection`: what is chosen; violet, because the other hues are
     limbs."""
-    playhead: str
-    """The instant that is shown, in plots and lanes."""
+    playhead: str  # the instant that is shown, in plots and lanes
     error: str
     warning: str
-    good: str
-    """`error`, `warning` and `good`: verdicts."""
+    good: str  # `error`, `warning` and `good`: verdicts
     plot_background: str
     plot_grid: str
     scene_top: str
     scene_bottom: str
     scene_grid: str
     """`scene_top`, `scene_bottom` and `scene_grid`: gradient and floor of the 3-D scene."""
-    reference: str
-    """Lines of the reference, which differ by style from what was tracked."""
+    reference: str  # lines of the reference, which differ by style from what was tracked
     gap_small: int = 4
     gap: int = 8
-    radius: int = 4
-    """`gap_small`, `gap` and `radius`: distances between and inside widgets."""
+    radius: int = 4  # `gap_small`, `gap` and `radius`: distances between and inside widgets
 
     @property
     def is_dark(self) -> bool:
@@ -196,14 +180,13 @@ def load_theme(name: str) -> Theme:
 def current_theme() -> Theme:
     """Tokens of the theme that is shown; dark where none was applied."""
     app = QApplication.instance()
-    name = app.property(_SHOWN) if app is not None else None
-    return load_theme(name or "dark")
+    return load_theme((app.property(_SHOWN) if app else None) or "dark")
 
 
 def chosen_theme() -> ThemeName:
     """Tell what was asked for: ``dark``, ``light`` or ``system``."""
     app = QApplication.instance()
-    name: ThemeName = (app.property(_CHOSEN) if app is not None else None) or "system"
+    name: ThemeName = (app.property(_CHOSEN) if app else None) or "system"
     return name
 
 
@@ -212,14 +195,7 @@ def apply_theme(app: QApplication, name: ThemeName) -> None:
 
     Widgets that paint by themselves hear of it as ``QEvent.Type.PaletteChange`` and read
     :func:`current_theme` again.
-
-    Raises
-    ------
-    ValueError
-        For a name that is none of :data:`THEME_NAMES`.
     """
-    if name not in THEME_NAMES:
-        raise ValueError(f"there is no theme {name!r}; available: {', '.join(THEME_NAMES)}")
     if app.property(_CHOSEN) is None:
         app.styleHints().colorSchemeChanged.connect(partial(_follow_system, app))
     app.setProperty(_CHOSEN, name)

@@ -1,12 +1,9 @@
 """The list of failures: filters, a row for each, and what speaks for its cause."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 
-import numpy as np
-from PySide6.QtCore import QSignalBlocker, Qt, QUrl, Signal, Slot
+from PySide6.QtCore import QSignalBlocker, Qt, QUrl
 from PySide6.QtGui import QImage, QResizeEvent, QTextDocument
 from PySide6.QtWidgets import QComboBox, QSplitter, QTextBrowser, QWidget
 
@@ -19,7 +16,8 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     limbs_words,
 )
 
-from ..style.building import choice, hbox, label, vbox
+from ..camera.picture import image_of
+from ..style.building import choice, hbox, label, show_text, vbox
 from ..style.colours import LIMB_COLOURS, limb_words
 from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
@@ -35,8 +33,8 @@ _PICTURE = "picture"
 class EvidenceView(QTextBrowser):
     """A heading, a line for each piece of evidence, and a picture as wide as there is room."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setAccessibleName("Evidence")
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
         # the room for the picture must not depend on whether there is a bar
@@ -49,27 +47,21 @@ class EvidenceView(QTextBrowser):
 
     def show_words(self, heading: str, verdict: Verdict | None) -> None:
         """Show what is known of a failure and of its causes; without a verdict none is chosen."""
-        evidence = verdict.evidence if verdict is not None else ()
         lines = [escape(heading or _NONE)]
         if verdict is not None:
-            lines.append(_STRENGTH if evidence else "No evidence for a cause.")
-        for one in evidence:
-            full = round(_BAR * min(max(one.strength, 0.0), 1.0))
-            bar = "█" * full + "░" * (_BAR - full)
-            cause = escape(CAUSE_WORDS[one.cause])
-            name = f"<b>{cause}</b>" if verdict and one.cause == verdict.cause else cause
-            lines.append(f"<tt>{bar}</tt> {name}: {escape(one.words)}")
+            lines.append(_STRENGTH if verdict.evidence else "No evidence for a cause.")
+            for one in verdict.evidence:
+                full = round(_BAR * min(max(one.strength, 0.0), 1.0))
+                bar = "█" * full + "░" * (_BAR - full)
+                cause = escape(CAUSE_WORDS[one.cause])
+                name = f"<b>{cause}</b>" if one.cause == verdict.cause else cause
+                lines.append(f"<tt>{bar}</tt> {name}: {escape(one.words)}")
         self._words = "".join(f"<p style='margin:0 0 4px 0'>{line}</p>" for line in lines)
         self._write()
 
     def show_picture(self, pixels: ImageArray | None) -> None:
         """Show a picture (H, W, 3) BGR, or none."""
-        self.picture = QImage()
-        if pixels is not None:
-            whole = np.ascontiguousarray(pixels)
-            height, width = whole.shape[:2]
-            form = QImage.Format.Format_BGR888
-            self.picture = QImage(whole.data, width, height, 3 * width, form).copy()
+        self.picture = QImage() if pixels is None else image_of(pixels).copy()
         self._write()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -89,16 +81,12 @@ class EvidenceView(QTextBrowser):
         self.setHtml(html)
 
 
+_CHANCE_TIP = "Largest failure probability of a limb; found without the reference."
 _PEAKS = {
     "error": Column(
         "Error °", "Largest error of a limb; found with the reference.", RIGHT, width=54
     ),
-    "chance": Column(
-        "Prob. %",
-        "Largest failure probability of a limb; found without the reference.",
-        RIGHT,
-        width=54,
-    ),
+    "chance": Column("Prob. %", _CHANCE_TIP, RIGHT, width=54),
 }
 """Columns of the peak, by its measure: none mixes units."""
 _COLUMNS = (
@@ -111,31 +99,40 @@ _COLUMNS = (
 
 
 class FailuresPanel(QWidget):
-    """Filters above, the rows below, then words and pictures of the one that is chosen."""
+    """Filters above, the rows below, then words and pictures of the one that is chosen.
 
-    chosen = Signal(int)
-    """A row was chosen, by its place in what was handed on; -1 for none."""
-    activated = Signal(int)
-    """A row was double-clicked, or Enter was pressed on it."""
-    filtered = Signal(str, str, str)
-    """Limb, cause and how found that are wanted; empty for all."""
+    `chosen` is called with the place of a row in what was handed on, -1 for none; `activated` when
+    a row is double-clicked, or Enter pressed on it; `filtered` with the limb, cause and way of
+    detection that are wanted, empty for all.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(
+        self,
+        chosen: Callable[[int], object],
+        activated: Callable[[int], object],
+        filtered: Callable[[str, str, str], object],
+    ) -> None:
+        super().__init__()
         names = ("Limb", "Probable cause", "Detected by")
         self._boxes = self.limb, self.cause, self.found = tuple(choice(name) for name in names)
+        narrow = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         for box in self._boxes:
-            box.setSizeAdjustPolicy(
-                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-            )
+            box.setSizeAdjustPolicy(narrow)
             box.setMinimumContentsLength(6)
-            box.currentIndexChanged.connect(self._on_filter)
+            box.currentIndexChanged.connect(
+                lambda: filtered(*(str(box.currentData() or "") for box in self._boxes))
+            )
         self.words = label("", "muted", margins=(8, 0, 8, 0))
         self._fps = 1.0
-        self.tree = self._tree()
+        self.tree = CellTable("Failures", _COLUMNS, self._cells, least=96, sorts=True, single=True)
+        self.tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
+        self.tree.setMinimumHeight(56)
+        self.tree.selectionModel().currentRowChanged.connect(
+            lambda index: chosen(self.tree.place_of(index))
+        )
+        self.tree.activated.connect(lambda index: activated(self.tree.place_of(index)))
         self.evidence = EvidenceView()
-        both = QSplitter(Qt.Orientation.Vertical)
-        both.setChildrenCollapsible(False)
+        both = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         both.addWidget(self.tree)
         both.addWidget(self.evidence)
         both.setStretchFactor(0, 2)
@@ -143,19 +140,6 @@ class FailuresPanel(QWidget):
         filters = hbox(*((box, 1) for box in self._boxes), margins=(6, 0, 6, 0), spacing=4)
         self.setLayout(vbox(filters, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
         self.show_rows((), 1.0, -1, "")
-
-    def _tree(self) -> CellTable:
-        tree = CellTable("Failures", _COLUMNS, self._cells, least=96, sorts=True)
-        tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-        tree.setSelectionMode(CellTable.SelectionMode.SingleSelection)
-        tree.setMinimumHeight(56)
-        tree.selectionModel().currentRowChanged.connect(
-            lambda index: self.chosen.emit(tree.place_of(index))
-        )
-        tree.activated.connect(lambda index: self.activated.emit(tree.place_of(index)))
-        return tree
-
-    # ---- what is shown
 
     def set_choices(
         self, limbs: Sequence[str], causes: Mapping[str, str], found: Mapping[str, str]
@@ -174,8 +158,7 @@ class FailuresPanel(QWidget):
         self, failures: Sequence[FailureSegment], fps: float, chosen: int, words: str
     ) -> None:
         """Show these, one of them `chosen` or -1; `words` are said about all of them."""
-        self.words.setText(words)
-        self.words.setVisible(bool(words))
+        show_text(self.words, words)
         if (tuple(failures), fps) != (self.tree.cells.rows, self._fps):
             self._fps = fps
             with QSignalBlocker(self.tree.selectionModel()):
@@ -196,11 +179,9 @@ class FailuresPanel(QWidget):
             self.tree.setCurrentIndex(index)
             self.tree.scrollTo(index)
         self.tree.viewport().update()
-        if index.isValid():
-            failure = self.tree.cells.rows[place]
-            self.evidence.show_words(_heading(failure, self._fps), failure.verdict)
-        else:
-            self.evidence.show_words("", None)
+        failure = self.tree.cells.rows[place] if index.isValid() else None
+        heading = _heading(failure, self._fps) if failure else ""
+        self.evidence.show_words(heading, failure.verdict if failure else None)
 
     def _cells(self, failure: FailureSegment) -> Sequence[Cell]:
         tip = f"{_heading(failure, self._fps)} Double-click or press Enter to go there."
@@ -208,12 +189,8 @@ class FailuresPanel(QWidget):
         sure = f"{100.0 * confidence:.0f}" if confidence > 0 else ""
         limb = LIMB_COLOURS[failure.peak_limb]
         peak = failure.peak if failure.measure == "error" else 100.0 * failure.peak
-        peaks = (
-            Cell(f"{peak:.0f}", tip, value=peak)
-            if failure.measure == measure
-            else Cell("", tip, value=-1.0)
-            for measure in _PEAKS
-        )
+        shown, other = Cell(f"{peak:.0f}", tip, value=peak), Cell("", tip, value=-1.0)
+        peaks = (shown if failure.measure == measure else other for measure in _PEAKS)
         return (
             Cell(f"{failure.first}–{failure.last}", tip, value=failure.first),
             Cell(limbs_words(failure.limbs), tip, swatch=limb),
@@ -222,15 +199,8 @@ class FailuresPanel(QWidget):
             Cell(sure, tip, value=confidence),
         )
 
-    # ---- what a person does
-
-    @Slot()
-    def _on_filter(self) -> None:
-        self.filtered.emit(*(str(box.currentData() or "") for box in self._boxes))
-
 
 def _heading(failure: FailureSegment, fps: float) -> str:
-    """All about a failure in a sentence."""
     chance = "" if failure.measure == "error" else " failure probability"
     return (
         f"Frames {failure.first} to {failure.last} ({len(failure.frames) / fps:.1f} s), detected "

@@ -1,13 +1,11 @@
 """The landmarks with their keys, and how each is seen in every camera at this frame."""
 
-from __future__ import annotations
-
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import QModelIndex, QPointF, QRect, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QModelIndex, QPointF, QRect, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QStyle, QStyleOptionViewItem, QWidget
 
@@ -35,35 +33,27 @@ _NUMBER = 50
 class LandmarkRow:
     """One landmark at the frame that is shown."""
 
-    key: str
-    """What chooses it; empty beyond the ninth."""
+    key: str  # what chooses it; empty beyond the ninth
     landmark: str
     label: str
     colour: str
     chosen: bool
-    cells: tuple[CellState, ...]
-    """For each camera of the panel."""
-    residual: str = ""
-    """How far the clicks are from the fitted model, px; empty while not known."""
-    distance: str = ""
-    """How far the clicked point is from the model's, mm."""
-    bad: bool = False
-    """Whether the fit takes a click of it for an outlier."""
+    cells: tuple[CellState, ...]  # for each camera of the panel
+    residual: str = ""  # how far the clicks are from the fitted model, px; empty while not known
+    distance: str = ""  # how far the clicked point is from the model's, mm
+    bad: bool = False  # whether the fit takes a click of it for an outlier
 
 
 class LandmarksPanel(QWidget):
-    """Table of the landmarks; choosing one there chooses what a click places."""
+    """Table of the landmarks; `choose` is called with the name of one that is chosen there."""
 
-    chosen = Signal(str)
-    """Name of the landmark."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, choose: Callable[[str], object]) -> None:
+        super().__init__()
+        self._choose = choose
         self._cameras: Sequence[str] = ()
-        self.table = CellTable("Landmarks", (), self._cells)
+        self.table = CellTable("Landmarks", (), self._cells, single=True)
         self.table.setItemDelegate(_Marks(self.table))
         self.table.setAlternatingRowColors(False)
-        self.table.setSelectionMode(CellTable.SelectionMode.SingleSelection)
         self.setLayout(vbox(self.table))
         self.table.selectionModel().currentRowChanged.connect(self._on_row)
         self.table.pressed.connect(self._on_row)  # also the row that is chosen already
@@ -98,7 +88,7 @@ class LandmarksPanel(QWidget):
 
     def _on_row(self, current: QModelIndex, _previous: QModelIndex | None = None) -> None:
         if current.isValid():
-            self.chosen.emit(self.table.cells.rows[current.row()].landmark)
+            self._choose(self.table.cells.rows[current.row()].landmark)
 
 
 def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
@@ -132,22 +122,19 @@ class _Marks(RowDelegate):
             super().paint(painter, option, index)
             return
         option.state &= ~QStyle.StateFlag.State_HasFocus
-        widget = option.widget
-        style = widget.style() if widget is not None else None
-        if style is not None:
-            panel = QStyle.PrimitiveElement.PE_PanelItemViewItem
-            style.drawPrimitive(panel, option, painter, widget)
+        panel = QStyle.PrimitiveElement.PE_PanelItemViewItem
+        self._table.style().drawPrimitive(panel, option, painter, self._table)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if index.column() == _KEY:
             _paint_key(painter, option.rect, QColor(cell.value), cell.text)
         else:
             colour, state = cell.value
-            # on the selection's own colour some of the limbs' would not be seen
-            selected = option.state & QStyle.StateFlag.State_Selected
-            text = option.palette.color(QPalette.ColorRole.HighlightedText)
+            if option.state & QStyle.StateFlag.State_Selected:
+                # on the selection's own colour some of the limbs' would not be seen
+                colour = option.palette.color(QPalette.ColorRole.HighlightedText)
             centre = QPointF(option.rect.center()) + QPointF(0.5, 0.5)
-            _paint_state(painter, centre, text if selected else QColor(colour), state)
+            _paint_state(painter, centre, QColor(colour), state)
         painter.restore()
 
 
@@ -158,8 +145,7 @@ def _paint_key(painter: QPainter, rect: QRect, colour: QColor, text: str) -> Non
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(colour)
     painter.drawRoundedRect(cap, 3.0, 3.0)
-    light = colour.lightnessF() > 0.5
-    painter.setPen(QColor("black") if light else QColor("white"))
+    painter.setPen(QColor("black" if colour.lightnessF() > 0.5 else "white"))
     painter.drawText(cap, Qt.AlignmentFlag.AlignCenter, text)
 
 
@@ -167,26 +153,27 @@ def _paint_state(painter: QPainter, centre: QPointF, colour: QColor, state: Cell
     theme = current_theme()
     dim = theme.is_dark and 0.05 < colour.lightnessF() < 0.32
     visible = colour.lighter(130) if dim else colour
+    painter.translate(centre)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     match state:
         case "clicked":
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(visible)
-            painter.drawEllipse(centre, 4.5, 4.5)
+            painter.drawEllipse(QPointF(), 4.5, 4.5)
         case "guessed" | "doubted":
             pen = QPen(visible, 2.0)
             if state == "doubted":
                 pen.setDashPattern([1.2, 1.0])
             painter.setPen(pen)
-            painter.drawEllipse(centre, 4.2, 4.2)
+            painter.drawEllipse(QPointF(), 4.2, 4.2)
         case "predicted":
             painter.setPen(QPen(visible, 1.6))
-            painter.drawLine(centre + QPointF(-4, -4), centre + QPointF(4, 4))
-            painter.drawLine(centre + QPointF(-4, 4), centre + QPointF(4, -4))
+            painter.drawLine(-4, -4, 4, 4)
+            painter.drawLine(-4, 4, 4, -4)
         case "outside":
             painter.setPen(QPen(QColor(theme.muted), 1.4))
-            painter.drawRect(int(centre.x() - 5), int(centre.y() - 4), 10, 8)
-            painter.drawLine(centre + QPointF(-5, 4), centre + QPointF(5, -4))
+            painter.drawRect(-5, -4, 10, 8)
+            painter.drawLine(-5, 4, 5, -4)
         case _:
             painter.setPen(QPen(QColor(theme.disabled), 1.4))
-            painter.drawLine(centre + QPointF(-3, 0), centre + QPointF(3, 0))
+            painter.drawLine(-3, 0, 3, 0)

@@ -1,10 +1,8 @@
 """What to click next, with the reason, and when it is enough."""
 
-from __future__ import annotations
+from collections.abc import Callable, Mapping, Sequence
 
-from collections.abc import Mapping, Sequence
-
-from PySide6.QtCore import QModelIndex, QSignalBlocker, Signal, Slot
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
@@ -30,20 +28,23 @@ _COLUMNS = (
     Column("Reason", width=STRETCH),
 )
 _REASON = len(_COLUMNS) - 1
+_NONE = "Fit the whole recording to see suggested clicks. The most useful ones come first."
 _NARROW = 460
 _KEPT = 1000
 
 
 class NextPanel(QWidget):
-    """A stop sign in words, the wanted accuracy, and the suggestions below."""
+    """A stop sign in words, the wanted accuracy, and the suggestions below.
 
-    visit_requested = Signal(int, str, str)
-    """Frame, camera and landmark."""
-    nothing_left = Signal()
-    """No click is suggested that one could go to."""
+    `visit` is called with the frame, camera and landmark to go to; `nothing_left` if no click is
+    suggested that one could go to.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(
+        self, visit: Callable[[int, str, str], object], nothing_left: Callable[[], object]
+    ) -> None:
+        super().__init__()
+        self._visit, self._nothing_left = visit, nothing_left
         self._colours: Mapping[str, str] = {}
         self._views: Mapping[str, str] = {}
         self._visited: set[ClickKey] = set()
@@ -60,10 +61,9 @@ class NextPanel(QWidget):
         self.fit_button = QPushButton("Fit whole recording")
         self.fit_button.setToolTip("Fit the body model to all clicks")
         self.reason = label("", "muted", margins=(8, 3, 8, 4))
-        self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells)
-        self.tree.setSelectionMode(CellTable.SelectionMode.SingleSelection)
-        self.tree.clicked.connect(self._on_chosen)
-        self.tree.activated.connect(self._on_chosen)
+        self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells, single=True)
+        for chosen in (self.tree.clicked, self.tree.activated):
+            chosen.connect(lambda index: self._go_to(index.row()))
         self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
         self._lay_out()
         self._sign: StopSign | None = None
@@ -75,18 +75,12 @@ class NextPanel(QWidget):
         tools = hbox(self.next_button, self.limit, None, self.wanted)
         self._head, self._unfitted = QWidget(), QWidget()
         self._head.setLayout(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
-        none = label(
-            "Fit the whole recording to see suggested clicks. The most useful ones come first.",
-            "muted",
-        )
         fit = hbox(self.fit_button, None)
-        self._unfitted.setLayout(vbox(none, fit, None, margins=(10, 10, 10, 10)))
-        self.setLayout(
-            vbox((self._unfitted, 1), self._head, (self.tree, 1), self.reason, spacing=0)
-        )
+        self._unfitted.setLayout(vbox(label(_NONE, "muted"), fit, None, margins=(10, 10, 10, 10)))
+        parts = (self._unfitted, 1), self._head, (self.tree, 1), self.reason
+        self.setLayout(vbox(*parts, spacing=0))
 
     def show_wanted(self, degrees: float) -> None:
-        """Show the wanted accuracy without a signal."""
         with QSignalBlocker(self.wanted):
             self.wanted.setValue(degrees)
 
@@ -112,17 +106,14 @@ class NextPanel(QWidget):
         self.reason.setVisible(sign is not None and bool(rows))
         self.next_button.setEnabled(bool(rows))
         if sign is not None:
-            words = sign.words()
-            doubted = sign.reached and any(one.click_there for one in rows)
-            if doubted:
-                words += ", once the outlying clicks are corrected"
-            self.sign.setText(f"{words[:1].upper()}{words[1:]}.")
+            words, doubted = sign.words(), sign.reached and any(one.click_there for one in rows)
+            doubt = ", once the outlying clicks are corrected" if doubted else ""
+            self.sign.setText(f"{words[:1].upper()}{words[1:]}{doubt}.")
             role = "doubted" if doubted else "reached" if sign.reached else "heading"
             set_look(self.sign, "role", role)
             if self.awaited and rows:
                 self.go_to_next()
 
-    @Slot()
     def go_to_next(self) -> None:
         """Go to the best place that nobody went to yet; where none is known, fit to find one."""
         row = self._first_unvisited()
@@ -132,7 +123,7 @@ class NextPanel(QWidget):
         elif self._sign is None:
             self.fit_button.click()
         else:
-            self.nothing_left.emit()
+            self._nothing_left()
 
     def _first_unvisited(self) -> int | None:
         """The best row that nobody went to yet; the best one where all were; None without rows."""
@@ -162,7 +153,6 @@ class NextPanel(QWidget):
         # what is left out is said below the list
         self.tree.setColumnHidden(_REASON, self.width() < _NARROW)
 
-    @Slot()
     def _show_reason(self) -> None:
         """Write the reason of the chosen row, or of the best one, where there is room for it."""
         row = max(self.tree.currentIndex().row(), 0)
@@ -171,13 +161,9 @@ class NextPanel(QWidget):
             frame, view, landmark, _, reason = cells
             self.reason.setText(f"{frame}, {landmark} in {view}: {reason}.")
 
-    @Slot(QModelIndex)
-    def _on_chosen(self, index: QModelIndex) -> None:
-        self._go_to(index.row())
-
     def _go_to(self, row: int) -> None:
         one = self.tree.cells.rows[row]
         self.tree.setCurrentIndex(self.tree.cells.index(row, 0))
         self._visited.add(one.key)
         self.tree.cells.tell(row, row)
-        self.visit_requested.emit(one.frame, one.camera, one.landmark)
+        self._visit(one.frame, one.camera, one.landmark)

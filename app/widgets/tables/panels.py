@@ -1,14 +1,12 @@
 """Panels of words and a table: metrics, body fit, checks, trials."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QKeyEvent
-from PySide6.QtWidgets import QCheckBox, QStackedLayout, QStyledItemDelegate, QToolButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QStackedLayout, QStyledItemDelegate, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.findings import Finding
@@ -18,7 +16,9 @@ from ..style.building import (
     empty_label,
     hbox,
     label,
+    show_text,
     thin_progress,
+    tool_button,
     vbox,
 )
 from ..style.colours import LIMB_COLOURS
@@ -42,11 +42,11 @@ _NUMBERS = (
 class NumbersPanel(QWidget):
     """Table of numbers, each with its limb's colour; Ctrl+C copies what is selected."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.table = CellTable("Frame metrics", _NUMBERS, _number_cells)
-        nothing = label("Run the tracker to see metrics of this frame.", "muted")
-        nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        words = "Run the tracker to see metrics of this frame."
+        nothing = label(words, "muted", align=Qt.AlignmentFlag.AlignCenter)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(nothing)
         self._stack.addWidget(self.table)
@@ -70,15 +70,14 @@ def _number_cells(row: NumberRow) -> Sequence[Cell]:
 class BodyPanel(QWidget):
     """How well clicks fix each limb, the clicked lengths, and whether measured depth is used."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.with_depth = QCheckBox("Use depth")
         self.with_depth.setToolTip(
             "Fit the body to the measured points as well as to the clicks, where the recording "
             "has depth."
         )
-        self.words = label(margins=(6, 2, 6, 2))
-        self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.words = label(margins=(6, 2, 6, 2), copied=True)
         columns = (Column(""), Column("", "", RIGHT, even=True), Column("", width=STRETCH))
         self.tree = CellTable("Uncertainty of the body fit", columns)
         self.tree.setHeaderHidden(True)
@@ -94,21 +93,17 @@ class BodyPanel(QWidget):
         self.setLayout(vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
 
     def add_action_buttons(self, actions: Sequence[QAction]) -> None:
-        """Offer commands below what the fit says."""
         for action in actions:
             button = action_button(action, Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setAutoRaise(True)
             self._buttons.addWidget(button)
 
     def show_hint(self, words: str) -> None:
-        """Say what one of the commands is good for now; nothing hides it."""
-        self.hint.setText(words)
-        self.hint.setVisible(bool(words))
+        show_text(self.hint, words)
 
     def show_body(self, words: Sequence[str], rows: Sequence[CellRow]) -> None:
         """Show the most important words first, then a row for every limb and length."""
-        self.words.setText("\n".join(words))
-        self.words.setVisible(bool(words))
+        show_text(self.words, "\n".join(words))
         self.tree.show_rows(rows)
 
 
@@ -119,22 +114,15 @@ _COLOURS = {"error": "error", "warning": "warning", "note": "muted"}
 class FindingsPanel(QWidget):
     """A verdict in words, and below it each finding: where, what, and what to do.
 
-    Signals
-    -------
-    correction_wanted : Finding
-        Its button was pressed, which findings have that a correction is known of.
+    `correct` is called when the button of a finding is pressed whose correction is known.
     """
 
-    correction_wanted = Signal(object)
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, correct: Callable[[Finding], object]) -> None:
+        super().__init__()
+        self._correct = correct
         self.verdict = label(margins=(8, 6, 8, 6))
-        columns = (
-            Column("Where", align=TOP, width=110),
-            Column("Problem and remedy", width=STRETCH),
-            Column("", width=90),
-        )
+        where = Column("Where", align=TOP, width=110)
+        columns = where, Column("Problem and remedy", width=STRETCH), Column("", width=90)
         self.tree = CellTable("Recording checks", columns, _finding_cells, least=200)
         self.tree.setItemDelegate(QStyledItemDelegate(self.tree))
         self.tree.setUniformRowHeights(False)
@@ -143,7 +131,6 @@ class FindingsPanel(QWidget):
         self.setLayout(vbox(self._top, (self.tree, 1), spacing=0))
 
     def add_action_button(self, action: QAction) -> None:
-        """Offer a command beside the verdict."""
         self._top.addWidget(action_button(action))
 
     def show_findings(self, findings: Sequence[Finding] | None) -> None:
@@ -158,11 +145,11 @@ class FindingsPanel(QWidget):
     def _button(self, finding: Finding) -> QWidget:
         if finding.correction is None:
             return QWidget()
-        button = QToolButton()
-        button.setText("Correct …")
-        button.setToolTip("Say what would be changed in which file of the recording.")
+        tip = "Say what would be changed in which file of the recording."
+        button = tool_button(tip, text="Correct …")
+        button.setAutoRaise(False)
         button.setAccessibleName(f"Correct {finding.where}")
-        button.clicked.connect(lambda: self.correction_wanted.emit(finding))
+        button.clicked.connect(lambda: self._correct(finding))
         return button
 
 
@@ -172,7 +159,6 @@ def _finding_cells(found: Finding) -> Sequence[Cell]:
 
 
 def _verdict(findings: Sequence[Finding]) -> str:
-    """Say in words how usable the recording is."""
     errors = sum(found.severity == "error" for found in findings)
     warnings = sum(found.severity == "warning" for found in findings)
     if errors:
@@ -196,22 +182,21 @@ TRIAL_TIP = (
 
 
 class TrialsPanel(QWidget):
-    """A row for the run and for each trial."""
+    """A row for the run and for each trial.
 
-    chosen = Signal(int)
-    """Row that a person has selected; -1 for none."""
-    dismissed = Signal(int)
-    """Row that shall go, by Del."""
+    `chosen` is called with the row that a person has selected, -1 for none; `dismiss` with the row
+    that shall go, by Del.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, chosen: Callable[[int], object], dismiss: Callable[[int], object]) -> None:
+        super().__init__()
+        self._dismiss = dismiss
         self.words = label(margins=(8, 6, 8, 0))
         self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
         self.limits = label("", "muted", margins=(8, 0, 8, 2))
         self.progress = thin_progress()
-        self.table = CellTable("Trials", least=172)
-        self.table.setSelectionMode(CellTable.SelectionMode.SingleSelection)
-        self.table.selectionModel().selectionChanged.connect(lambda: self.chosen.emit(self.row))
+        self.table = CellTable("Trials", least=172, single=True)
+        self.table.selectionModel().selectionChanged.connect(lambda: chosen(self.row))
         self._nothing = empty_label(_NOTHING)
         self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
         self._buttons = hbox(margins=(6, 0, 6, 0))
@@ -223,11 +208,9 @@ class TrialsPanel(QWidget):
 
     @property
     def row(self) -> int:
-        """Row that is selected; -1 for none."""
         return next(iter(self.table.selected()), -1)
 
     def set_actions(self, actions: Sequence[QAction]) -> None:
-        """Offer commands beside the table."""
         for action in actions:
             style = Qt.ToolButtonStyle.ToolButtonTextOnly
             self._buttons.addWidget(action_button(action, style))
@@ -235,10 +218,9 @@ class TrialsPanel(QWidget):
 
     def show_words(self, words: str, stretch: str, limits: str) -> None:
         """Say what is being done or would be, on which frames, and what besides it differs."""
-        told = ((self.words, words), (self.stretch_words, stretch), (self.limits, limits))
-        for shown, text in told:
-            shown.setText(text)
-            shown.setVisible(bool(text))
+        show_text(self.words, words)
+        show_text(self.stretch_words, stretch)
+        show_text(self.limits, limits)
 
     def show_progress(self, done: int, count: int) -> None:
         """Show how many of `count` frames are done; nothing where `count` is 0."""
@@ -258,12 +240,11 @@ class TrialsPanel(QWidget):
                 self.choose(keeps)
 
     def choose(self, row: int) -> None:
-        """Select a row."""
         self.table.setCurrentIndex(self.table.cells.index(row, 0))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Delete and self.row >= 0:
-            self.dismissed.emit(self.row)
+            self._dismiss(self.row)
         else:
             super().keyPressEvent(event)
 

@@ -1,11 +1,9 @@
 """The runs of the recording: named, shown or hidden, chosen, removed."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QPen
 from PySide6.QtWidgets import QTreeWidgetItem, QWidget
 
@@ -14,14 +12,8 @@ from ..style.colours import PEN_STYLES, LineStyle, line_pixmap
 from .table import RIGHT, STRETCH, Cell, CellRow, CellTable, Column
 from .trees import CellTree, TreeRow
 
-_RUNS = (
-    Column("Run", width=STRETCH),
-    Column("Frames"),
-    Column("Arm error"),
-    Column("Time"),
-    Column("Seed"),
-    Column("Date"),
-)
+_FACTS = "Frames", "Arm error", "Time", "Seed", "Date"
+_RUNS = Column("Run", width=STRETCH), *map(Column, _FACTS)
 _NARROWEST_NAME = 170
 
 
@@ -31,50 +23,53 @@ class RunRow:
 
     name: str
     style: LineStyle
-    """Of its curves and outlines."""
     visible: bool
     active: bool
     frames: str
-    """Those it has."""
-    score: str
-    """Its median error, or how it stands."""
+    score: str  # its median error, or how it stands
     hint: str
     time: str = ""
-    """How long tracking took."""
     seed: str = ""
-    when: str = ""
-    """When it was tracked, short."""
-    made: str = ""
-    """Preset and changed parameters."""
+    when: str = ""  # when it was tracked, short
+    made: str = ""  # preset and changed parameters
 
 
 class RunsPanel(QWidget):
-    """A row per run; the tick shows it, a click draws its model, the name can be changed."""
+    """A row per run; the tick shows it, a click draws its model, the name can be changed.
 
-    activated = Signal(int)
-    shown = Signal(int, bool)
-    renamed = Signal(int, str)
+    `activate`, `show_run` and `rename` are called with the place of a run among the rows.
+    """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.tree = CellTree("Runs", _RUNS, least=_NARROWEST_NAME)
+    def __init__(
+        self,
+        activate: Callable[[int], object],
+        show_run: Callable[[int, bool], object],
+        rename: Callable[[int, str], object],
+    ) -> None:
+        super().__init__()
+
+        def change(place: int, ticked: bool, name: str) -> None:
+            show_run(place, ticked)
+            rename(place, name)
+
+        def on_clicked(item: QTreeWidgetItem) -> None:
+            if item.checkState(0) == Qt.CheckState.Checked:
+                activate(self.tree.indexOfTopLevelItem(item))
+
+        self.tree = CellTree("Runs", _RUNS, change, least=_NARROWEST_NAME)
         self.tree.setRootIsDecorated(False)
         self.tree.setIconSize(QSize(30, 14))
         self.tree.setEditTriggers(CellTree.EditTrigger.EditKeyPressed)
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.made = label("", "muted", margins=(8, 2, 8, 6))
-        """Preset and settings of the active run."""
-        self.made.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.made = label("", "muted", margins=(8, 2, 8, 6), copied=True)
         self._none = empty_label("Run the tracker or open a run to see it listed here.")
         self.setLayout(vbox(self._none, (self.tree, 1), self.made))
-        self.tree.changed.connect(self._on_changed)
-        self.tree.itemClicked.connect(self._on_clicked)
+        self.tree.itemClicked.connect(on_clicked)
         # a run that is not shown is shown, and read from the project where it has to be
-        self.tree.activated.connect(lambda index: self.activated.emit(index.row()))
+        self.tree.activated.connect(lambda index: activate(index.row()))
         self.show_rows(())
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
-        """Show these runs."""
         self._none.setVisible(not rows)
         active = next((row for row in rows if row.active), None)
         self.made.setVisible(bool(rows))
@@ -96,14 +91,6 @@ class RunsPanel(QWidget):
         others = (row.frames, row.score, row.time, row.seed, row.when)
         return TreeRow((name, *(Cell(text, row.hint, bold=row.active) for text in others)))
 
-    def _on_changed(self, place: int, ticked: bool, name: str) -> None:
-        self.shown.emit(place, ticked)
-        self.renamed.emit(place, name)
-
-    def _on_clicked(self, item: QTreeWidgetItem) -> None:
-        if item.checkState(0) == Qt.CheckState.Checked:
-            self.activated.emit(self.tree.indexOfTopLevelItem(item))
-
 
 _NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
 _COLOURS = (
@@ -116,8 +103,8 @@ _COLOURS = (
 class ComparisonPanel(QWidget):
     """A row per measure and a column per run; the first run is what others are compared with."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.words = label(_NOTHING, "muted", margins=(8, 6, 8, 2))
         self.table = CellTable("Run comparison", least=280)
         self._colours = label(_COLOURS, "muted", margins=(8, 2, 8, 4))
@@ -137,11 +124,8 @@ class ComparisonPanel(QWidget):
         self.words.setToolTip(how)
         self.table.setVisible(bool(runs and rows))
         self._colours.setVisible(bool(rows) and len(runs) > 1)
-        columns = [Column("measure", "measure"), *(Column(run, run, RIGHT) for run in runs)]
+        numbers = [*runs, "difference (95 %)"] if len(runs) == 2 else runs
+        columns = [Column("measure", "measure"), *(Column(one, one, RIGHT) for one in numbers)]
         if len(runs) == 2:
-            between = "difference (95 %)"
-            columns += [
-                Column(between, between, RIGHT),
-                Column("conclusion", "conclusion", width=STRETCH),
-            ]
+            columns.append(Column("conclusion", "conclusion", width=STRETCH))
         self.table.show_rows(rows if runs else (), columns)

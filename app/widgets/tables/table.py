@@ -1,10 +1,8 @@
 """The tables of the workbench: one model, whose columns and cells are data, and its views."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 from PySide6.QtCore import (
     QAbstractTableModel,
@@ -13,7 +11,6 @@ from PySide6.QtCore import (
     QSize,
     QSortFilterProxyModel,
     Qt,
-    Signal,
 )
 from PySide6.QtGui import (
     QColor,
@@ -43,16 +40,11 @@ Index: TypeAlias = QModelIndex | QPersistentModelIndex
 RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 TOP = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop
 LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-VALUE = Qt.ItemDataRole.UserRole
-"""Role of what rows are sorted by."""
-
-STRETCH = -1
-"""Width of a column that has the room that others leave."""
-
+VALUE = Qt.ItemDataRole.UserRole  # role of what rows are sorted by
+STRETCH = -1  # width of a column that has the room that others leave
 _NOWHERE = QModelIndex()
 _MEASURED_ROWS = 50
 """Rows by whose words a column's width is found; measuring thousands would take its time."""
-_Row = TypeVar("_Row")
 
 
 @dataclass(frozen=True)
@@ -62,10 +54,8 @@ class Column:
     heading: str
     tip: str = ""
     align: Qt.AlignmentFlag = LEFT
-    even: bool = False
-    """In letters of one width."""
-    width: int = 0
-    """Pixels; 0: as its words are wide, :data:`STRETCH`: what is left."""
+    even: bool = False  # in letters of one width
+    width: int = 0  # pixels; 0: as its words are wide, :data:`STRETCH`: what is left
 
 
 @dataclass(frozen=True)
@@ -80,45 +70,35 @@ class Cell:
     """``#rrggbb`` of a square before the text, or a picture; empty leaves room for a square."""
     bold: bool = False
     background: str = ""
-    said: str = ""
-    """What a screen reader says in place of the text."""
+    said: str = ""  # what a screen reader says in place of the text
     value: Any = None
     """What rows are sorted by where that is not the text, or what the program calls the row."""
-    ticked: bool | None = None
-    """In a tree: whether a box before it is ticked; None: it has none."""
-    editable: bool = False
-    """In a tree: whether a person can change the text."""
+    ticked: bool | None = None  # in a tree: whether a box before it is ticked; None: it has none
+    editable: bool = False  # in a tree: whether a person can change the text
 
 
 CellRow: TypeAlias = Sequence[Cell]
 
 
-def _as_it_is(row: Any) -> CellRow:
-    cells: CellRow = row
-    return cells
-
-
-class TableModel(QAbstractTableModel, Generic[_Row]):
+class TableModel(QAbstractTableModel):
     """Rows of any kind under columns; `cells` says what a row shows, where rows are not cells."""
 
-    def __init__(
-        self, columns: Iterable[Column] = (), cells: Callable[[_Row], CellRow] = _as_it_is
-    ) -> None:
+    def __init__(self, columns: Iterable[Column], cells: Callable[[Any], CellRow]) -> None:
         super().__init__()
         self.columns = tuple(columns)
-        self.rows: Sequence[_Row] = ()
+        self.rows: Sequence[Any] = ()
         self._cells_of = cells
         self._cells: dict[int, Sequence[Cell]] = {}
         self._even = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
 
-    def show(self, rows: Sequence[_Row], columns: Iterable[Column] | None = None) -> None:
+    def show(self, rows: Sequence[Any], columns: Iterable[Column] | None = None) -> None:
         """Show these; what is selected stays where there are as many rows and columns as before."""
         wanted = self.columns if columns is None else tuple(columns)
         same = len(rows) == len(self.rows) and wanted == self.columns
         if not same:
             self.beginResetModel()
         self.rows, self.columns = rows, wanted
-        self.forget()
+        self._cells.clear()
         if not same:
             self.endResetModel()
         elif rows:
@@ -126,15 +106,10 @@ class TableModel(QAbstractTableModel, Generic[_Row]):
 
     def tell(self, first: int, last: int) -> None:
         """Say that these rows show something else now."""
-        self.forget()
+        self._cells.clear()
         self.dataChanged.emit(self.index(first, 0), self.index(last, len(self.columns) - 1))
 
-    def forget(self) -> None:
-        """Ask again what rows show."""
-        self._cells.clear()
-
     def cell(self, row: int, column: int) -> Cell:
-        """What a cell shows."""
         if row not in self._cells:
             self._cells[row] = self._cells_of(self.rows[row])
         return self._cells[row][column]
@@ -156,14 +131,12 @@ class TableModel(QAbstractTableModel, Generic[_Row]):
         if orientation != Qt.Orientation.Horizontal:
             return None
         column = self.columns[section]
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return column.heading
-            case Qt.ItemDataRole.ToolTipRole:
-                return column.tip
-            case Qt.ItemDataRole.TextAlignmentRole:
-                return LEFT if column.align == TOP else column.align
-        return None
+        said = {
+            Qt.ItemDataRole.DisplayRole: column.heading,
+            Qt.ItemDataRole.ToolTipRole: column.tip,
+            Qt.ItemDataRole.TextAlignmentRole: LEFT if column.align == TOP else column.align,
+        }
+        return said.get(Qt.ItemDataRole(role))
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         cell, column = self.cell(index.row(), index.column()), self.columns[index.column()]
@@ -183,15 +156,12 @@ class TableModel(QAbstractTableModel, Generic[_Row]):
             case Qt.ItemDataRole.BackgroundRole if cell.background:
                 return QColor(getattr(current_theme(), cell.background))
             case Qt.ItemDataRole.FontRole if column.even or cell.bold:
-                return self._font(cell, column)
+                font = QFont(self._even) if column.even else QFont()
+                font.setBold(cell.bold)
+                return font
             case _ if role == VALUE:
                 return cell.text if cell.value is None else cell.value
         return None
-
-    def _font(self, cell: Cell, column: Column) -> QFont:
-        font = QFont(self._even) if column.even else QFont()
-        font.setBold(cell.bold)
-        return font
 
 
 class RowDelegate(QStyledItemDelegate):
@@ -214,15 +184,12 @@ def dress_list(tree: QTreeView, name: str, widths: Sequence[int] = ()) -> None:
     tree.setUniformRowHeights(True)
     tree.setAllColumnsShowFocus(True)
     tree.setEditTriggers(QTreeView.EditTrigger.NoEditTriggers)
-    header = tree.header()
+    header, modes = tree.header(), QHeaderView.ResizeMode
     header.setStretchLastSection(False)
     header.setMinimumSectionSize(24)
     header.setResizeContentsPrecision(_MEASURED_ROWS)
     for column, width in enumerate(widths):
-        mode = QHeaderView.ResizeMode.Interactive
-        header.setSectionResizeMode(
-            column, mode if width else QHeaderView.ResizeMode.ResizeToContents
-        )
+        header.setSectionResizeMode(column, modes.Interactive if width else modes.ResizeToContents)
         if width > 0:
             header.resizeSection(column, width)
 
@@ -238,35 +205,28 @@ def fit_list(tree: QTreeView, widths: Sequence[int], least: int) -> None:
 class CellTable(QTreeView):
     """Rows of cells; Ctrl+C copies those that are selected, or all.
 
-    Parameters
-    ----------
-    name : str
-        What a screen reader calls it.
-    columns, cells
-        See :class:`TableModel`.
-    least : int
-        Pixels that the column which stretches has at least.
-    most : int
-        Rows up to which it is as high as its rows; 0: it takes the height that it is given.
-    sorts : bool
-        Whether a click on a heading sorts.
+    A screen reader calls it `name`; `columns` and `cells` are those of :class:`TableModel`. The
+    column that stretches has `least` pixels at least. If it `sorts`, a click on a heading does; if
+    `single`, one row at most is selected.
     """
 
     def __init__(
         self,
         name: str,
         columns: Iterable[Column] = (),
-        cells: Callable[[Any], CellRow] = _as_it_is,
+        cells: Callable[[Any], CellRow] = tuple,
         *,
         least: int = 72,
-        most: int = 0,
         sorts: bool = False,
+        single: bool = False,
     ) -> None:
         super().__init__()
-        self.cells: TableModel[Any] = TableModel(columns, cells)
+        self.cells = TableModel(columns, cells)
         self.sorted = QSortFilterProxyModel(self)
         """The rows, sorted and filtered; shown if the table sorts."""
-        self._least, self._most = least, most
+        self._least = least
+        self.most = 0
+        """Rows up to which it is as high as its rows; 0: it takes the height that it is given."""
         if sorts:
             self.sorted.setSortRole(VALUE)
             self.sorted.setSourceModel(self.cells)
@@ -274,7 +234,8 @@ class CellTable(QTreeView):
         self.setSortingEnabled(sorts)
         self.setFrameShape(QTreeView.Shape.NoFrame)
         self.setAlternatingRowColors(True)
-        self.setSelectionMode(QTreeView.SelectionMode.ExtendedSelection)
+        modes = QTreeView.SelectionMode
+        self.setSelectionMode(modes.SingleSelection if single else modes.ExtendedSelection)
         self.setItemDelegate(RowDelegate(self))
         self._dress(name)
 
@@ -296,7 +257,6 @@ class CellTable(QTreeView):
         return self.sorted.mapToSource(index).row() if sorts else index.row()
 
     def copied_text(self) -> str:
-        """Selected rows, or all, with tabs between the columns."""
         return self.cells.as_text(self.selected() or range(len(self.cells.rows)))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -314,8 +274,8 @@ class CellTable(QTreeView):
 
     def _fit(self) -> None:
         fit_list(self, [column.width for column in self.cells.columns], self._least)
-        if self._most:
-            rows = min(len(self.cells.rows), self._most)
+        if self.most:
+            rows = min(len(self.cells.rows), self.most)
             bar = self.horizontalScrollBar().sizeHint().height()
             under = bar if self.header().length() > self.viewport().width() else 0
             row = max(self.sizeHintForRow(0), 0)
@@ -332,37 +292,41 @@ def swatch(colour: str | QPixmap, size: int = 10) -> QPixmap:
 
 
 class PlainTable(QWidget):
-    """A table under its title, `most` rows of it at once; nothing where there is none."""
+    """A table under its title, `most` rows of it at once; nothing where there is none.
 
-    chosen = Signal(str)
-    """First cell of the row that a person has chosen."""
+    `choose` is called with the first cell of the row that a person has chosen.
+    """
 
-    def __init__(self, name: str, most: int = 8, role: str = "heading") -> None:
+    def __init__(
+        self,
+        name: str,
+        most: int = 8,
+        role: str = "heading",
+        choose: Callable[[str], object] = lambda _text: None,
+    ) -> None:
         super().__init__()
-        self.view = CellTable(name, most=most)
+        self._choose = choose
+        self.view = CellTable(name)
+        self.view.most = most
         self.heading = label(name, role)
         self.setLayout(vbox(self.heading, self.view, spacing=2))
         self.view.selectionModel().currentRowChanged.connect(self._on_row)
         self.hide()
 
     def show_table(self, table: Table | None) -> None:
-        """Show this table."""
         if table is None:
             self.hide()
             return
-        right = [one.startswith(">") for one in table.columns]
         columns = [
-            Column(one.removeprefix(">"), align=RIGHT if number else LEFT)
-            for one, number in zip(table.columns, right, strict=True)
+            Column(one.removeprefix(">"), align=RIGHT if one.startswith(">") else LEFT)
+            for one in table.columns
         ]
-        if not right[-1]:
+        if columns[-1].align == LEFT:
             columns[-1] = replace(columns[-1], width=STRETCH)
-        self.show_cells(
-            table.title, columns, [[Cell(text, text) for text in row] for row in table.rows]
-        )
+        rows = [[Cell(text, text) for text in row] for row in table.rows]
+        self.show_cells(table.title, columns, rows)
 
     def show_cells(self, title: str, columns: Sequence[Column], rows: Sequence[CellRow]) -> None:
-        """Show rows of cells under a title."""
         self.heading.setText(title)
         self.view.setAccessibleName(title)
         self.view.show_rows(rows, columns)
@@ -371,4 +335,4 @@ class PlainTable(QWidget):
     def _on_row(self) -> None:
         row = self.view.currentIndex().row()
         if 0 <= row < len(self.view.cells.rows):
-            self.chosen.emit(self.view.cells.cell(row, 0).text)
+            self._choose(self.view.cells.cell(row, 0).text)

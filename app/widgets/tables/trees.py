@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem
 
@@ -19,24 +20,27 @@ class TreeRow:
 
     cells: CellRow
     rows: tuple[TreeRow, ...] = ()
-    open: bool = True
-    """Whether the rows under it are seen at first."""
+    open: bool = True  # whether the rows under it are seen at first
 
 
 class CellTree(QTreeWidget):
     """Rows under rows; what a person has opened or closed stays so.
 
-    What the program calls a row is the value of its first cell; None for a row that it never asks
-    about.
+    The key of a row is the value of its first cell; None for a row that the program never asks
+    about. `change` is called with the key of a row that a person has ticked or renamed, whether it
+    is ticked, and its text; `chosen` with the key of the row that has become the current one.
     """
 
-    changed = Signal(object, bool, str)
-    """A person has ticked or renamed a row: its key, whether it is ticked, and its text."""
-    chosen = Signal(object)
-    """Key of the row that has become the current one."""
-
-    def __init__(self, name: str, columns: Sequence[Column], least: int = 72) -> None:
+    def __init__(
+        self,
+        name: str,
+        columns: Sequence[Column],
+        change: Callable[[Any, bool, str], object],
+        chosen: Callable[[Any], object] = lambda _key: None,
+        least: int = 72,
+    ) -> None:
         super().__init__()
+        self._change, self._chosen = change, chosen
         self._columns, self._least = tuple(columns), least
         self._rows: tuple[TreeRow, ...] = ()
         self.setHeaderLabels([column.heading for column in columns])
@@ -56,14 +60,11 @@ class CellTree(QTreeWidget):
             self._write()
 
     def item_of(self, key: object) -> QTreeWidgetItem | None:
-        """The row that the program calls so."""
         every = self.findItems("", Qt.MatchFlag.MatchContains | Qt.MatchFlag.MatchRecursive)
         return next((one for one in every if one.data(0, VALUE) == key), None)
 
     def choose(self, key: object) -> None:
-        """Make a row the current one."""
-        item = self.item_of(key)
-        if item is not None:
+        if item := self.item_of(key):
             self.setCurrentItem(item)
 
     def _write(self) -> None:
@@ -101,12 +102,12 @@ class CellTree(QTreeWidget):
         key = item.data(0, VALUE)
         if column == 0 and key is not None:
             self._rows = ()  # what is shown now may be refused
-            self.changed.emit(key, item.checkState(0) == Qt.CheckState.Checked, item.text(0))
+            self._change(key, item.checkState(0) == Qt.CheckState.Checked, item.text(0))
 
     def _on_current(self, item: QTreeWidgetItem | None, _before: object) -> None:
         key = None if item is None else item.data(0, VALUE)
         if key is not None:
-            self.chosen.emit(key)
+            self._chosen(key)
 
 
 def _write_cell(item: QTreeWidgetItem, place: int, cell: Cell, align: Qt.AlignmentFlag) -> None:

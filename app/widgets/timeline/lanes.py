@@ -49,8 +49,7 @@ class Span:
 
     first: int
     last: int
-    label: str = ""
-    """Written into the bar where there is room, and in the tooltip."""
+    label: str = ""  # written into the bar where there is room, and in the tooltip
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,28 +57,21 @@ class Lane:
     """One row of the timeline; its values are not changed after it was handed on."""
 
     name: str
-    """Written at the left."""
-    colour: str
-    """#rrggbb."""
+    colour: str  # #rrggbb
     kind: LaneKind
     values: FloatArray | IntArray | MarkArray | Sequence[Span]
     """(F,) float64, (F,) of Mark, or sequence of Span. For heat a number per frame, NaN where there
     is none; for marks a :class:`Mark` per frame; for bars the stretches."""
-    full: float | None = None
-    """Heat: the value shown in the full colour; None takes the largest."""
-    unit: str = ""
-    """Heat: written after the value in the tooltip."""
-    key: str = ""
-    """What the program calls it; the name where that is empty."""
+    full: float | None = None  # heat: the value shown in the full colour; None takes the largest
+    unit: str = ""  # heat: written after the value in the tooltip
+    key: str = ""  # what the program calls it; the name where that is empty
 
     @property
     def id(self) -> str:
-        """What the program calls it."""
         return self.key or self.name
 
     @cached_property
     def spans(self) -> tuple[Span, ...]:
-        """The stretches of a lane of bars."""
         return tuple(value for value in self.values if isinstance(value, Span))
 
     @cached_property
@@ -93,7 +85,6 @@ class Lane:
 
     @cached_property
     def full_value(self) -> float:
-        """The value that is shown in the full colour."""
         if self.full is not None:
             return self.full
         top = self.summary.top()
@@ -150,24 +141,6 @@ class Pyramid:
         return np.asarray(self._reduce.reduceat(padded, pairs)[::2])
 
 
-def covered_columns(spans: Sequence[Span], edges: FloatArray) -> NDArray[np.bool_]:
-    """Tell which columns any of the `spans` touches; see :meth:`Pyramid.columns`."""
-    count = len(edges) - 1
-    if not spans:
-        return np.zeros(count, dtype=np.bool_)
-    ends = np.array([[span.first, span.last + 1] for span in spans], dtype=np.float64)
-    width = (edges[-1] - edges[0]) / count
-    inside = (ends[:, 1] > edges[0]) & (ends[:, 0] < edges[-1])
-    columns = (ends[inside] - edges[0]) / width
-    first = np.clip(np.floor(columns[:, 0]), 0, count - 1).astype(np.int64)
-    last = np.clip(np.ceil(columns[:, 1]), first + 1, count).astype(np.int64)
-    steps = np.zeros(count + 1, dtype=np.int64)
-    np.add.at(steps, first, 1)
-    np.add.at(steps, last, -1)
-    result: NDArray[np.bool_] = np.cumsum(steps[:-1]) > 0
-    return result
-
-
 _FEWEST_FRAMES = 8.0
 
 
@@ -176,10 +149,8 @@ class TimelineScale:
     """Mapping between frames and positions; frame k covers the interval from k to k + 1."""
 
     frame_count: int = 0
-    """Frames of the recording."""
     first: float = 0.0
-    last: float = 0.0
-    """`first` and `last`: borders of what is visible."""
+    last: float = 0.0  # `first` and `last`: borders of what is visible
     left: float = 0.0
     width: float = 1.0
     """`left` and `width`: device-independent pixels. Where the lanes begin, and how wide they
@@ -187,12 +158,10 @@ class TimelineScale:
 
     @property
     def visible(self) -> float:
-        """How many frames are visible."""
         return max(self.last - self.first, 1e-9)
 
     @property
     def is_whole(self) -> bool:
-        """Whether all frames are visible."""
         return self.first <= 0.0 and self.last >= self.frame_count
 
     def x_of(self, frame: float) -> float:
@@ -209,7 +178,6 @@ class TimelineScale:
         return np.linspace(self.first, self.last, columns + 1)
 
     def whole(self) -> TimelineScale:
-        """Return the scale that shows everything."""
         return replace(self, first=0.0, last=float(self.frame_count))
 
     def zoomed(self, factor: float, x: float) -> TimelineScale:

@@ -1,7 +1,5 @@
 """The parts of the timeline as they are painted: lanes, ruler, selection, playhead."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
@@ -12,7 +10,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygo
 from stereotrack_core.arrays import FloatArray, ImageArray
 
 from ..style.theme import Theme, current_theme
-from .lanes import Lane, Mark, TimelineScale, covered_columns
+from .lanes import Lane, Mark, TimelineScale
 
 
 def strip_pixels(lane: Lane, edges: FloatArray, height: int, theme: Theme) -> ImageArray:
@@ -55,14 +53,9 @@ def _paint_heat(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme)
     known = ~np.isnan(values)
     colours = heat_colours(values, lane.full_value, lane.colour, theme)
     pixels[1:-1, known] = colours[known]
-    _hatch(pixels, ~known, theme)
-
-
-def _hatch(pixels: ImageArray, columns: NDArray[np.bool_], theme: Theme) -> None:
     # what is not known is not zero: a thin line in the middle instead of an empty strip
-    middle = pixels.shape[0] // 2
-    dots = columns & (np.arange(pixels.shape[1]) % 4 < 2)
-    pixels[middle, dots] = rgba(theme.disabled)
+    dots = ~known & (np.arange(pixels.shape[1]) % 4 < 2)
+    pixels[pixels.shape[0] // 2, dots] = rgba(theme.disabled)
 
 
 def _paint_marks(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme) -> None:
@@ -112,14 +105,16 @@ def _widened(columns: NDArray[np.bool_], edges: FloatArray) -> NDArray[np.bool_]
 
 
 def _paint_bars(pixels: ImageArray, lane: Lane, edges: FloatArray) -> None:
-    covered = covered_columns(lane.spans, edges)
-    inset = max(1, pixels.shape[0] // 8)
-    pixels[inset:-inset, covered] = rgba(lane.colour)
+    inset, width = max(1, pixels.shape[0] // 8), (edges[-1] - edges[0]) / (len(edges) - 1)
+    for span in lane.spans:
+        if span.last + 1 > edges[0] and span.first < edges[-1]:
+            first = max(int((span.first - edges[0]) / width), 0)
+            last = max(int(np.ceil((span.last + 1 - edges[0]) / width)), first + 1)
+            pixels[inset:-inset, first:last] = rgba(lane.colour)
 
 
 RULER_HEIGHT = 24
-LEAST_LANE, MOST_LANE = 13, 20
-"""Heights between which lanes take what room there is."""
+LEAST_LANE, MOST_LANE = 13, 20  # heights between which lanes take what room there is
 _LANE_GAP = 2
 _LABELLED_BARS = 200
 _LEFT = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft
@@ -196,7 +191,6 @@ class TimelinePainter:
         self._painter.drawText(box, _LEFT, shown)
 
     def ruler(self, fps: float) -> None:
-        """Write frame numbers over the lanes, and how long the recording is."""
         painter, scale, theme = self._painter, self._scale, self._theme
         width = self._size.width()
         painter.fillRect(QRectF(0, 0, width, RULER_HEIGHT), QColor(theme.raised))
@@ -217,7 +211,6 @@ class TimelinePainter:
         painter.drawText(QRectF(8, 0, scale.left - 16, RULER_HEIGHT), _LEFT, length)
 
     def hint(self, text: str) -> None:
-        """Say in the room of the lanes why there are none."""
         left, size = self._scale.left, self._size
         box = QRectF(left, RULER_HEIGHT, size.width() - left, size.height() - RULER_HEIGHT)
         self._painter.setPen(QColor(self._theme.muted))
@@ -225,7 +218,6 @@ class TimelinePainter:
         self._painter.drawText(box, flags, text)
 
     def selection(self, selection: range) -> None:
-        """Shade the selected frames."""
         painter, scale, height = self._painter, self._scale, self._size.height()
         left = max(scale.x_of(selection.start), scale.left)
         right = min(scale.x_of(selection.stop), scale.left + scale.width)
@@ -240,7 +232,6 @@ class TimelinePainter:
         painter.drawLine(QPointF(right, 0), QPointF(right, height))
 
     def playhead(self, frame: int) -> None:
-        """Draw the playhead over the frame, with its number in the ruler."""
         painter, scale, theme = self._painter, self._scale, self._theme
         left, right = scale.x_of(frame), scale.x_of(frame + 1)
         middle, height = (left + right) / 2, self._size.height()

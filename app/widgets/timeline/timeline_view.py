@@ -1,12 +1,10 @@
 """The timeline: a lane per landmark and limb over the recording's frames, and the scrubber."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
-from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import (
     QFont,
     QFontInfo,
@@ -33,7 +31,7 @@ HELP = (
 )
 _ZOOMS = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5}
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
-_SCROLL_STEPS = 1000
+_STEPS_PER_PAGE = 1000
 
 
 class TimelineView(QAbstractScrollArea):
@@ -46,11 +44,8 @@ class TimelineView(QAbstractScrollArea):
     frame_requested = Signal(int)
     """The person went to this frame; the caller answers with :meth:`set_frame`."""
     selection_changed = Signal(object)
-    """The person selected these frames, or none."""
-    lane_clicked = Signal(str)
-    """The name of a lane was clicked; what the program calls the lane."""
-    lanes_selected = Signal(object)
-    """The person selected lanes by Ctrl and a click on their names."""
+    lane_clicked = Signal(str)  # the name of a lane was clicked; what the program calls the lane
+    lanes_selected = Signal(object)  # the person selected lanes by Ctrl and a click on their names
     visible_range_changed = Signal(float, float)
     """The person zoomed or moved, or a page was turned; borders of the visible frames, where frame
     k covers the stretch from k to k + 1."""
@@ -66,20 +61,15 @@ class TimelineView(QAbstractScrollArea):
         self.setAccessibleDescription(HELP)
         self.viewport().setMouseTracking(True)
         self.lanes: tuple[Lane, ...] = ()
-        """All lanes from top to bottom."""
         self._groups: dict[str, tuple[Lane, ...]] = {}
         self.selected_lanes: frozenset[str] = frozenset()
-        """What the program calls the lanes that are selected."""
         self.lane_height = MOST_LANE
         """Height of a lane: what there is room for, within limits."""
         self._hint = ""
         self.scale = TimelineScale()
-        """Which frames are visible, and where."""
         self._fps = 1.0
         self.frame = 0
-        """Frame under the playhead."""
         self.selection: range | None = None
-        """Frames that are selected."""
         self._drag: Literal["scrub", "select", "pan"] | None = None
         self._drag_start = 0
         self._drag_from = QPointF()
@@ -90,23 +80,17 @@ class TimelineView(QAbstractScrollArea):
     def sizeHint(self) -> QSize:
         return QSize(900, RULER_HEIGHT + MOST_LANE * max(len(self.lanes), 8))
 
-    # ---- what is shown
-
     def set_range(self, frame_count: int, fps: float) -> None:
-        """Show a recording of `frame_count` frames at `fps` frames per second."""
-        self.scale = replace(self.scale, frame_count=frame_count).whole()
         self._fps = fps
         self.frame = min(self.frame, max(frame_count - 1, 0))
         self.selection = None
-        self._scale_changed()
+        self._show_scale(replace(self.scale, frame_count=frame_count).whole())
 
     @property
     def margins(self) -> tuple[float, float]:
-        """Pixels beside the frames at the left and right."""
         return self.scale.left, self.width() - self.scale.left - self.scale.width
 
     def set_hint(self, words: str) -> None:
-        """Say these words where there is no lane."""
         if words != self._hint:
             self._hint = words
             self._forget_picture()
@@ -120,13 +104,11 @@ class TimelineView(QAbstractScrollArea):
         shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])
         same_names = [lane.name for lane in shown] == [lane.name for lane in self.lanes]
         self.lanes = shown
-        if same_names:
-            self._forget_picture()
-            return
-        self._select_lanes(self.selected_lanes & {lane.id for lane in shown})
-        self._place_lanes()
-        # a scroll bar that comes or goes makes this widget place the lanes again
-        self._set_scroll_bars()
+        if not same_names:
+            self._select_lanes(self.selected_lanes & {lane.id for lane in shown})
+            self._place_lanes()
+            # a scroll bar that comes or goes makes this widget place the lanes again
+            self._set_scroll_bars()
         self._forget_picture()
 
     def set_frame(self, frame: int) -> None:
@@ -136,9 +118,8 @@ class TimelineView(QAbstractScrollArea):
             return
         old = self._playhead_area()
         self.frame = frame
-        shown = self.scale if self._drag else self.scale.showing(frame)
-        if shown != self.scale:
-            self._set_scale(shown)
+        if not self._drag:
+            self._set_scale(self.scale.showing(frame))
         self.viewport().update(old)
         self.viewport().update(self._playhead_area())
 
@@ -149,56 +130,41 @@ class TimelineView(QAbstractScrollArea):
 
     def set_visible_range(self, first: float, last: float) -> None:
         """Zoom to the frames from `first` up to `last` without emitting a signal."""
-        count = self.scale.frame_count
-        factor = self.scale.visible / max(last - first, 1.0)
-        scale = self.scale.zoomed(factor, self.scale.left)
-        self.scale = scale.moved(min(max(first, 0.0), count) - scale.first)
-        self._scale_changed()
+        scale = self.scale.zoomed(self.scale.visible / max(last - first, 1.0), self.scale.left)
+        self._show_scale(scale.moved(first - scale.first))
 
     def lane_at(self, y: float) -> Lane | None:
-        """Return the lane at a height of the viewport."""
         if y < RULER_HEIGHT:
             return None
         index = int((y - RULER_HEIGHT + self.verticalScrollBar().value()) // self.lane_height)
         return self.lanes[index] if 0 <= index < len(self.lanes) else None
 
-    # ---- scale and scroll bars
-
     def _set_scale(self, scale: TimelineScale) -> None:
         if scale != self.scale:
-            self.scale = scale
-            self._scale_changed()
+            self._show_scale(scale)
             self.visible_range_changed.emit(scale.first, scale.last)
 
-    def _scale_changed(self) -> None:
+    def _show_scale(self, scale: TimelineScale) -> None:
+        self.scale = scale
         self._set_scroll_bars()
         self._forget_picture()
 
     def _set_scroll_bars(self) -> None:
-        rows = len(self.lanes) * self.lane_height
+        rows, scale = len(self.lanes) * self.lane_height, self.scale
         space = max(self.viewport().height() - RULER_HEIGHT, 1)
         self.verticalScrollBar().setRange(0, max(0, rows - space))
         self.verticalScrollBar().setPageStep(space)
         self.verticalScrollBar().setSingleStep(self.lane_height)
-        scale, bar = self.scale, self.horizontalScrollBar()
-        hidden = scale.frame_count - scale.visible
-        blocked = bar.blockSignals(True)
-        if hidden <= 1e-6:
-            bar.setRange(0, 0)
-        else:
-            page = round(_SCROLL_STEPS * scale.visible / hidden)
-            bar.setPageStep(max(page, 1))
-            bar.setRange(0, _SCROLL_STEPS)
-            bar.setValue(round(_SCROLL_STEPS * scale.first / hidden))
-        bar.blockSignals(blocked)
+        with QSignalBlocker(self.horizontalScrollBar()):
+            bar, step = self.horizontalScrollBar(), scale.visible / _STEPS_PER_PAGE
+            bar.setRange(0, max(round((scale.frame_count - scale.visible) / step), 0))
+            bar.setPageStep(_STEPS_PER_PAGE)
+            bar.setSingleStep(_STEPS_PER_PAGE // 10)
+            bar.setValue(round(scale.first / step))
 
     def _on_scrolled(self, value: int) -> None:
-        hidden = self.scale.frame_count - self.scale.visible
-        moved = self.scale.moved(value / _SCROLL_STEPS * hidden - self.scale.first)
-        if moved != self.scale:
-            self.scale = moved
-            self._forget_picture()
-            self.visible_range_changed.emit(moved.first, moved.last)
+        first = value * self.scale.visible / _STEPS_PER_PAGE
+        self._set_scale(self.scale.moved(first - self.scale.first))
 
     def _forget_picture(self) -> None:
         self._picture = None
@@ -207,7 +173,7 @@ class TimelineView(QAbstractScrollArea):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place_lanes()
-        self._scale_changed()
+        self._show_scale(self.scale)
 
     def _place_lanes(self) -> None:
         metrics = self.fontMetrics()
@@ -223,8 +189,6 @@ class TimelineView(QAbstractScrollArea):
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
             self._forget_picture()
         super().changeEvent(event)
-
-    # ---- painting
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self.viewport())
@@ -245,7 +209,9 @@ class TimelineView(QAbstractScrollArea):
         picture.setDevicePixelRatio(ratio)
         picture.fill(current_theme().window)
         painter = QPainter(picture)
-        painter.setFont(self._lane_font())
+        font = QFont(self.font())  # letters that fit a lane
+        font.setPixelSize(min(QFontInfo(font).pixelSize(), self.lane_height - 2))
+        painter.setFont(font)
         parts = TimelinePainter(painter, self.scale, size, self.verticalScrollBar().value())
         parts.lanes(self.lanes, self.lane_height, self.selected_lanes, ratio)
         painter.setFont(self.font())
@@ -255,19 +221,11 @@ class TimelineView(QAbstractScrollArea):
         painter.end()
         return picture
 
-    def _lane_font(self) -> QFont:
-        """Font whose letters fit a lane."""
-        font = QFont(self.font())
-        font.setPixelSize(min(QFontInfo(font).pixelSize(), self.lane_height - 2))
-        return font
-
     def _playhead_area(self) -> QRect:
-        left = self.scale.x_of(self.frame)
-        right = self.scale.x_of(self.frame + 1)
-        box = QRectF(left - 40.0, 0.0, right - left + 80.0, float(self.viewport().height()))
-        return box.toAlignedRect()
-
-    # ---- mouse
+        left, right = self.scale.x_of(self.frame), self.scale.x_of(self.frame + 1)
+        return QRectF(
+            left - 40.0, 0.0, right - left + 80.0, self.viewport().height()
+        ).toAlignedRect()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         position = event.position()
@@ -275,9 +233,9 @@ class TimelineView(QAbstractScrollArea):
             return
         if position.x() < self.scale.left:
             lane = self.lane_at(position.y())
-            if lane is not None and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            if lane and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
                 self._select_lanes(self.selected_lanes ^ {lane.id})
-            elif lane is not None and event.button() == Qt.MouseButton.LeftButton:
+            elif lane and event.button() == Qt.MouseButton.LeftButton:
                 self.lane_clicked.emit(lane.id)
             return
         self._drag_from = position
@@ -341,8 +299,6 @@ class TimelineView(QAbstractScrollArea):
         value = lane.value_text(frame) if lane is not None else ""
         return f"{text}\n{lane.name}: {value}" if lane is not None and value else text
 
-    # ---- keys
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         go = self._steps(10 if shift else 1)
@@ -387,10 +343,9 @@ class TimelineView(QAbstractScrollArea):
     def _select_next_lane(self, *, down: bool, adds: bool) -> None:
         names = [lane.id for lane in self.lanes]
         places = [place for place, name in enumerate(names) if name in self.selected_lanes]
-        if not places:
-            place = 0 if down else len(names) - 1
-        else:
-            place = min(places[-1] + 1, len(names) - 1) if down else max(places[0] - 1, 0)
+        last = len(names) - 1
+        place = max([-1, *places]) + 1 if down else min([last + 1, *places]) - 1
+        place = min(max(place, 0), last)
         before = self.selected_lanes if adds else frozenset()
         self._select_lanes(before | {names[place]})
         bar, top = self.verticalScrollBar(), place * self.lane_height

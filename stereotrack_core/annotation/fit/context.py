@@ -1,7 +1,4 @@
-"""Data that all fits of one recording and person share, and the poses that they begin from.
-
-These show triangulated landmarks, and the usual pose for the rest.
-"""
+"""Data that all fits of one recording and person share, and the poses that they begin from."""
 
 from __future__ import annotations
 
@@ -56,15 +53,9 @@ def triangulated(clicks: Clicks, landmarks: int) -> FloatArray:
     points = np.full((landmarks, 3), np.nan)
     for landmark in range(landmarks):
         own = clicks.landmark == landmark
-        found = point_of_sightings(
-            Sightings(
-                clicks.rotations[own],
-                clicks.translations[own],
-                clicks.normalised[own],
-                clicks.raw_from_normalised[own],
-                np.maximum(clicks.sigma[own], _LEAST_SIGMA),
-            )
-        )
+        places = clicks.rotations[own], clicks.translations[own], clicks.normalised[own]
+        sigma = np.maximum(clicks.sigma[own], _LEAST_SIGMA)
+        found = point_of_sightings(Sightings(*places, clicks.raw_from_normalised[own], sigma))
         if found is not None:
             points[landmark] = found.world
     return points
@@ -83,10 +74,7 @@ def filled_over_time(points: FloatArray) -> FloatArray:
 
 
 def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usual: Pose) -> Pose:
-    """Pose that shows the points (L, 3) of the set that are known, others being NaN.
-
-    What they do not tell is as usual.
-    """
+    """Pose that shows the points (L, 3) that are known; what they do not tell is as usual."""
     known = {
         name: point
         for name, point in zip(landmark_set.names, points, strict=True)
@@ -95,26 +83,18 @@ def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usua
     return pose_showing(known, body, usual)
 
 
-_FRAMES, _FEWEST = 12, 3
-"""Frames that the shape is fitted to, and those without which the average one is better."""
-
+_FRAMES, _FEWEST = 12, 3  # frames that the shape is fitted to, and fewest; else the average one
 _ROUNDS = 6
 
-_NEAR = (0.05, 10.0, 15.0)
-"""How far a pose fitted to clicks may be off: metres; degrees of the torso, of a joint."""
+_NEAR = (0.05, 10.0, 15.0)  # error of a pose fitted to clicks: m; deg of torso, of a joint
 
 
-CLICKED_SHAPE = BodyShape(girdle=False)
-"""Surface to begin with. Clicks shift the joints of the shoulders themselves, which says more."""
+CLICKED_SHAPE = BodyShape(girdle=False)  # to begin with; clicks themselves shift the shoulders
 
 
 @dataclass(frozen=True, eq=False)
 class FitContext:
-    """Cameras, person and parameters.
-
-    The set of landmarks that is `asked` for is clicked; `fps` are frame sets per second; `views`
-    say how people call the cameras; `shape` is the body's surface, where it is known.
-    """
+    """Cameras by name, landmarks that are clicked, person, frame rate, and names of the views."""
 
     cameras: Mapping[str, Camera]
     asked: LandmarkSet
@@ -151,13 +131,10 @@ class FitContext:
         """Where somebody stands of whom nothing is known."""
         return standing(self.body, watched_place(self.cameras))
 
-    def clicks(self, measurements: Sequence[Click]) -> Clicks:
-        """Clicks of one frame, freed from the distortion of their lenses."""
-        return undistorted_clicks(measurements, self.cameras, self.whole.names)
-
     def data(self, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None) -> FrameData:
         """Clicks of a frame, and its depth where that is used."""
-        clicks, s = self.clicks(measurements), self.settings
+        clicks = undistorted_clicks(measurements, self.cameras, self.whole.names)
+        s = self.settings
         if cloud is None or not s.use_depth:
             return FrameData(clicks)
         if isinstance(cloud, Cloud):

@@ -1,7 +1,5 @@
 """The body fitted to clicked landmarks: one frame live, a trajectory, or a whole recording."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,13 +31,9 @@ class ClickFit(FitContext):
     def frame(
         self, measurements: Sequence[Click], *, cloud: Cloud | MeasuredDepth | None = None
     ) -> FrameFit:
-        """Fit one frame to clicks, which may be few or none.
+        """Fit one frame to clicks, which may be few or none, and to measured points.
 
-        What the clicks do not decide, the measured points of a cloud do where the settings say so,
-        and else the usual pose. Fitting one frame again and again, :func:`measured_depth` need be
-        called only once.
-
-        Raises KeyError for a camera that is not known.
+        What they do not decide is as in the usual pose. Raises KeyError for an unknown camera.
         """
         with one_blas_thread():
             return fitted_frame(self, measurements, cloud)
@@ -54,10 +48,7 @@ class ClickFit(FitContext):
         on_frame: Callable[[int], None] = lambda _frame: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> TrajectoryFit:
-        """Follow the clicks over the frames to be filled, forward and backward, but not over gaps.
-
-        `on_frame` is told every frame whose clicks and cloud have been taken in. Raises Cancelled.
-        """
+        """Follow the clicks forward and backward, not over gaps. Raises Cancelled."""
         clicked = {frame: tuple(measurements_by_frame.get(frame, ())) for frame in frames}
         clouds = clouds if self.settings.use_depth else None
         filled = []
@@ -86,8 +77,7 @@ class FitRequest:
     views: Sequence[str] | None = None
     settings: FitSettings = field(default_factory=FitSettings)
     landmarks: LandmarkSet = NINE
-    sigma: Mapping[str, float] | float = USUAL_SIGMA
-    """Standard deviation of a click in pixels per axis, by landmark or of all."""
+    sigma: Mapping[str, float] | float = USUAL_SIGMA  # of a click, pixels per axis
     source: str = "clicks"  # of the clicks, for messages
     gaps: Sequence[range] = ()  # frames that are left unknown
 

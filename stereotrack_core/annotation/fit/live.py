@@ -1,15 +1,10 @@
 """One frame fitted by itself, while somebody clicks.
 
-The clicks alone are fitted first, downhill from a few poses to begin with, from a wide scatter of
-the clicks to the one that they state, or to the one that they really have where that is larger.
-Linearised again and again without damping, a body that begins far from its clicks is thrown about
-and comes to rest anywhere; with Levenberg's and Marquardt's damping every step must make the cost
-smaller: of what is expected, of the clicks, each a mixture of right ones and outliers, and of
-the limits. Measured points help to choose among the poses that are left, and are then fitted
-together with the clicks.
+The clicks alone are fitted first, from a few poses, from a wide scatter of the clicks to the one
+that they state or really have. Without damping a body far from its clicks is thrown about; with
+Levenberg's and Marquardt's every step lowers the cost. Measured points help to choose among the
+poses, and are then fitted together with the clicks.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -55,9 +50,7 @@ from stereotrack_core.tracking.residuals.limits import limit_rows
 
 _FIRST_DAMPING = 1e-2
 _LEAST_DAMPING, _MOST_DAMPING = 1e-5, 1e6
-_EASED, _TIGHTENED = 0.2, 5.0
-"""Factors on the damping after a step that was taken, and after one that was not."""
-
+_EASED, _TIGHTENED = 0.2, 5.0  # factors on the damping after a step that was taken, or was not
 _SETTLED = 0.05  # A step that lowers the cost by less than this is the last one
 _ROUGHLY = 0.3  # the same where only the neighbourhood is looked for
 _FARTHEST = 0.7  # radians and metres by which one step may move a number of the state
@@ -99,10 +92,10 @@ class Descent:
     def descend(
         self, state: FitState, sigma: FloatArray, steps: int, *, roughly: bool = False
     ) -> tuple[FitState, float]:
-        """Go downhill from a state, trying at most so many steps; where that leads, and its cost.
+        """Go downhill from a state, at most so many steps; where that leads, and its cost.
 
-        `sigma` (M,) has the pixels per axis by which right clicks are taken to scatter. Roughly is
-        without limits, and only until steps are worth little.
+        `sigma` (M,): pixels of the clicks' scatter. Roughly is without limits, until steps are
+        worth little.
         """
         f, damping = self._freedom, _FIRST_DAMPING
         limited, settled = not roughly, _ROUGHLY if roughly else _SETTLED
@@ -166,19 +159,13 @@ class Descent:
         return A + told.A, b + told.b
 
 
-_WIDEST = 40.0
-"""Pixels that clicks are taken to scatter at least, from poses to begin with that are far off."""
-
+_WIDEST = 40.0  # pixels that clicks scatter at least, from poses to begin with that are far off
 _NARROWER = (20.0, 10.0, 5.0, 0.0)  # the same, step by step, once a pose is near
 _STEPS = 12  # steps downhill at most, at each scatter
 _KEPT = 2  # poses that are followed beyond the widest scatter
-_MORE_THAN_STATED = 1.5
-"""Factor on their stated scatter from which clicks are believed to scatter more."""
-
+_MORE_THAN_STATED = 1.5  # factor from which clicks are believed to scatter more than stated
 _ROUNDS = 5  # rounds with measured points
-_USUAL = (1.0, 60.0, 50.0)
-"""How far a body may be from the usual pose: metres; degrees of the torso, of a joint."""
-
+_USUAL = (1.0, 60.0, 50.0)  # how far a body may be from the usual pose: m; deg of torso, of a joint
 _ENOUGH = 3  # landmarks of the trunk that tell how it is turned
 _TOP = 95.0  # percentile of the measured points' heights at which the head is
 
@@ -196,34 +183,26 @@ def fitted_frame(
     context: FitContext, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None
 ) -> FrameFit:
     """Fit one frame; see :meth:`ClickFit.frame`."""
-    data = context.data(measurements, cloud)
-    ways = _ways(context, data)
+    data, f = context.data(measurements, cloud), context.by_clicks.freedom
+    points = triangulated(data.clicks, len(context.whole.landmarks))
+    ways = []
+    for usual in _usual_poses(context, points, data):
+        expected = Expected(usual, pose_sigmas(f, *_USUAL))
+        begin = f.still(pose_at(points, context.body, context.whole, usual))
+        ways.append(_Way(Descent(f, context.settings, data.clicks, expected), begin, np.inf))
     for least, kept in ((_WIDEST, _KEPT), (_NARROWER[0], 1)):
         sigma = np.maximum(data.clicks.sigma, least)
         ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
         costs = [way.cost for way in ways]
         if data.depth is not None:
-            points = data.depth.points
-            costs = [w.cost + depth_cost(context.by_depth, points, w.state.pose) for w in ways]
+            seen = data.depth.points
+            costs = [w.cost + depth_cost(context.by_depth, seen, w.state.pose) for w in ways]
         ways = [ways[i] for i in np.argsort(costs, kind="stable")[:kept]]
     best, sigma = _narrowed(ways[0], data.clicks.sigma)
     factor = float(np.max(sigma / data.clicks.sigma, initial=1.0))
     found = _finished(context, data, best, sigma)
     stretch = context.by_clicks if data.depth is None else context.by_depth
     return frame_fit(stretch.freedom, found, context, measurements, factor)
-
-
-def _ways(context: FitContext, data: FrameData) -> list[_Way]:
-    """Descents at their beginnings."""
-    f = context.by_clicks.freedom
-    points = triangulated(data.clicks, len(context.whole.landmarks))
-    found = []
-    for usual in _usual_poses(context, points, data):
-        expected = Expected(usual, pose_sigmas(f, *_USUAL))
-        begin = f.still(pose_at(points, context.body, context.whole, usual))
-        descent = Descent(f, context.settings, data.clicks, expected)
-        found.append(_Way(descent, begin, np.inf))
-    return found
 
 
 def _further(way: _Way, sigma: FloatArray, *, roughly: bool = False) -> _Way:

@@ -1,11 +1,8 @@
 """Clicks and measured points as residuals of the fit's state, and which clicks are outliers.
 
-A click is either right, with its sigma, or means something else, with a spread of many pixels.
-It is judged by where everything but itself expects the landmark; judged by the fit that it took
-part in, a click with a high leverage would always look right.
+A click is judged by where everything but itself expects the landmark; judged by the fit that it
+took part in, a click with a high leverage would always look right.
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,19 +18,15 @@ from stereotrack_core.filtering.linearisation import Information, information
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 
-_NEAREST = 0.05
-"""Metres in front of a camera; nearer points, and those behind it, are drawn at this distance."""
-
+_NEAREST = 0.05  # metres in front of a camera at which nearer points are drawn
 _STEP = 0.5  # pixels by which the lens distortion's derivative is taken
 
 
 @dataclass(frozen=True, eq=False)
 class Clicks:
-    """The clicks of one frame, freed from lens distortion.
+    """The clicks of one frame, freed from lens distortion, at z = 1 of their cameras.
 
-    A click is where the ray through it meets z = 1 of its camera; differences there are turned
-    into raw pixels by the distortion's derivative at the click, so that sigma means what it says
-    in every corner of a lens.
+    Differences are turned into raw pixels by the distortion's derivative at the click.
     """
 
     landmark: IntArray  # (M,); index into the set of landmarks
@@ -49,14 +42,9 @@ class Clicks:
 
 
 def undistorted_clicks(
-    measurements: Sequence[Click],
-    cameras: Mapping[str, Camera],
-    names: Sequence[str],
+    measurements: Sequence[Click], cameras: Mapping[str, Camera], names: Sequence[str]
 ) -> Clicks:
-    """Free clicks from the distortion of their lenses.
-
-    Raises KeyError for a camera or landmark that is not known.
-    """
+    """Free clicks from distortion. Raises KeyError for an unknown camera or landmark."""
     known = tuple(cameras)
     index_of = {name: i for i, name in enumerate(known)}
     camera = np.array([index_of[one.camera] for one in measurements], dtype=np.int64)
@@ -140,10 +128,7 @@ def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class BiasedSurface:
-    """Distances of measured points, or outlines, from a surface that is off its limbs by a bias.
-
-    The points were paired at the frames with their bias.
-    """
+    """Distances of points, paired at the biased frames, from a surface that is off its limbs."""
 
     surface: SurfaceResidual
     freedom: Freedom
@@ -167,9 +152,7 @@ class BiasedSurface:
 
 _LEAST_WEIGHT = 1e-4
 
-MEDIAN_SURPRISE = 2.0 * np.log(2.0)
-"""Median of the squared distance of a right click, over its variance: chi squared of two."""
-
+MEDIAN_SURPRISE = 2.0 * np.log(2.0)  # median of chi squared with two degrees of freedom
 _UPPER_QUARTILE = 2.0 * np.log(4.0)  # the same for the upper quartile
 _TOLD_BY_OTHERS = 0.9  # leverage below which others say something of a click
 _ENOUGH = 6  # clicks whose scatter can be told
@@ -180,12 +163,8 @@ class Judgement:
     """Each of M clicks judged by the others."""
 
     outlier_probability: FloatArray  # (M,)
-    leverage: FloatArray
-    """(M,); share (0 to 1) that the click has in where the fit puts its landmark in this
-    picture."""
-    surprise: FloatArray
-    """(M,); squared distance from where the rest expects the landmark, over its variance; a right
-    click has 2 on average."""
+    leverage: FloatArray  # (M,); share (0 to 1) of the click in where its landmark is fitted
+    surprise: FloatArray  # (M,); squared distance from what the rest expects, over its variance
 
     @property
     def weight(self) -> FloatArray:
@@ -197,11 +176,7 @@ _OUTLIER_SPREAD = 70.0  # pixels per axis; standard deviation of outliers
 
 
 def judged(
-    residual: FloatArray,
-    spread: FloatArray,
-    sigma: FloatArray,
-    weight: FloatArray,
-    share: float,
+    residual: FloatArray, spread: FloatArray, sigma: FloatArray, weight: FloatArray, share: float
 ) -> Judgement:
     """Judge clicks by all but themselves, expecting a share of outliers.
 
@@ -227,19 +202,13 @@ def judged(
 
 
 def mixture_cost(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
-    """Cost (M,) of residuals (M, 2) in pixels: -2 log of how probable they are, 0 for none.
-
-    Clicks here are what :func:`judged` says of them, right ones or outliers.
-    """
+    """Cost (M,) of residuals (M, 2) in pixels: -2 log of how probable they are, 0 for none."""
     right, wrong = _mixture(residual, sigma, share)
     return -2.0 * np.logaddexp(right, wrong)
 
 
 def mixture_weight(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
-    """Weights (M,) on 1 / sigma^2 under which a least-squares step lowers the mixture's cost.
-
-    A wrong click still pulls, as weakly as its spread is wide, so that none is lost for ever.
-    """
+    """Weights (M,) on 1 / sigma^2 of a step that lowers the mixture's cost; never zero."""
     right, wrong = _mixture(residual, sigma, share)
     outlier = np.exp(wrong - np.logaddexp(right, wrong))
     return 1.0 - outlier + outlier * sigma**2 / (sigma**2 + _OUTLIER_SPREAD**2)
@@ -257,11 +226,7 @@ def _mixture(
 
 
 def scatter(judgement: Judgement) -> float:
-    """By which factor clicks scatter more than they were taken to; 1 where too few can tell.
-
-    From the upper quartile of what the others say of each click, over those that the others say
-    something of, so that outliers do not count.
-    """
+    """By which factor clicks scatter more than they were taken to (upper quartile); usually 1."""
     told = judgement.surprise[judgement.leverage < _TOLD_BY_OTHERS]
     if len(told) < _ENOUGH:
         return 1.0

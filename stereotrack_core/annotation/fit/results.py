@@ -1,7 +1,5 @@
 """Results of a fit: places, their uncertainty, the limbs' angles, and words for a person."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,8 +21,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 CLICKED, INTERPOLATED, GAP = "clicked", "interpolated", "gap"
 """Kinds of frames: with clicks of their own, filled between them, nothing known."""
 
-PROBABLE = 0.5
-"""A click is flagged where it is more probably an outlier than not."""
+PROBABLE = 0.5  # a click is flagged where it is more probably an outlier than not
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +31,11 @@ class FrameFit:
     pose: Pose
     landmarks_world: FloatArray  # (L, 3), metres; in the order of the set of landmarks
     landmark_covariance: FloatArray  # (L, 3, 3), square metres, world
-    residual_px: FloatArray
-    """(M, 2); click minus fitted place, raw pixels, in the order of the measurements."""
+    residual_px: FloatArray  # (M, 2); click minus fitted place, raw pixels
     outlier_probability: FloatArray  # (M,)
-    limb_sigma_deg: FloatArray
-    """(6,); root mean square angle by which each limb may be off, in the order of ``LIMBS``."""
+    limb_sigma_deg: FloatArray  # (6,); root mean square angle by which each limb may be off
     words: tuple[str, ...]  # what a person should know, most important first
-    sigma_factor: float
-    """By which factor the clicks are taken to scatter more than their sigma; 1 where they do
-    not."""
+    sigma_factor: float  # by which the clicks scatter more than their sigma; 1 else
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +48,9 @@ class TrajectoryFit:
     covariance: FloatArray  # (F, L, 3, 3), square metres, world
     limb_sigma_deg: FloatArray  # (F, 6); in the order of ``LIMBS``
     kind: NDArray[np.str_]  # (F,); ``clicked``, ``interpolated`` or ``gap``
-    nine: FloatArray
-    """(F, 9, 3), world, metres; the landmarks of every reference, whatever set was clicked."""
-    residual_px: Mapping[ClickKey, FloatArray]
-    """Mapping from ClickKey to (2,); click minus fitted place, raw pixels."""
-    outlier_probability: Mapping[ClickKey, float]
-    """Mapping from ClickKey to float; probability that the click is an outlier."""
+    nine: FloatArray  # (F, 9, 3), world, metres; whatever set was clicked
+    residual_px: Mapping[ClickKey, FloatArray]  # (2,); click minus fitted place, raw pixels
+    outlier_probability: Mapping[ClickKey, float]  # that a click is an outlier
     sigma_factor: float = 1.0  # by what the clicks scatter more than their sigmas say
 
     def trajectory(self) -> LandmarkTrajectory:
@@ -74,12 +64,9 @@ class TrajectoryFit:
 
 _SEEN_BY = {0: "not clicked in any camera", 1: "seen by one camera"}
 
-_UNSURE = 0.02
-"""Metres of standard deviation in the worst direction from which a landmark is spoken of."""
-
+_UNSURE = 0.02  # metres of sigma in the worst direction from which a landmark is spoken of
 _UNSURE_LIMB = 10.0  # degrees from which a limb is spoken of
-_ALONG = np.cos(np.radians(35.0))
-"""A direction nearer to a camera's ray than this is along its view."""
+_ALONG = np.cos(np.radians(35.0))  # a direction nearer to a ray is along its view
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +80,7 @@ class Reported:
 
 
 def reported(freedom: Freedom, state: FitState, P: FloatArray, count: int) -> Reported:
-    """Places and uncertainty of a state whose error state has the covariance `P` (n, n).
-
-    The first `count` landmarks of the freedom's set are those that were asked for.
-    """
+    """Places and uncertainty of a state with the covariance `P` (n, n); of `count` landmarks."""
     places, J = freedom.places(state), freedom.place_jacobian(state)
     covariance = J @ P @ np.swapaxes(J, 1, 2)
     names = freedom.landmark_set.names
@@ -153,14 +137,8 @@ def frame_fit(
     if factor > 1.0:
         said = [f"the clicks scatter {factor:.1f} times as much as their stated uncertainty", *said]
     return FrameFit(
-        pose=found.states[0].pose,
-        landmarks_world=report.places,
-        landmark_covariance=report.covariance,
-        residual_px=residual,
-        outlier_probability=judgement.outlier_probability,
-        limb_sigma_deg=report.limb_sigma_deg,
-        words=tuple(said),
-        sigma_factor=factor,
+        *(found.states[0].pose, report.places, report.covariance, residual),
+        *(judgement.outlier_probability, report.limb_sigma_deg, tuple(said), factor),
     )
 
 

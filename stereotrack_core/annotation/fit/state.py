@@ -1,14 +1,9 @@
 """The state of the fit: a pose, and the freedom that a real person's landmarks have around it.
 
-The error state begins with the numbers of :mod:`body.manifold`. Three numbers for each landmark
-follow: where the landmark is a joint, the joint itself is shifted, in the frame of the part that
-it sits on, and with it all parts beyond; another landmark is shifted on its own part. Six numbers
-for each limb come last: a small displacement of the measured surface against the limb, a shift
-and a rotation vector in the limb's frame. Range errors of stereo and cones that are not quite the
-person's shape are alike in neighbouring data and successive frames; a state says so.
+The numbers of :mod:`body.manifold` come first, then three for each landmark: it shifts its joint,
+with all parts beyond, or itself on its part. Six for each limb come last: shift and rotation of the
+measured surface against it, for errors that neighbouring data share.
 """
-
-from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
@@ -81,10 +76,7 @@ _ARMS_AND_HEAD = (*THESIS_JOINTS, HEAD)  # joints that landmarks can tell; legs 
 
 @dataclass(frozen=True, eq=False)
 class FitState:
-    """A pose and the shifts around it: of landmarks (L, 3) in metres, and of surfaces (6, 6).
-
-    Biases are metres and radians in each limb's frame; without depth there are no rows.
-    """
+    """A pose, shifts of landmarks (L, 3) in metres, biases of surfaces (6, 6) in m, radians."""
 
     pose: Pose
     offsets: FloatArray
@@ -93,10 +85,7 @@ class FitState:
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """Layout of the error state, for a body with the subject's own lengths.
-
-    With depth, legs and the surface biases are in the state.
-    """
+    """Layout of the error state; with depth, legs and surface biases are in it."""
 
     landmark_set: LandmarkSet
     body: BodyModel
@@ -240,16 +229,9 @@ def biased(frames: PartFrames, biases: FloatArray) -> PartFrames:
     return PartFrames(rotations, origins)
 
 
-_SHIFTS_LAST, _SPEEDS_LAST = 2.0, 0.3
-"""Seconds over which shifts of landmarks, and velocities, are correlated."""
-
-_SURFACE_LASTS, _TRUNK_LASTS = 3.0, 20.0
-"""Seconds over which the surface bias of a limb, and of the trunk, is correlated."""
-
-_TAIL = 1.5
-"""Degrees of freedom of the movement's t-distribution: few, so that there may be both still phases
-and sudden movements."""
-
+_SHIFTS_LAST, _SPEEDS_LAST = 2.0, 0.3  # seconds over which landmarks' shifts, and speeds, correlate
+_SURFACE_LASTS, _TRUNK_LASTS = 3.0, 20.0  # seconds over which surface biases correlate
+_TAIL = 1.5  # degrees of freedom of the movement's t-distribution: few, for stillness and jerks
 _UNEVEN = 0.3  # part of the usual speed by which a step differs from what the speed says
 _SLOWEST = 0.02  # least factor on the movement's variances
 
@@ -289,11 +271,10 @@ class Movement:
         usual: Pose,
         pose_sigma: FloatArray,
     ) -> Walk:
-        """The walk in error states around a trajectory.
+        """The walk in error states around a trajectory of K frames.
 
-        States of K frames are the points of linearisation, `speeds` (K, of_pose) are per frame,
-        `factors` (K - 1, of_pose) are on the variances of the movement. Of the first frame `usual`
-        is expected, as firmly as `pose_sigma` (of_pose,) says.
+        `speeds` (K, of_pose) are per frame, `factors` (K - 1, of_pose) on the movement's variances;
+        of the first frame `usual` is expected, with `pose_sigma` (of_pose,).
         """
         f = self.freedom
         nothing = np.zeros(f.of_pose)
@@ -319,9 +300,8 @@ class Movement:
     def factors(self, noise: FloatArray) -> FloatArray:
         """Factors (K - 1, of_pose) on the variances that make the movements usual ones.
 
-        Expected variance of a normal distribution whose own variance is unknown, which makes
-        the movement one of Student's distribution; position, rotation and each joint alone.
-        `noise` (K - 1, N) has the expected squares of what was left of the movement.
+        Expected variance under Student's distribution; position, rotation and each joint alone.
+        `noise` (K - 1, N): expected squares of what was left of the movement.
         """
         n, of_pose = self.freedom.columns.n, self.freedom.of_pose
         relative = noise / self.noise
@@ -344,13 +324,8 @@ def pose_sigmas(
     return sigma
 
 
-_LANDMARK_SHIFT, _HEAD_SHIFT = 0.006, 0.02
-"""Metres; standard deviations of landmarks that are no joints from their place on the body, and of
-those of the head, which annotators place differently."""
-
-_SURFACE_TURN, _TRUNK_SHIFT = np.radians(4.0), 0.025
-"""Radians and metres; standard deviations of the rotation of a limb's measured surface, and of the
-offset of the trunk's."""
+_LANDMARK_SHIFT, _HEAD_SHIFT = 0.006, 0.02  # m; landmarks that are no joints, and the head's
+_SURFACE_TURN, _TRUNK_SHIFT = np.radians(4.0), 0.025  # of a limb's surface, of the trunk's (m)
 
 
 def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:

@@ -1,9 +1,4 @@
-"""Successive frames fitted together: linearise everywhere, smooth, judge the clicks, again.
-
-Of a cloud the fit is told points that look for the body, and edges for its outlines.
-"""
-
-from __future__ import annotations
+"""Successive frames fitted together: linearise everywhere, smooth, judge the clicks, again."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -34,8 +29,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, rotation_towards
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.chain import DepthChain
-from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.depth.edges import EdgeMap
+from stereotrack_core.depth.cloud import Cloud, EdgeMap
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
@@ -63,8 +57,7 @@ class MeasuredDepth:
     """Points (N, 3), world, of one instant, small enough that those of a recording are kept."""
 
     points: FloatArray
-    _halves: tuple[EdgeMap, ...]
-    """Edges in half precision, which is enough near an edge."""
+    _halves: tuple[EdgeMap, ...]  # edges in half precision, which is enough near an edge
 
     def edges(self) -> tuple[EdgeMap, ...]:
         """Edges of the person in the views that know them."""
@@ -92,10 +85,7 @@ def measured_depth(cloud: Cloud, *, silhouettes: bool) -> MeasuredDepth:
 def recorded_depth(
     recording: Recording, settings: FitSettings, views: Sequence[str] | None = None
 ) -> Iterator[Callable[[int], MeasuredDepth] | None]:
-    """Give a function from frame to depth; None where no view gives any or none is wanted.
-
-    InputError where images cannot be read.
-    """
+    """Give a function from frame to depth, or None where there is none. Raises InputError."""
     names = [
         view.name
         for view in recording.views
@@ -119,13 +109,8 @@ def recorded_depth(
             chain.close()
 
 
-_LEAST_SIGMAS = (20.0, 12.0, 6.0)
-"""Pixels that clicks are taken to scatter at least in the first rounds, before outliers
-are known."""
-
-_INDEPENDENT_POINTS, _INDEPENDENT_CONTOURS = 60.0, 52.0
-"""Effective sample sizes of the measured points, and of all contours, of a frame."""
-
+_LEAST_SIGMAS = (20.0, 12.0, 6.0)  # pixels that clicks scatter at least in the first rounds
+_INDEPENDENT_POINTS, _INDEPENDENT_CONTOURS = 60.0, 52.0  # effective sample sizes of a frame
 _WIDE_ROUNDS = 2  # rounds in which measured points are let in from far
 _LEGS_LOOSER = 3.0  # factor on the standard deviation of points of the legs
 _STEP_LIMIT = 0.5  # radians and metres by which one round may move a number of the error state
@@ -167,11 +152,9 @@ class Stretch:
         rounds: int,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> Fitted:
-        """Fit all frames, from poses that are roughly right.
+        """Fit all frames, from poses that are roughly right; `usual` is the first one's.
 
-        Of the first frame `usual` is expected, as firmly as `pose_sigma` (of_pose,) says.
-
-        Raises Cancelled.
+        `pose_sigma` (of_pose,) says how firmly that is expected. Raises Cancelled.
         """
         f, move = self.freedom, self.movement
         n = f.columns.n
@@ -205,10 +188,7 @@ class Stretch:
         pose_sigma: FloatArray,
         rounds: Iterable[int],
     ) -> Fitted:
-        """Fit one frame from a state that is nearly right; see :meth:`fit`.
-
-        The rounds have the numbers that :meth:`fit` gives them.
-        """
+        """Fit one frame from a state that is nearly right, in some rounds of :meth:`fit`."""
         f = self.freedom
         prior = np.concatenate([pose_sigma, shift_sigmas(f, self.settings)]) ** -2.0
         P, state = np.diag(1.0 / prior), begin
@@ -238,7 +218,10 @@ class Stretch:
         if f.with_depth and frame.depth is not None and len(frame.depth.points):
             off = biased(frames, state.biases)
             rows.append(self.surface(frame.depth.points, body, off, i))
-            rows += self.outlines(frame.depth, body, state.pose, off)
+            edges = SilhouetteObservation(
+                frame.depth.edges(), self._limits.silhouette_sigma, _INDEPENDENT_CONTOURS
+            )
+            rows += (BiasedSurface(row, f, off) for row in edges.residuals(body, state.pose))
         return sum((row.information(frames) for row in rows), total)
 
     def sigmas(self, clicks: Clicks, i: int) -> FloatArray:
@@ -265,15 +248,6 @@ class Stretch:
         # legs are there to take their data; their cones are too rough to say where the hips are
         loose = np.where(row.part < len(LIMBS), 1.0, _LEGS_LOOSER**2)
         return BiasedSurface(replace(row, variance=row.variance * loose), self.freedom, off)
-
-    def outlines(
-        self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
-    ) -> list[BiasedSurface]:
-        """Measure the body's outlines against the edges of the person."""
-        seen = SilhouetteObservation(
-            depth.edges(), self._limits.silhouette_sigma, _INDEPENDENT_CONTOURS
-        ).residuals(body, pose)
-        return [BiasedSurface(row, self.freedom, off) for row in seen]
 
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
@@ -309,11 +283,7 @@ def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
 
 
 def _without_twists(poses: Sequence[Pose]) -> list[Pose]:
-    """The same poses, parts turned about their own axes as little as can be between frames.
-
-    How a part is turned about its own axis is no part of the state, but its numbers are counted
-    along axes that turn with it.
-    """
+    """The same poses, parts turned about their own axes as little as can be between frames."""
     found: list[Pose] = []
     for pose in poses:
         if found:

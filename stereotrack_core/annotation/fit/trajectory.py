@@ -1,13 +1,9 @@
 """Clicks followed over the frames, forward and backward, and the frames between them filled.
 
-Straight ways between clicked frames are good starts for slow movements only, and a limb whose end
-is clicked in one camera alone may point towards that camera as well as away from it. So frames
-are asked one by one, outwards from those whose clicks tell the pose: from the pose of the
-neighbour, from what was filled in, and from the other way along the line of sight. The start
-whose fit explains clicks, measured points and movement best is taken.
+Frames are asked one by one, outwards from those whose clicks tell the pose: from the neighbour's
+pose, from what was filled in, and from the other way along the line of sight of a lone camera. The
+start whose fit explains clicks, points and movement best is taken.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,23 +37,14 @@ from stereotrack_core.annotation.fit.stretch import (
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
-from stereotrack_core.body.skeleton import (
-    FOREARMS,
-    PARENTS,
-    SHANKS,
-    THIGHS,
-    UPPER_ARMS,
-)
+from stereotrack_core.body.skeleton import FOREARMS, PARENTS, SHANKS, THIGHS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 _ROUNDS_ALONE = 4
 
-_STEP = (0.06, 10.0, 20.0)
-"""How far a body may move from one frame to the next at 10 Hz: metres; degrees of the torso, of a
-joint."""
-
+_STEP = (0.06, 10.0, 20.0)  # movement in a frame at 10 Hz: metres; degrees of torso, of a joint
 _TOLD = (0.05, 8.0, 15.0)  # how far a pose that clicks tell may be off
 _LEGS = (*THIGHS, *SHANKS)
 
@@ -83,10 +70,7 @@ def _asked_between(
     fps: float,
     cancelled: Callable[[], bool],
 ) -> list[Pose]:
-    """Poses to begin from, by those filled between clicked frames; raises Cancelled.
-
-    `known` (K,) are frames whose clicks tell the pose.
-    """
+    """Poses to begin from; of `known` (K,) frames the clicks tell the pose. Raises Cancelled."""
     f = stretch.freedom
     found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
     if not known.any():
@@ -176,11 +160,9 @@ def _other_ways(stretch: Stretch, frame: FrameData, pose: Pose) -> list[Pose]:
 
 _ROUNDS = 8
 
-_ANYWHERE = (2.0, 120.0, 90.0)
-"""How far the first pose may be from where it was begun: metres; degrees of torso and joints."""
+_ANYWHERE = (2.0, 120.0, 90.0)  # error of a first pose: metres; degrees of torso and joints
 
-Clouds = Callable[[int], Cloud | MeasuredDepth | None]
-"""Depth of a frame; None where there is none."""
+Clouds = Callable[[int], Cloud | MeasuredDepth | None]  # depth of a frame; None where there is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,10 +180,7 @@ def connected_stretches(
     gaps: Sequence[range],
     has_depth: bool,
 ) -> list[range]:
-    """Frames that hang together: between gaps, and near enough to a clicked frame.
-
-    `clicked` has the clicks of all frames to be filled, which are successive.
-    """
+    """Frames that hang together: between gaps, and near enough to a clicked frame."""
     frames = range(min(clicked), max(clicked) + 1) if clicked else range(0)
     near = np.array([not any(frame in gap for gap in gaps) for frame in frames], dtype=np.bool_)
     own = np.array([bool(clicked[frame]) for frame in frames], dtype=np.bool_)
@@ -220,10 +199,7 @@ def connected_stretches(
 
 
 def fitted_stretch(
-    context: FitContext,
-    frames: range,
-    data: Sequence[FrameData],
-    cancelled: Callable[[], bool],
+    context: FitContext, frames: range, data: Sequence[FrameData], cancelled: Callable[[], bool]
 ) -> FittedStretch:
     """Fit the clicks alone, and with what that gives to begin from, clicks and depth."""
     seen = [triangulated(one.clicks, len(context.whole.names)) for one in data]
@@ -285,7 +261,8 @@ def put_together(
             surprise.append(judgement.surprise)
             for one, miss, p in zip(own, off, judgement.outlier_probability, strict=True):
                 residual[one.key], outlier[one.key] = miss, float(p)
-    squared = np.concatenate(surprise) if surprise else np.zeros(0)
+    squared = np.concatenate([np.zeros(0), *surprise])
+    factor = float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE)) if len(squared) else np.nan
     return TrajectoryFit(
         names=names,
         frame=np.array(frames, dtype=np.int64),
@@ -296,7 +273,5 @@ def put_together(
         nine=nine,
         residual_px=residual,
         outlier_probability=outlier,
-        sigma_factor=float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE))
-        if len(squared)
-        else np.nan,
+        sigma_factor=factor,
     )

@@ -1,7 +1,5 @@
 """The probable cause of a failure from all that speaks for any."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -40,8 +38,7 @@ _WEIGHT: MappingProxyType[Cause, float] = MappingProxyType(
 """How much a cause counts against others of the same strength: what makes a measurement wrong comes
 before what makes it difficult, as an arm that cannot be measured may cross the other besides."""
 
-_DOUBT = 0.25
-"""Weight of not knowing; what nothing speaks for more strongly is unclear."""
+_DOUBT = 0.25  # weight of not knowing; what nothing speaks for more strongly is unclear
 
 
 def verdict_of(evidence: Sequence[Evidence]) -> Verdict:
@@ -60,35 +57,22 @@ def verdict_of(evidence: Sequence[Evidence]) -> Verdict:
     return Verdict(cause, strongest[cause] / total, ordered)
 
 
-CROSSED = 0.16
-"""Metres between the axes of two arms' limbs from which they cross."""
-
-BESIDE_TORSO = 0.18
-"""Metres between the axes of a limb and of the torso from which it is close to the torso."""
-
-_BEFORE = 0.3
-"""Seconds before a failure that belong to how it came about."""
-
-_SLOW, _FAST = 16.0, 40.0
-"""Degrees of a limb's turn from frame to frame that say nothing, and everything."""
-
-_FIRST = 0.3
-"""Seconds from the first tracked frame within which a failure is one of the first frames."""
+CROSSED = 0.16  # metres between the axes of two arms' limbs from which they cross
+BESIDE_TORSO = 0.18  # metres between the axes of limb and torso from which they are close
+_BEFORE = 0.3  # seconds before a failure that belong to how it came about
+_SLOW, _FAST = 16.0, 40.0  # degrees a frame that say nothing, and everything
+_FIRST = 0.3  # seconds from the first tracked frame that count as first frames
 
 
 @dataclass(frozen=True, eq=False)
 class Whereabouts:
     """Where the limbs were in the frames of a run, as far as it can be known."""
 
-    frame: IntArray
-    """(F,)."""
-    points: FloatArray
-    """(F, 9, 3). The reference's landmarks where it knows them all, else the run's."""
-    true: BoolArray
-    """(F,). Whether they are the reference's."""
+    frame: IntArray  # (F,)
+    points: FloatArray  # (F, 9, 3); the reference's where it knows all, else the run's
+    true: BoolArray  # (F,). Whether they are the reference's.
     fps: float
-    begun: int
-    """First frame that is tracked."""
+    begun: int  # first frame that is tracked
 
     def at(self, frames: IntArray) -> FloatArray:
         """Landmarks (n, 9, 3) of some frames; NaN where the run has none of them."""
@@ -188,17 +172,10 @@ def _first_frames(failure: FailureSegment, where: Whereabouts) -> list[Evidence]
     return [Evidence("initialisation", 0.9, after, "s", words)]
 
 
-_SEES = 0.4
-"""Share of a limb that a view measures from which it sees it."""
-
-_LOSES = 0.5
-"""Share of a limb, or of its usual points, that a view loses from which it has a hole."""
-
-_STRAY = 0.03
-"""Share of the cloud near a limb that is not the person's, over the usual, from which it tells."""
-
-_MISFIT, _WIDE_MISFIT = 0.015, 0.035
-"""Metres between a view and the others that say nothing, and everything."""
+_SEES = 0.4  # share of a limb that a view measures from which it sees it
+_LOSES = 0.5  # share of a limb, or of its usual points, that a view loses from which it has a hole
+_STRAY = 0.03  # share of the cloud near a limb, over the usual, that is not the person's
+_MISFIT, _WIDE_MISFIT = 0.015, 0.035  # metres between views that say nothing, and everything
 
 
 def look_evidence(
@@ -304,15 +281,11 @@ def _misfit(views: Sequence[str], looks: Sequence[Look]) -> list[Evidence]:
 
 
 _SIDES = ("left", "right")
-_BESIDE = 0.35
-"""Share of an upper arm, from the shoulder, that is always near the torso."""
+_BESIDE = 0.35  # share of an upper arm, from the shoulder, that is always near the torso
 
 
 def _to_other_arm(points: FloatArray) -> FloatArray:
-    """Least distance (F, 6) of each arm's limb to the other arm's forearm, metres.
-
-    Forearms are measured to the whole other arm. NaN for torso and head.
-    """
+    """Metres (F, 6) of arm limbs to the other arm's forearm, forearms to all of it; else NaN."""
     start, end = np.moveaxis(limb_ends(points), 2, 0)
     result: FloatArray = np.full(start.shape[:2], np.nan)
     for side, other in (_SIDES, _SIDES[::-1]):
@@ -328,11 +301,7 @@ def _to_other_arm(points: FloatArray) -> FloatArray:
 
 
 def _to_torso(points: FloatArray) -> FloatArray:
-    """Least distance (F, 6) of each arm's limb to the middle of the torso, metres.
-
-    The torso is the line from the middle of the hips to that of the shoulders; of an upper arm
-    the part near the shoulder is left out. NaN for torso and head.
-    """
+    """Metres (F, 6) of arm limbs to the torso's middle line, but for shoulders; else NaN."""
     start, end = np.moveaxis(limb_ends(points), 2, 0)
     torso = LIMBS.index("torso")
     result: FloatArray = np.full(start.shape[:2], np.nan)

@@ -1,7 +1,5 @@
 """The model and texts drawn over pictures of views, without a window; a strip of such pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,9 +25,7 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _SHIFT = 4
-_FARTHEST = 1e4
-"""Pixels outside of which nothing is drawn."""
-
+_FARTHEST = 1e4  # pixels outside of which nothing is drawn
 _DARK, _LIGHT = (25, 25, 25), (255, 255, 255)
 
 
@@ -38,13 +34,10 @@ class Window:
     """A part of a picture and the size at which it is shown."""
 
     left: float
-    top: float
-    """`left` and `top`: pixels of the picture."""
-    scale: float
-    """Pixels shown for a pixel of the picture."""
+    top: float  # `left` and `top`: pixels of the picture
+    scale: float  # pixels shown for a pixel of the picture
     width: int
-    height: int
-    """`width` and `height`: pixels. As shown."""
+    height: int  # `width` and `height`: pixels. As shown.
 
     def cut(self, image: ImageArray) -> ImageArray:
         """The part of a picture (H, W) or (H, W, 3), as (height, width, 3) BGR."""
@@ -61,12 +54,6 @@ class Window:
         return (pixels - (self.left, self.top)) * self.scale
 
 
-def whole_window(camera: Camera, height: int) -> Window:
-    """The whole picture of a camera at some height."""
-    scale = height / camera.height
-    return Window(0.0, 0.0, scale, max(1, round(scale * camera.width)), height)
-
-
 def draw_body(
     picture: ImageArray,
     camera: Camera,
@@ -74,16 +61,14 @@ def draw_body(
     meshes: Sequence[PartMesh],
     thick: Sequence[str] = (),
 ) -> None:
-    """Draw a body's outline, limb by limb, into a picture (H, W, 3) BGR, in place.
-
-    The picture is as the window has cut it out; see :func:`body_mesh` for the meshes. Limbs that
-    are thick have a broader line.
-    """
-    shapes = _silhouettes(camera, window, meshes)
-    for limb in dict.fromkeys(limb for limb, _ in shapes):
+    """Draw a body's outline, limb by limb, some thick, into a picture (H, W, 3) BGR, in place."""
+    for limb in dict.fromkeys(mesh.limb for mesh in meshes):
         mask: NDArray[np.uint8] = np.zeros(picture.shape[:2], dtype=np.uint8)
-        for hull in (hull for own, hull in shapes if own == limb):
-            cv2.fillPoly(mask, [hull], 255, cv2.LINE_8, _SHIFT)
+        for mesh in (one for one in meshes if one.limb == limb):
+            shown = window.of(camera.project(mesh.vertices))
+            if np.isfinite(shown).all() and np.abs(shown).max() <= _FARTHEST:
+                hull = cv2.convexHull(np.round(shown * 2**_SHIFT).astype(np.int32))
+                cv2.fillPoly(mask, [hull], 255, cv2.LINE_8, _SHIFT)
         lines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         broad = 1 if limb in thick else 0
         cv2.polylines(picture, lines, True, _DARK, 3 + broad, cv2.LINE_AA)
@@ -111,28 +96,13 @@ def draw_reference(
                 cv2.line(picture, start.tolist(), end.tolist(), colour, width, cv2.LINE_AA, _SHIFT)
 
 
-def _silhouettes(
-    camera: Camera, window: Window, meshes: Sequence[PartMesh]
-) -> list[tuple[str, NDArray[np.int32]]]:
-    """Limb and convex outline of every cone that is wholly in front of the camera."""
-    shapes = []
-    for mesh in meshes:
-        shown = window.of(camera.project(mesh.vertices))
-        if not np.isfinite(shown).all() or np.abs(shown).max() > _FARTHEST:
-            continue
-        hull = cv2.convexHull(np.round(shown * 2**_SHIFT).astype(np.int32))
-        shapes.append((mesh.limb, np.asarray(hull, dtype=np.int32)))
-    return shapes
-
-
 def best_view(
     recording: Recording, run: Run, frames: Sequence[int], limbs: Sequence[str] = ()
 ) -> str:
-    """Name of the view in which some limbs are seen best; the first one where nothing tells.
+    """Name of the view in which some limbs, or both arms, are seen best.
 
     A limb counts with the length at which it appears times the share of its ends that the view
-    sees: inside the picture, with no other part of the body before them. Both arms count where no
-    limbs, names in ``LIMBS``, are given.
+    sees.
     """
     wanted = [LIMBS.index(limb) for limb in (limbs or LIMBS[2:])]
     nine = run.landmarks[np.isin(run.frame, np.asarray(frames)) & run.tracked]
@@ -152,12 +122,9 @@ def best_view(
 
 _STRIP_HEIGHT, _GAP, _BORDER = 300, 6, 10
 _TEXT, _LINE = 15.0, 22
-_ROOM = 0.25
-"""Metres around the person's landmarks that are shown as well."""
-
+_ROOM = 0.25  # metres around the person's landmarks that are shown as well
 _CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.5]])
-_SMALLEST = 8.0
-"""Pixels that a person covers at least."""
+_SMALLEST = 8.0  # pixels that a person covers at least
 
 
 @dataclass(frozen=True)
@@ -172,32 +139,19 @@ class Paper:
 WHITE = Paper((255, 255, 255), (20, 20, 20), (90, 90, 90))
 
 
-def evenly(first: int, last: int, count: int) -> list[int]:
-    """At most `count` frames spread evenly from the first to the last one, both included."""
-    spread = np.round(np.linspace(first, last, max(1, count))).astype(int)
-    return [int(frame) for frame in np.unique(spread)]
-
-
 @dataclass(frozen=True, eq=False)
 class Shown:
     """Contents of pictures of a run."""
 
     recording: Recording
     run: Run
-    limbs: Sequence[str] = ()
-    """Limbs whose errors stand with each frame and whose outlines are broader; both arms where
-    there are none, of which the worst one is written then."""
-    reference: LandmarkTrajectory | None = None
-    """Drawn dashed, and errors are measured against it; without it
-    what the run says itself is written: the probability that the limb is lost."""
+    limbs: Sequence[str] = ()  # with errors and broader outlines; of none, the worst arm segment
+    reference: LandmarkTrajectory | None = None  # dashed; errors are measured against it
 
     def pictures(
         self, images: FrameSet, view: View, window: Window
     ) -> tuple[ImageArray, ImageArray]:
-        """A view of a frame as a window shows it, upright: as it is, and with body and reference.
-
-        Grey where the view has no picture.
-        """
+        """A view of a frame, upright: as it is, or grey, and with body and reference."""
         camera, seen = self.recording.reference_camera(view), images.views.get(view.name)
         plain = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
         if seen is not None:
@@ -244,10 +198,7 @@ class Shown:
 def picture_strip(
     shown: Shown, frames: Sequence[int], reader: FrameReader, paper: Paper = WHITE
 ) -> ImageArray:
-    """Pictures (H, W, 3) BGR of a view beside each other, below them with the model, and numbers.
-
-    From left to right they show the frames, at least one, in the view that shows the limbs best.
-    """
+    """Pictures (H, W, 3) BGR of the best view, below them with the model, and captions."""
     recording, run = shown.recording, shown.run
     view = recording.view(best_view(recording, run, frames, shown.limbs))
     window = _person_window(recording.reference_camera(view), run, frames, _STRIP_HEIGHT)
@@ -266,20 +217,16 @@ def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
 
 
 def _person_window(camera: Camera, run: Run, frames: Sequence[int], height: int) -> Window:
-    """Part of the picture in which a run has the person in all these frames.
-
-    It is shown so many pixels high; the whole picture where the run knows the person in none.
-    """
+    """Part of the picture, so high, that has the person in all these frames; else all of it."""
     points = run.landmarks[np.isin(run.frame, np.asarray(frames))].reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
     pixels = camera.project((points[:, None] + _ROOM * _CORNERS).reshape(-1, 3))
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
-    size = np.array([camera.width, camera.height], dtype=np.float64)
-    if not len(pixels):
-        return whole_window(camera, height)
-    low, high = np.clip(pixels.min(axis=0), 0, size), np.clip(pixels.max(axis=0), 0, size)
-    if (high - low < _SMALLEST).any():
-        return whole_window(camera, height)
+    low, high = np.zeros(2), np.array([camera.width, camera.height], dtype=np.float64)
+    if len(pixels):
+        first, last = np.clip([pixels.min(axis=0), pixels.max(axis=0)], 0, high)
+        if (last - first >= _SMALLEST).all():
+            low, high = first, last
     scale = height / (high[1] - low[1])
     width = max(1, round(float(scale * (high[0] - low[0]))))
     return Window(float(low[0]), float(low[1]), float(scale), width, height)
@@ -318,8 +265,7 @@ def _sheet(
 
 
 _STRIP_FRAMES = 5
-_AROUND = 0.3
-"""Seconds before and after a failure that are shown as well."""
+_AROUND = 0.3  # seconds before and after a failure that are shown as well
 
 
 def _shown(search: FailureSearch, recording: Recording, failure: FailureSegment) -> Shown:
@@ -328,14 +274,11 @@ def _shown(search: FailureSearch, recording: Recording, failure: FailureSegment)
 
 
 def strip_of(
-    search: FailureSearch,
-    recording: Recording,
-    failure: FailureSegment,
-    reader: FrameReader,
+    search: FailureSearch, recording: Recording, failure: FailureSegment, reader: FrameReader
 ) -> ImageArray:
     """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
-    frames = evenly(failure.first, failure.last, _STRIP_FRAMES)
-    return picture_strip(_shown(search, recording, failure), frames, reader)
+    frames = np.round(np.linspace(failure.first, failure.last, _STRIP_FRAMES)).astype(int)
+    return picture_strip(_shown(search, recording, failure), np.unique(frames).tolist(), reader)
 
 
 def before_peak_after(search: FailureSearch, failure: FailureSegment) -> list[int]:

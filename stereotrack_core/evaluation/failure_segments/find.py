@@ -1,7 +1,5 @@
 """All failures of a run, with their probable causes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -28,11 +26,8 @@ from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
-_INSIDE, _USUAL = 6, 10
-"""Frames that are looked at in a failure, and outside of any."""
-
-_APART = 0.5
-"""Seconds that a frame outside of any failure is away from all."""
+_INSIDE, _USUAL = 6, 10  # frames that are looked at in a failure, and outside of any
+_APART = 0.5  # seconds that a frame outside of any failure is away from all
 
 Report = Callable[[float, str], None]
 
@@ -42,22 +37,15 @@ class FailureSearch:
     """A run in which failures are looked for."""
 
     run: Run
-    fps: float
-    """Frame sets per second."""
-    reference: LandmarkTrajectory | None = None
-    """Taken as truth; without it the run is judged by its own signs alone."""
-    recording: Recording | None = None
-    """Clouds of some of its frames tell more about causes; without it the run alone does."""
+    fps: float  # frame sets per second
+    reference: LandmarkTrajectory | None = None  # truth; without it the run's own signs judge
+    recording: Recording | None = None  # its clouds tell more about causes
     rules: FailureRules = field(default_factory=FailureRules)
-    pictures: bool = True
-    """Whether the recording's clouds are made again for causes; it serves for pictures else."""
+    pictures: bool = True  # whether clouds are made again for causes
 
 
 def failures(
-    run: Run,
-    *,
-    recording: Recording | None = None,
-    reference: LandmarkTrajectory | None = None,
+    run: Run, *, recording: Recording | None = None, reference: LandmarkTrajectory | None = None
 ) -> tuple[FailureSegment, ...]:
     """The stretches in which a run fails, with their probable causes.
 
@@ -79,10 +67,9 @@ def find_failures(
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[FailureSegment, ...]:
-    """Failures by error, where there is a reference, and by the run's own signs; with causes.
+    """Failures by error, if there is a reference, and by the run's own signs; with causes.
 
-    Those found without truth are found and explained without it, whatever there is. Raises
-    Cancelled, and InputError where the recording's images cannot be read.
+    Those found without truth are explained without it. Raises Cancelled, InputError.
     """
     return explained(search, stretches_of(search), report, cancelled)
 
@@ -105,11 +92,7 @@ def explained(
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[FailureSegment, ...]:
-    """Failures with their probable causes.
-
-    Where there is a recording with depth, clouds are made of at most six frames of each failure
-    and of ten frames outside of all; see :func:`find_failures` for the parameters.
-    """
+    """Failures with probable causes, by clouds of six frames of each and of ten usual ones."""
     places = {
         "truth": whereabouts(search.run, search.fps, search.reference),
         "signs": whereabouts(search.run, search.fps, None),
@@ -118,7 +101,10 @@ def explained(
     recording = search.recording
     if failures and search.pictures and recording is not None and gives_depth(recording):
         asked = [(_outside(search, failures), places["signs"])]
-        asked += [(_inside(search, one), places[one.found]) for one in failures]
+        frame = search.run.frame
+        for one in failures:
+            inside = frame[(frame >= one.first) & (frame <= one.last)]
+            asked.append((_spread(inside, _INSIDE), places[one.found]))
         total, done, looks = sum(len(frames) for frames, _ in asked), 0, []
         with Looker(recording, search.run) as looker:
             for frames, where in asked:
@@ -129,16 +115,11 @@ def explained(
                 points = where.at(np.array(frames, dtype=np.int64))
                 looks.append(looker.looks(frames, points, each, cancelled))
                 done += len(frames)
-        for one, told, inside in zip(failures, evidence, looks[1:], strict=True):
-            told += look_evidence(one, looker.view_names, inside, looks[0])
+        for one, told, seen in zip(failures, evidence, looks[1:], strict=True):
+            told += look_evidence(one, looker.view_names, seen, looks[0])
     return tuple(
         replace(one, verdict=verdict_of(told)) for one, told in zip(failures, evidence, strict=True)
     )
-
-
-def _inside(search: FailureSearch, failure: FailureSegment) -> list[int]:
-    frame = search.run.frame
-    return _spread(frame[(frame >= failure.first) & (frame <= failure.last)], _INSIDE)
 
 
 def _outside(search: FailureSearch, failures: Sequence[FailureSegment]) -> list[int]:

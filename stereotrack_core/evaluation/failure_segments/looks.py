@@ -27,19 +27,10 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _ALONG = np.linspace(0.15, 1.0, 7)
-_THICK = 0.05
-"""Metres from a limb's axis to its surface, about."""
-
-_AGREES = 0.13
-"""Metres by which a range may differ from a limb's."""
-
-_STRAY, _NEAR = 0.30, 0.60
-"""Metres from the person beyond which a point is not the person's, and from a limb within which
-it is near."""
-
-_FITS = 0.12
-"""Metres from torso and head within which points tell how well a view fits."""
-
+_THICK = 0.05  # metres from a limb's axis to its surface, about
+_AGREES = 0.13  # metres by which a range may differ from a limb's
+_STRAY, _NEAR = 0.30, 0.60  # metres: from the person, to be a stranger's; from a limb
+_FITS = 0.12  # metres from torso and head within which points tell how well a view fits
 _LEAST_FITTING = 60
 
 
@@ -48,16 +39,14 @@ class Look:
     """One frame as the views measured it; V views."""
 
     frame: int
-    points: FloatArray
-    """(V,). Points of each view in the cloud."""
+    points: FloatArray  # (V,). Points of each view in the cloud.
     agreed: FloatArray
     before: FloatArray
     unknown: FloatArray
     """`agreed`, `before` and `unknown`: (V, 6). Of places along each limb's axis, the shares that a
     view measures where they are, before which it measures something, and where it measures
     nothing. NaN for limbs whose place is not known."""
-    stray: FloatArray
-    """(6,). Points near each limb that are not the person's, over all points of the cloud."""
+    stray: FloatArray  # (6,); points near each limb that are not the person's, over all points
     offset: FloatArray
     """(V, 3), metres. Movement of each view's points that would lay them onto torso and head; NaN
     where too few of them are there."""
@@ -98,10 +87,7 @@ class Looker:
         each: Callable[[int], None] = lambda _: None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> list[Look]:
-        """Look at some frames, ascending, with the landmarks taken to be at `points` (F, 9, 3).
-
-        `each` is told the number of frames done.
-        """
+        """Look at some frames, ascending, with landmarks at `points` (F, 9, 3)."""
         if not self._learned:
             last = int(self._run.frame[-1]) if len(self._run.frame) else 0
             self._chain.learn_background(self._reader, range(last + 1))
@@ -152,10 +138,7 @@ class Looker:
         return result
 
     def _swelling(self, cloud: Cloud, offset: FloatArray, person: FloatArray) -> FloatArray:
-        """Part (V, 3) of the views' offsets that is one distance towards every camera.
-
-        A body that is too thin or too thick makes it, not a camera.
-        """
+        """Part (V, 3) of the offsets that is one distance from all cameras: a wrong thickness."""
         geometry = self._chain.geometry
         centres = [geometry[name].world_from_depth.translation for name in cloud.view_names]
         towards = np.array(centres) - person
@@ -191,10 +174,7 @@ def _shares(depth: ViewDepth | None, start: FloatArray, end: FloatArray) -> Floa
 
 
 def _stray(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Share (6,) of the cloud that is near each limb and not the person's.
-
-    The legs are not known: what is below the hips and beside them counts as theirs.
-    """
+    """Share (6,) of the cloud near each limb and not the person's; legs may be below the hips."""
     result = np.zeros(len(LIMBS))
     known: BoolArray = np.isfinite((start + end).sum(axis=1))
     if not len(points) or not known[TORSO]:

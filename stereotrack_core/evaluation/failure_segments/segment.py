@@ -40,13 +40,10 @@ class Evidence:
     """One thing that speaks for a cause."""
 
     cause: Cause
-    strength: float
-    """From 0, nothing, to 1, as much as it can."""
-    value: float
-    """The measurement, in `unit`."""
+    strength: float  # from 0, nothing, to 1, as much as it can
+    value: float  # the measurement, in `unit`
     unit: str
-    words: str
-    """The same as a sentence with its number."""
+    words: str  # the same as a sentence with its number
 
 
 @dataclass(frozen=True)
@@ -54,10 +51,8 @@ class Verdict:
     """The probable cause of a failure."""
 
     cause: Cause
-    confidence: float
-    """Strength of the evidence for it, over that of all causes together and of not knowing."""
-    evidence: tuple[Evidence, ...] = ()
-    """For all causes that anything speaks for, the strongest first."""
+    confidence: float  # strength of its evidence over that of all causes and of not knowing
+    evidence: tuple[Evidence, ...] = ()  # for all causes, the strongest first
 
     @property
     def words(self) -> str:
@@ -74,15 +69,10 @@ class FailureSegment:
     """A stretch of frames in which limbs fail."""
 
     first: int
-    last: int
-    """`first` and `last`: frames, both included."""
-    limbs: tuple[str, ...]
-    """Names in ``LIMBS``, in their order."""
-    found: Found
-    """Whether it was found by errors against a reference or without one."""
-    measure: Measure
-    """Kind of `peak`: degrees, or the probability from 0 to 1 that the limb is
-    lost."""
+    last: int  # `first` and `last`: frames, both included
+    limbs: tuple[str, ...]  # names in ``LIMBS``, in their order
+    found: Found  # whether it was found by errors against a reference or without one
+    measure: Measure  # of `peak`: degrees, or the probability that the limb is lost
     peak: float
     peak_frame: int
     peak_limb: str

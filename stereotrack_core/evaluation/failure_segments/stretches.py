@@ -1,7 +1,5 @@
 """Stretches of frames in which a value is high: hysteresis, bridged gaps, a least length."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -54,21 +52,14 @@ class Stretch:
     peak: float
     peak_frame: int
 
-    def overlap(self, other: Stretch) -> int:
-        """Number of frames that both have."""
-        return max(0, min(self.last, other.last) - max(self.first, other.first) + 1)
-
 
 def high_stretches(
     frame: IntArray, value: FloatArray, enter: float, leave: float, least: int, bridge: int
 ) -> list[Stretch]:
-    """Stretches in which a value is high.
+    """Stretches of at least `least` frames (F,) in which a value is high; NaN is not.
 
-    One begins where the value exceeds `enter`, reaches back and forth to where it falls below
-    `leave`, and is joined to the next one over gaps of at most `bridge` frames. NaN is not high.
-
-    `frame` (F,) is ascending, `leave` at most `enter`, and a stretch has at least `least` frames;
-    frames that are absent count as a gap.
+    One begins above `enter`, reaches to where it falls below `leave`, and is joined to the next one
+    over gaps of at most `bridge` frames.
     """
     with np.errstate(invalid="ignore"):
         seed, high = value > enter, value > leave
@@ -101,12 +92,8 @@ def _stretch(frame: IntArray, value: FloatArray, first: int, last: int) -> Stret
     return Stretch(int(frame[first]), int(frame[last]), float(value[peak]), int(frame[peak]))
 
 
-_ENDS_BELOW_ERROR, _ENDS_BELOW_CHANCE = 0.75, 0.5
-"""Fraction of the error, and of the probability, at which a failure begins below which it ends."""
-
-_TOGETHER = 0.5
-"""Frames that stretches of different arms share, over those of either, from which they are one
-failure."""
+_ENDS_BELOW_ERROR, _ENDS_BELOW_CHANCE = 0.75, 0.5  # share of the beginning's value at which it ends
+_TOGETHER = 0.5  # share of common frames from which stretches of different arms are one failure
 
 
 def joined(
@@ -114,9 +101,7 @@ def joined(
 ) -> tuple[FailureSegment, ...]:
     """Failures of stretches by limb, in the order of their first frames.
 
-    Stretches of the two halves of an arm are one failure where they share a frame; those of
-    other limbs where they are nearly the same: where the frames that both have are at least half
-    of those that either has.
+    Stretches of one arm are one failure where they share a frame, others where they share half.
     """
     every = [(limb, stretch) for limb in LIMBS for stretch in stretches.get(limb, ())]
     pairs = [
@@ -135,12 +120,13 @@ def joined(
 
 
 def _belong(one: tuple[str, Stretch], other: tuple[str, Stretch]) -> bool:
-    shared = one[1].overlap(other[1])
-    if not shared or one[0] == other[0]:
+    (limb, a), (other_limb, b) = one, other
+    shared = min(a.last, b.last) - max(a.first, b.first) + 1
+    if shared <= 0 or limb == other_limb:
         return False
-    if _arm(one[0]) is not None and _arm(one[0]) == _arm(other[0]):
+    if _arm(limb) is not None and _arm(limb) == _arm(other_limb):
         return True
-    either = sum(stretch.last - stretch.first + 1 for _, stretch in (one, other)) - shared
+    either = a.last - a.first + b.last - b.first + 2 - shared
     return shared >= _TOGETHER * either
 
 
@@ -180,11 +166,7 @@ def _of_limbs(
 def failures_by_error(
     errors: LimbErrors, fps: float, rules: FailureRules | None = None
 ) -> tuple[FailureSegment, ...]:
-    """Stretches in which the error of a limb's direction exceeds the threshold long enough.
-
-    Frames that are not tracked count with the 90 degrees that they have in `errors`; the head
-    has no errors.
-    """
+    """Stretches in which the error of a limb's direction exceeds the threshold long enough."""
     rules = rules or FailureRules()
     degrees = np.degrees([errors.of_limb(limb) for limb in LIMBS])
     levels = rules.episode_error, _ENDS_BELOW_ERROR
@@ -198,20 +180,15 @@ SIGNS: tuple[str, ...] = (
 )
 """Signs of a limb, in the order of the coefficients."""
 
-_AROUND = 0.35
-"""Seconds before and after a frame that count as around it."""
-
-_ENDS = 1.0
-"""Seconds before and after a frame within which a limb that goes astray turns abruptly."""
+_AROUND = 0.35  # seconds before and after a frame that count as around it
+_ENDS = 1.0  # seconds before and after a frame within which a limb that goes astray turns abruptly
 
 
 def failure_signs(run: Run, fps: float) -> FloatArray:
     """Signs (F, 6, S) of the limbs in each frame of a run, in the order of :data:`SIGNS`.
 
-    All say the more for a failing limb the larger they are. Logarithms of the largest angle that
-    the limb turned from one frame to the next within a second before and after: a limb that goes
-    astray, or comes back, turns abruptly. Of the logit of the probability that the limb is lost:
-    mean and largest value around the frame, and the mean of the neighbouring limb. NaN in frames
+    Logarithms of the largest turn of the limb within a second before and after, as it goes astray
+    abruptly; mean and largest logit of being lost around, and the neighbour's mean. NaN in frames
     that are not tracked, and for torso and head.
     """
     around, ends = 2 * max(1, round(_AROUND * fps)) + 1, max(1, round(_ENDS * fps))
@@ -238,8 +215,7 @@ ARM_HALVES: MappingProxyType[str, tuple[int, ...]] = MappingProxyType(
 )
 """Limbs that are judged alike, by the name of their coefficients."""
 
-Coefficients: TypeAlias = Mapping[str, Sequence[float]]
-"""A constant and a slope per sign, by their name."""
+Coefficients: TypeAlias = Mapping[str, Sequence[float]]  # a constant and a slope per sign
 
 _FITTED: Coefficients = MappingProxyType({half: getattr(coefficients, half) for half in ARM_HALVES})
 
@@ -252,13 +228,10 @@ def has_signs(run: Run) -> bool:
 def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatArray:
     """Probability (F, 6) that each limb is in a failure by its error, by a run's own signs.
 
-    A logistic regression over :func:`failure_signs`, one for the upper arms and one for the
-    forearms, fitted on simulated recordings alone by ``tools/fit_failures.py``. It differs from
-    ``Run.limb_lost``, which knows single frames only, by looking at what is before and after, and
-    by what it is the probability of: not of a limb that is off in this frame, but of one that is
-    in a stretch in which it is. In frames that are not tracked all limbs fail; NaN for torso and
-    head elsewhere, which failed too rarely to learn from. Runs that do not say how likely limbs
-    are lost: NaN in all frames that are tracked.
+    A logistic regression over :func:`failure_signs`, fitted on simulated recordings by
+    ``tools/fit_failures.py``. Unlike ``Run.limb_lost`` it looks at what is before and after. In
+    frames that are not tracked all limbs fail; NaN for torso and head elsewhere, and in runs
+    without signs.
     """
     signs = failure_signs(run, fps)
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
@@ -275,10 +248,7 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
 def failures_by_signs(
     run: Run, fps: float, rules: FailureRules | None = None, fitted: Coefficients | None = None
 ) -> tuple[FailureSegment, ...]:
-    """Stretches in which a limb probably fails, by :func:`lost_chances`.
-
-    What is not tracked is a failure of all limbs. `fitted` replaces the coefficients.
-    """
+    """Stretches in which a limb probably fails, or is not tracked, by :func:`lost_chances`."""
     rules = rules or FailureRules()
     chance = lost_chances(run, fps) if fitted is None else lost_chances(run, fps, fitted)
     levels = rules.episode_chance, _ENDS_BELOW_CHANCE
@@ -287,11 +257,7 @@ def failures_by_signs(
 
 
 def turns(frame: FloatArray, points: FloatArray) -> FloatArray:
-    """Angle (F, 6) in degrees by which each limb has turned since the frame before.
-
-    Of landmarks (F, 9, 3) in frames (F,). 0 in the first frame and after a gap; NaN where a limb is
-    not known.
-    """
+    """Degrees (F, 6) by which limbs of landmarks (F, 9, 3) turned since the frame before."""
     start, end = np.moveaxis(limb_ends(points), 2, 0)
     axis = end - start
     result: FloatArray = np.zeros(axis.shape[:2])

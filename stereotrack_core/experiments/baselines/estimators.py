@@ -1,9 +1,4 @@
-"""Other estimators that the tracker is measured against; see :class:`Baseline`.
-
-The tracker loads them by name, where the parameter `estimator` asks for one.
-"""
-
-from __future__ import annotations
+"""Other estimators that the tracker is measured against, by the parameter `estimator`."""
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
@@ -24,8 +19,7 @@ from stereotrack_core.tracking.estimator import Estimator, Measurements, Posteri
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 from stereotrack_core.tracking.state import Belief, Particles
 
-RANDOM = 3
-"""Purpose for which baselines draw random numbers."""
+RANDOM = 3  # purpose for which baselines draw random numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +30,9 @@ class Settled(Belief):
 
 
 class Baseline(Estimator):
-    """Another estimator in the place of the iterated one.
+    """Another estimator in the place of the iterated one; all else is the tracker's.
 
-    Body, error state, process noise, choice of data, correspondences with their weights, other
-    sensors, limits, the search for somebody who has come back, the refusal of clouds that do not
-    look like a body, and all that is stated about a frame are the tracker's. There is neither the
-    search for arms nor a prior that is widened where the data ask for it: those belong to the
-    iterated estimator.
+    There is neither the search for arms nor a prior that is widened where the data ask for it.
     """
 
     @abstractmethod
@@ -63,10 +53,8 @@ class Baseline(Estimator):
 class ExtendedKalman(Baseline):
     """One linearisation at the prediction, one correction (Kalman, DOI 10.1115/1.3662552).
 
-    With the Jacobian H of the distances at the predicted pose, P = (I - K H) P0 and
-    dx = K nu with K = P0 H' (H P0 H' + R)^-1. It is computed in the information form, which is
-    the same by the matrix inversion lemma: P = (P0^-1 + H' R^-1 H)^-1 and dx = P H' R^-1 nu;
-    there are many more data than states.
+    In the information form: P = (P0^-1 + H' R^-1 H)^-1 and dx = P H' R^-1 nu, the same by the
+    matrix inversion lemma; there are many more data than states.
     """
 
     def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
@@ -76,23 +64,12 @@ class ExtendedKalman(Baseline):
         return Settled(found.pose, found.P)
 
 
-STEPS, _DRAWN = 80, 300
-"""Steps of the descent in a frame, and data drawn for each."""
-
-_FIRST_GAIN, _LARGEST_GAIN = 0.2, 0.7
-"""First and largest gain of every number, in units of one over the curvature along it."""
-
-_META = 0.1
-"""Gain by which gains are adapted."""
-
-_MEMORY = 0.9
-"""How long the gains' own gradient remembers."""
-
-_LEAST_CURVATURE = 0.1
-"""Curvature of the mean distance that a number is taken to have that no datum speaks about."""
-
-_LONGEST = 0.1
-"""Metres and radians by which one step may move a number."""
+STEPS, _DRAWN = 80, 300  # steps of the descent in a frame, and data drawn for each
+_FIRST_GAIN, _LARGEST_GAIN = 0.2, 0.7  # gains, in units of one over the curvature
+_META = 0.1  # gain by which gains are adapted
+_MEMORY = 0.9  # how long the gains' own gradient remembers
+_LEAST_CURVATURE = 0.1  # of the mean distance, of a number that no datum speaks about
+_LONGEST = 0.1  # metres and radians by which one step may move a number
 
 
 class ScalarDistance(Baseline):
@@ -141,19 +118,13 @@ def _slope_at(measured: Measurements, pose: Pose, *, wide: bool) -> Information:
     return gathered(rows, frames, columns)
 
 
-ROUNDS, ITERATIONS = 4, 5
-"""Rounds of giving the data to limbs, registering and joining these; closest-point iterations of a
-limb in each."""
-
-_LEAST_DATA = 6
-"""Data without which a limb is not registered: it has six degrees of freedom."""
-
+ROUNDS, ITERATIONS = 4, 5  # rounds of giving data to limbs; closest-point iterations in each
+_LEAST_DATA = 6  # data without which a limb is not registered: it has six degrees of freedom
 _LOOSE = np.diag(np.repeat([1.0 / 0.05**2, 1.0 / np.radians(20.0) ** 2], 3))
 """Information that keeps a limb from sliding and spinning where its data do not say how: 50 mm
 and 20 deg in one iteration."""
 
-_JOINING = 3
-"""Gauss-Newton steps of the projection on the articulated poses, which is not quite linear."""
+_JOINING = 3  # Gauss-Newton steps of joining limbs, which is not quite linear
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,12 +132,9 @@ class Registered:
     """A limb that was registered without regard to the others."""
 
     part: int
-    rotation: FloatArray
-    """(3, 3). world_from_part."""
-    origin: FloatArray
-    """(3,), world, metres."""
-    information: FloatArray
-    """(6, 6). Inverse covariance of translation and left rotation vector, both in the world."""
+    rotation: FloatArray  # (3, 3). world_from_part.
+    origin: FloatArray  # (3,), world, metres
+    information: FloatArray  # (6, 6), world; of translation and left rotation vector
 
 
 class LimbIcp(Baseline):

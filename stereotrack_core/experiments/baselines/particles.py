@@ -1,7 +1,5 @@
 """The annealed particle filter, and how badly many poses at once explain data, as a baseline."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,20 +26,11 @@ from stereotrack_core.tracking.residuals.limits import (
 from stereotrack_core.tracking.residuals.surface import FIRST_LOSS
 from stereotrack_core.tracking.state import Particles, Setup
 
-PARTICLES, LAYERS = 200, 10
-"""As many as the paper's, which tracks fewer numbers with more views."""
-
-_SURVIVAL = 0.2
-"""Share of the particles that survives a layer."""
-
-_DIFFUSION = 0.3
-"""Diffusion between two layers, in standard deviations of the particles."""
-
-_DATA = 300
-"""Measured points that each particle is weighed by."""
-
-_LEAST_SIGMA = 1e-4
-"""Metres and radians; particles that all agree are not taken for certainty."""
+PARTICLES, LAYERS = 200, 10  # as many as the paper's, which tracks fewer numbers with more views
+_SURVIVAL = 0.2  # share of the particles that survives a layer
+_DIFFUSION = 0.3  # diffusion between two layers, in standard deviations of the particles
+_DATA = 300  # measured points that each particle is weighed by
+_LEAST_SIGMA = 1e-4  # metres and radians; particles that all agree are not taken for certainty
 
 
 _ELSEWHERE = 0.5
@@ -124,10 +113,7 @@ def limbs_exchanged(
 
 
 def survival(E: FloatArray, beta: float) -> float:
-    """Share (0 to 1) of particles with energies E that weights exp(-beta E) let survive.
-
-    (sum w)^2 / (K sum w^2), the survival diagnostic of the paper's section 4.
-    """
+    """Share (sum w)^2 / (K sum w^2) of particles that weights exp(-beta E) let survive."""
     w = np.exp(-beta * (E - E.min()))
     return float(w.sum() ** 2 / (len(w) * (w @ w)))
 
@@ -158,11 +144,8 @@ def systematic(weights: FloatArray, offset: float) -> IntArray:
     return np.minimum(np.searchsorted(cumulated, places, side="right"), len(weights) - 1)
 
 
-_ALONG = np.linspace(0.0, 1.0, 4)
-"""Places along a forearm that may come close to the torso."""
-
-_SLACK = 0.01
-"""Metres by which an arm that is asked about its limits may be farther away than they say."""
+_ALONG = np.linspace(0.0, 1.0, 4)  # places along a forearm that may come close to the torso
+_SLACK = 0.01  # metres beyond the limits at which an arm is still asked about them
 
 
 class PoseEnergy:
@@ -181,21 +164,9 @@ class PoseEnergy:
         self.joints = joints
 
     def of(
-        self,
-        data: FloatArray,
-        centre: Pose,
-        deltas: FloatArray,
-        beside: Sequence[Residual] = (),
+        self, data: FloatArray, centre: Pose, deltas: FloatArray, beside: Sequence[Residual] = ()
     ) -> FloatArray:
-        """Energies (K,) of the poses that displacements (K, n) of `centre` lead to.
-
-        Parameters
-        ----------
-        data : (N, 3) float64, world
-        deltas : (K, n) float64
-        beside : sequence of Residual
-            Of other sensors, paired at a pose amid the others.
-        """
+        """Energies (K,) of displacements (K, n) of `centre`, by data (N, 3), world, and sensors."""
         p = self.parameters
         poses = displaced(centre, deltas, self.joints)
         frames = self.body.frames(poses)

@@ -10,8 +10,6 @@ Written down wrongly are mostly: the rotation transposed, the transform inverted
 camera instead of the translation, and the unit of length.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -56,8 +54,7 @@ _POSSIBLE_M = {
 }
 """Lengths of a rig that people know the size of: smallest and largest, in metres."""
 
-Pairs: TypeAlias = Sequence[tuple[str, str]]
-"""Names of the left and right cameras of stereo views."""
+Pairs: TypeAlias = Sequence[tuple[str, str]]  # names of the left and right cameras of stereo views
 
 
 def viewpoints(cameras: Mapping[str, Camera]) -> dict[str, Camera]:
@@ -151,11 +148,7 @@ DOCUMENTED = "world-to-camera"
 
 @dataclass(frozen=True, eq=False)
 class Decided:
-    """Cameras in metres, and how the file was read.
-
-    `reasons` say why one reading was chosen, and `notes` what else has to be known about the
-    cameras.
-    """
+    """Cameras in metres, the `reasons` for how the file was read, and `notes` about the cameras."""
 
     cameras: Mapping[str, Camera]
     convention: str
@@ -180,9 +173,8 @@ def completed(
 ) -> ForeignCalibration:
     """The calibration with a name and an image size for every camera.
 
-    `names` are given by the person, in the order of the file, and `size` for cameras of which the
-    file does not state it; else it is the recording's, whose cameras need to have sizes only.
-    Raises InputError where a name or a size is missing or contradicts the recording.
+    `names` and `size` are given by the person, in the order of the file; else sizes are the file's
+    or the recording's. InputError where one is missing or contradicts the recording.
     """
     known = {} if recording is None else recording.cameras
     sizes = {(camera.width, camera.height) for camera in known.values()}
@@ -194,21 +186,19 @@ def completed(
         shown = (known[name].width, known[name].height) if name in known else None
         own = one.size or shown or size
         if own is None:
-            raise InputError(
-                f"the file does not state the image size of {name}",
-                where=foreign.where,
-                remedy="Give the recording with --recording, or the size with --size WIDTHxHEIGHT.",
-            )
+            what = f"the file does not state the image size of {name}"
+            remedy = "Give the recording with --recording, or the size with --size WIDTHxHEIGHT."
+            raise InputError(what, where=foreign.where, remedy=remedy)
         if shown is not None and is_padded(own, shown):
             notes.append(PADDED.format(name, *own, *shown))
             own = shown
         if shown is not None and own != shown:
-            raise InputError(
-                f"the calibration of {name} is for images of {own[0]} x {own[1]} pixels, those of "
-                f"the recording have {shown[0]} x {shown[1]}",
-                where=foreign.where,
-                remedy="Use a calibration made with images of this size, or the original images.",
+            both = (
+                f"{own[0]} x {own[1]} pixels, those of the recording have {shown[0]} x {shown[1]}"
             )
+            what = f"the calibration of {name} is for images of {both}"
+            remedy = "Use a calibration made with images of this size, or the original images."
+            raise InputError(what, where=foreign.where, remedy=remedy)
         cameras.append(replace(one, name=name, size=own))
     lacking = [name for name in known if name not in chosen]
     if lacking:
@@ -222,23 +212,19 @@ def _names(
     own = [one.name or f"cam_{i}" for i, one in enumerate(foreign.cameras)]
     if given:
         if len(given) != len(own) or len(set(given)) < len(given):
-            raise InputError(
-                f"the file has {len(own)} cameras: {', '.join(own)}",
-                where="--names",
-                remedy="Give a different name for each, in this order, separated by commas.",
-            )
+            what = f"the file has {len(own)} cameras: {', '.join(own)}"
+            remedy = "Give a different name for each, in this order, separated by commas."
+            raise InputError(what, where="--names", remedy=remedy)
         return list(given)
     if recording is None or set(own) & set(recording.cameras):
         return own
     pairs = [(view.left.camera, view.image.camera) for view in recording.views if view.left]
     if own == ["left", "right"] and len(pairs) == 1:
         return list(pairs[0])
-    raise InputError(
-        f"its cameras are named {', '.join(own)}, but those of the recording "
-        f"{', '.join(recording.cameras)}",
-        where=foreign.where,
-        remedy="Give the recording's names in the order of the file: --names A,B,...",
-    )
+    theirs, ours = ", ".join(own), ", ".join(recording.cameras)
+    what = f"its cameras are named {theirs}, but those of the recording {ours}"
+    remedy = "Give the recording's names in the order of the file: --names A,B,..."
+    raise InputError(what, where=foreign.where, remedy=remedy)
 
 
 def cameras_read(foreign: ForeignCalibration, convention: str) -> dict[str, Camera]:
@@ -247,11 +233,9 @@ def cameras_read(foreign: ForeignCalibration, convention: str) -> dict[str, Came
     cameras = {}
     for one in foreign.cameras:
         assert one.size is not None  # noqa: S101 - it was completed
-        there = (
-            RigidTransform.identity()
-            if one.rotation is None or one.translation is None
-            else placed(one.rotation, one.translation)
-        )
+        there = RigidTransform.identity()
+        if one.rotation is not None and one.translation is not None:
+            there = placed(one.rotation, one.translation)
         cameras[one.name] = Camera(
             one.name, *one.size, one.matrix, one.distortions, one.fisheye, there
         )
@@ -265,10 +249,7 @@ def decide(
     convention: str | None = None,
     unit: str | None = None,
 ) -> Decided:
-    """Decide what is open about a completed calibration; a choice of the person's is kept.
-
-    Raises Undecided where neither the file nor its cameras tell.
-    """
+    """Decide what is open about a calibration and not chosen by the person; else Undecided."""
     if not foreign.placed:
         note = "the file does not say where the cameras are: each is at the origin of the world"
         cameras = cameras_read(foreign, DOCUMENTED)
@@ -278,11 +259,7 @@ def decide(
     scale, because, odd = _unit(foreign, cameras, pairs, unit)
     cameras = moved(cameras, METRES_PER_UNIT[scale])
     return Decided(
-        cameras,
-        chosen,
-        scale,
-        (why, because),
-        (*foreign.notes, *doubts, *odd, *_notes(cameras)),
+        cameras, chosen, scale, (why, because), (*foreign.notes, *doubts, *odd, *_notes(cameras))
     )
 
 
@@ -310,13 +287,11 @@ def _convention(
         reason = f"convention {DOCUMENTED}: as {foreign.format} documents it"
         return DOCUMENTED, reason, () if DOCUMENTED in fitting else (_unusual(fitting),)
     contradict = "the places of the cameras contradict the convention that"
-    raise Undecided(
-        f"{contradict} {foreign.format} documents; these fit: {' or '.join(fitting)}"
-        if fitting
-        else "the cameras look at no common place, however rotations and translations are read",
-        where=foreign.where,
-        remedy="Choose one with --convention, and check the cameras in the workbench.",
-    )
+    what = "the cameras look at no common place, however rotations and translations are read"
+    if fitting:
+        what = f"{contradict} {foreign.format} documents; these fit: {' or '.join(fitting)}"
+    remedy = "Choose one with --convention, and check the cameras in the workbench."
+    raise Undecided(what, where=foreign.where, remedy=remedy)
 
 
 def _unusual(fitting: Sequence[str]) -> str:
@@ -330,10 +305,7 @@ def _unusual(fitting: Sequence[str]) -> str:
 
 
 def _unit(
-    foreign: ForeignCalibration,
-    cameras: Mapping[str, Camera],
-    pairs: Pairs,
-    given: str | None,
+    foreign: ForeignCalibration, cameras: Mapping[str, Camera], pairs: Pairs, given: str | None
 ) -> tuple[str, str, tuple[str, ...]]:
     """The unit of length, why it was chosen, and what is doubtful about it."""
     if given is not None:
@@ -345,22 +317,19 @@ def _unit(
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
         doubts: tuple[str, ...] = ()
         if lengths and stated not in possible:
-            text = _lengths(lengths, stated)
-            doubts = (f"the lengths are unusual in {stated} ({text}): if they are wrong, give the "
-                      "unit with --units",)  # fmt: skip
+            unusual = f"the lengths are unusual in {stated} ({_lengths(lengths, stated)})"
+            doubts = (f"{unusual}: if they are wrong, give the unit with --units",)
         return stated, f"unit {stated}: {source}", doubts
     if len(possible) == 1 and not foreign.stated:
         text = _lengths(lengths, possible[0])
         usual = "" if stated is None else f"; {foreign.format} usually writes {stated}"
         return possible[0], f"unit {possible[0]}: the only possible one ({text}){usual}", ()
     lines = ", ".join(f"{unit}: {_lengths(lengths, unit)}" for unit in METRES_PER_UNIT)
-    raise Undecided(
-        f"the unit of length is not stated, and the data do not tell it ({lines})"
-        if stated is None
-        else f"the lengths are not possible in {stated}, the unit of {foreign.format} ({lines})",
-        where=foreign.where,
-        remedy=f"Give it with --units {'|'.join(possible or METRES_PER_UNIT)}.",
-    )
+    what = f"the unit of length is not stated, and the data do not tell it ({lines})"
+    if stated is not None:
+        what = f"the lengths are not possible in {stated}, the unit of {foreign.format} ({lines})"
+    remedy = f"Give it with --units {'|'.join(possible or METRES_PER_UNIT)}."
+    raise Undecided(what, where=foreign.where, remedy=remedy)
 
 
 def _lengths(lengths: Mapping[str, float], unit: str) -> str:

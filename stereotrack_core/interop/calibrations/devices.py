@@ -16,8 +16,6 @@ with T = (-Baseline, TY, TZ) and R of the rotation vector (RX, CV, RZ), as Stere
 calibration tool writes OpenCV's result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -58,11 +56,9 @@ def read_camera_info(document: Document) -> ForeignCalibration:
     content, where = document.content, document.where
     model = foreign.text_of(content.get("distortion_model", "")).lower()
     if model not in _MODELS:
-        raise foreign.refusal(
-            f"{where}, distortion_model",
-            f"unknown distortion model {model!r}",
-            "Use plumb_bob, rational_polynomial or equidistant.",
-        )
+        what = f"unknown distortion model {model!r}"
+        remedy = "Use plumb_bob, rational_polynomial or equidistant."
+        raise foreign.refusal(f"{where}, distortion_model", what, remedy)
     header = content.get("header")
     frame = header.get("frame_id") if isinstance(header, Mapping) else None
     name = (
@@ -82,23 +78,16 @@ def read_camera_info(document: Document) -> ForeignCalibration:
 
 def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArray]:
     """camera_from_world, where the world is the rectified left camera."""
-    rectification = content.get("rectification_matrix", content.get("R", content.get("r")))
-    rectified_from_camera = (
-        np.eye(3)
-        if rectification is None
-        else foreign.rotation_of(foreign.data_of(rectification), f"{where}, rectification matrix")
-    )
-    projection = foreign.array_of(
-        _ros_value(content, "projection", where),
-        (3, 4),
-        f"{where}, projection matrix",
-        "3 x 4 numbers",
-    )
+    turned = np.eye(3)
+    given = content.get("rectification_matrix", content.get("R", content.get("r")))
+    if given is not None:
+        turned = foreign.rotation_of(foreign.data_of(given), f"{where}, rectification matrix").T
+    stated, place = _ros_value(content, "projection", where), f"{where}, projection matrix"
+    projection = foreign.array_of(stated, (3, 4), place, "3 x 4 numbers")
     focal_x, focal_y = projection[0, 0], projection[1, 1]
     aside = np.zeros(3)
     if focal_x and focal_y:  # zero in messages of cameras that are not calibrated
         aside = np.array([projection[0, 3] / focal_x, projection[1, 3] / focal_y, 0.0])
-    turned = rectified_from_camera.T
     return turned, turned @ aside
 
 

@@ -1,7 +1,5 @@
 """The content of a stranger's file as plain data: TOML, YAML, JSON, XML, MAT and INI."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Mapping
 from configparser import ConfigParser
@@ -49,10 +47,7 @@ class Document:
 
 
 def read_document(path: Path) -> Document:
-    """Read a file by what is in it; only TOML, MAT and INI are known by their suffix.
-
-    Raises InputError where it cannot be read, or is none of the kinds.
-    """
+    """Read a file by its content, TOML, MAT and INI by suffix; InputError if it is none of them."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return Document(path, "toml", load_toml(path))
@@ -70,11 +65,8 @@ def read_document(path: Path) -> Document:
 
 def _table(content: Any, path: Path) -> Mapping[str, Any]:
     if not isinstance(content, Mapping):
-        raise InputError(
-            "this is not a calibration file: it holds no names with values",
-            where=str(path),
-            remedy="Check that it is the right file.",
-        )
+        what = "this is not a calibration file: it holds no names with values"
+        raise InputError(what, where=str(path), remedy="Check that it is the right file.")
     return content
 
 
@@ -102,11 +94,8 @@ def _yaml(text: str, path: Path) -> Any:
     if text.startswith("%YAML"):
         text = text.partition("\n")[2]  # OpenCV writes the directive in a way of its own
     if len(text) > _YAML_BYTES:
-        raise InputError(
-            f"the file has more than {_YAML_BYTES // MB} MB, too large for a calibration as YAML",
-            where=str(path),
-            remedy="Keep only the cameras in it.",
-        )
+        what = f"the file has more than {_YAML_BYTES // MB} MB, too large for a calibration as YAML"
+        raise InputError(what, where=str(path), remedy="Keep only the cameras in it.")
     with decoding(path, "this is not valid YAML", _REMEDY):
         try:
             documents = yaml.load_all(text, _Loader)
@@ -148,11 +137,8 @@ def _ini(text: str, path: Path) -> Mapping[str, Mapping[str, str]]:
 
 def _xml(text: str, path: Path) -> ElementTree.Element:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError(
-            "it declares XML entities, which no calibration needs",
-            where=str(path),
-            remedy="Check that it is the right file.",
-        )
+        what = "it declares XML entities, which no calibration needs"
+        raise InputError(what, where=str(path), remedy="Check that it is the right file.")
     # what Python's parser is warned of needs the declarations that were refused above
     with decoding(path, "this is not valid XML", _REMEDY):
         return ElementTree.fromstring(text)  # noqa: S314
@@ -162,11 +148,9 @@ def _mat(path: Path) -> Mapping[str, Any]:
     with open_file(path, _MAT_BYTES) as file:
         data = file.read(128)
     if data[:4] == _HDF5_MAGIC or data[:10] == b"MATLAB 7.3":
-        raise InputError(
-            "this is a MAT file of version 7.3, which cannot be read",
-            where=str(path),
-            remedy="In MATLAB, save it with save(..., '-v7'), or write JSON with jsonencode.",
-        )
+        what = "this is a MAT file of version 7.3, which cannot be read"
+        remedy = "In MATLAB, save it with save(..., '-v7'), or write JSON with jsonencode."
+        raise InputError(what, where=str(path), remedy=remedy)
     with decoding(path, _NO_MAT, _REMEDY):
         if data[126:128] not in (b"IM", b"MI"):
             raise ValueError("it does not begin as one")

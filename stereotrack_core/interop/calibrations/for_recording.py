@@ -1,7 +1,5 @@
 """The calibration of a recording that is being made: of this program or of any other tool."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,11 +20,10 @@ def with_calibration(
 ) -> tuple[Choices, Decided | None]:
     """Choices with the cameras of files, matched by their names, and how they were read.
 
-    A ``calibration.toml`` of this program needs no decision. Names that are equal but for upper
-    case, the left and right camera of a single pair, and a single camera are matched; others are
-    left to the person. `unit` and `convention` are what a person says of a file that does not.
-
-    Raises InputError where a file cannot be read, ``Undecided`` where unit or convention are open.
+    A ``calibration.toml`` needs no decision. Names that are equal but for upper case, the cameras
+    of a single pair, and a single camera are matched; others are left to the person, who may say
+    `unit` and `convention`. InputError where a file cannot be read, ``Undecided`` where these are
+    open.
     """
     if len(paths) == 1 and not (unit or convention) and _is_own(paths[0]):
         known = read_calibration(paths[0])

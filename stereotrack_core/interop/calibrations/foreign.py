@@ -25,8 +25,7 @@ _UNITS = {
 }
 
 
-_COUNTS = (4, 5, 8, 12, 14)
-"""Numbers of coefficients that OpenCV's distortion model may have."""
+_COUNTS = (4, 5, 8, 12, 14)  # numbers of coefficients that OpenCV's distortion model may have
 
 _MOST_CAMERAS = 200
 _AGAIN = "Write the file again with the tool that made it."
@@ -34,10 +33,7 @@ _AGAIN = "Write the file again with the tool that made it."
 
 @dataclass(frozen=True, eq=False)
 class ForeignCamera:
-    """One camera of a file; what the file does not hold is None, or an empty name.
-
-    The matrix is never transposed. Lengths are in the file's unit.
-    """
+    """One camera of a file, lengths in its unit; what is not stated is None or empty."""
 
     name: str
     size: tuple[int, int] | None  # width, height in pixels
@@ -50,11 +46,7 @@ class ForeignCamera:
 
 @dataclass(frozen=True, eq=False)
 class ForeignCalibration:
-    """The cameras of one file or of several that belong together.
-
-    Rotation and translation map as the format documents it, x_camera = R x_world + t; whether the
-    file keeps to that is for the data to say.
-    """
+    """The cameras of files that belong together: x_camera = R x_world + t, as documented."""
 
     format: str  # name of the format, for people
     where: str  # the file
@@ -75,21 +67,16 @@ class ForeignCalibration:
         return all(one.rotation is not None for one in self.cameras)
 
     def of_size(self, size: tuple[int, int] | None) -> ForeignCalibration:
-        """The cameras of an image size.
-
-        Raises InputError if the file holds several sizes, and not this one.
-        """
+        """The cameras of an image size; InputError if the file holds several, and not this."""
         if not self.other_sizes:
             return self
         sizes = {one.cameras[0].size: one for one in self.other_sizes}
         if size in sizes:
             return sizes[size]
         listed = ", ".join(f"{one[0]}x{one[1]}" for one in sizes if one)
-        raise InputError(
-            f"the file holds cameras for images of {listed}",
-            where=self.where,
-            remedy="Give the recording with --recording, or one of them with --size WIDTHxHEIGHT.",
-        )
+        what = f"the file holds cameras for images of {listed}"
+        remedy = "Give the recording with --recording, or one of them with --size WIDTHxHEIGHT."
+        raise InputError(what, where=self.where, remedy=remedy)
 
 
 def refusal(where: str, what: str, remedy: str = _AGAIN) -> InputError:
@@ -98,10 +85,7 @@ def refusal(where: str, what: str, remedy: str = _AGAIN) -> InputError:
 
 
 def array_of(value: Any, shape: tuple[int, ...] | None, where: str, expected: str) -> FloatArray:
-    """Finite numbers of a shape; without a shape all numbers there are, in a row.
-
-    Raises InputError, which names the place, where they are none.
-    """
+    """Finite numbers of a shape, or all that are there in a row; InputError where they are none."""
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -132,11 +116,8 @@ def matrix_of(value: Any, where: str) -> FloatArray:
     if not np.allclose(matrix[2], (0, 0, 1)) or abs(matrix[1, 0]) > 1e-9:
         raise refusal(where, "this is not a camera matrix: its last row is not 0, 0, 1")
     if matrix[0, 0] < 1 or matrix[1, 1] < 1:
-        raise refusal(
-            where,
-            f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} are not in pixels",
-            "Focal lengths must be positive and in pixels.",
-        )
+        what = f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} are not in pixels"
+        raise refusal(where, what, "Focal lengths must be positive and in pixels.")
     matrix[2], matrix[1, 0] = (0.0, 0.0, 1.0), 0.0
     return matrix
 
@@ -160,11 +141,8 @@ def distortions_of(value: Any, where: str, *, fisheye: bool = False) -> FloatArr
     if fisheye and given.size == 5 and given[4] == 0:
         given, longer = given[:4], [4]  # written by tools that know one length only
     if not longer:
-        raise refusal(
-            where,
-            f"there are {given.size} distortion coefficients",
-            f"OpenCV's model has {' or '.join(map(str, allowed))}.",
-        )
+        what = f"there are {given.size} distortion coefficients"
+        raise refusal(where, what, f"OpenCV's model has {' or '.join(map(str, allowed))}.")
     return np.concatenate([given, np.zeros(longer[0] - given.size)])
 
 
@@ -191,11 +169,7 @@ def rotation_of(value: Any, where: str) -> FloatArray:
 
 
 def camera_of(name: str, values: Mapping[str, Any], where: str) -> ForeignCamera:
-    """A camera from the values of a file; raises InputError for what is wrong, with its key.
-
-    `values`: ``matrix`` and ``distortions``; ``size``, ``fisheye``, ``rotation`` and
-    ``translation`` where the file states them.
-    """
+    """A camera of ``matrix``, ``distortions``, perhaps size and place; InputError with the key."""
     size, rotation, translation = (values.get(k) for k in ("size", "rotation", "translation"))
     placed = rotation is not None and translation is not None
     fisheye = values.get("fisheye") is True

@@ -1,7 +1,5 @@
 """Every format of a calibration that is read or written, found out by what is in the file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,43 +8,26 @@ from typing import TypeAlias, cast
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.calibrations.devices import (
-    is_camera_info,
-    is_qualisys,
-    is_zed,
-    read_camera_info,
-    read_qualisys,
-    read_zed,
-)
+from stereotrack_core.interop.calibrations import devices, opencv_storage
 from stereotrack_core.interop.calibrations.documents import Document, read_document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, check_cameras
 from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
-from stereotrack_core.interop.calibrations.opencv_storage import (
-    is_storage,
-    read_storage,
-    storage_suffix,
-    storage_text,
-)
 from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml, toml_text
 
 _Is: TypeAlias = Callable[[Document], bool]
 _Read: TypeAlias = Callable[[Document], ForeignCalibration]
 
-WRITTEN = ("aniposelib", "pose2sim", "opencv")
-"""Formats that are written."""
+WRITTEN = ("aniposelib", "pose2sim", "opencv")  # formats that are written
 
 
 def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
-    """Read one file, or several that belong together, in their own convention.
-
-    Raises InputError where a file cannot be read, or the files do not belong together.
-    """
+    """Read files that belong together, in their own convention; InputError where they do not."""
     documents = [read_document(path) for path in paths]
     others = [_read(one) for one in documents]
     storages = [one for one, read in zip(documents, others, strict=True) if read is None]
     found = [one for one in others if one is not None]
     if storages:
-        found.append(read_storage(storages))
+        found.append(opencv_storage.read_storage(storages))
     whole = found[0] if len(found) == 1 else _together(found)
     check_cameras(whole.cameras, whole.where)
     return whole
@@ -54,10 +35,10 @@ def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
 
 _READERS: Sequence[tuple[_Is, _Read]] = (
     (lambda document: document.kind == "toml", read_toml),
-    (is_qualisys, read_qualisys),
-    (is_zed, read_zed),
+    (devices.is_qualisys, devices.read_qualisys),
+    (devices.is_zed, devices.read_zed),
     (is_matlab, read_matlab),
-    (is_camera_info, read_camera_info),
+    (devices.is_camera_info, devices.read_camera_info),
 )
 
 
@@ -67,15 +48,12 @@ def _read(document: Document) -> ForeignCalibration | None:
     for is_one, read in _READERS if table else _READERS[:3]:
         if is_one(document):
             return read(document)
-    if document.kind != "ini" and is_storage(document):
+    if document.kind != "ini" and opencv_storage.is_storage(document):
         return None
-    raise InputError(
-        "these are settings, but not the calibration of a ZED camera"
-        if document.kind == "ini"
-        else "this is XML, but neither OpenCV's nor Qualisys'",
-        where=document.where,
-        remedy="Check that it is a calibration file.",
-    )
+    what = "this is XML, but neither OpenCV's nor Qualisys'"
+    if document.kind == "ini":
+        what = "these are settings, but not the calibration of a ZED camera"
+    raise InputError(what, where=document.where, remedy="Check that it is a calibration file.")
 
 
 def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
@@ -83,22 +61,18 @@ def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
     first = found[0]
     where = ", ".join(one.where for one in found)
     if any(one.format != first.format or one.unit != first.unit for one in found):
-        raise InputError(
-            f"the files are of different formats ({', '.join(one.format for one in found)})",
-            where=where,
-            remedy="Import them one at a time.",
-        )
+        what = f"the files are of different formats ({', '.join(one.format for one in found)})"
+        raise InputError(what, where=where, remedy="Import them one at a time.")
     cameras = tuple(camera for one in found for camera in one.cameras)
     notes = tuple(note for one in found for note in one.notes)
     return replace(first, where=where, cameras=cameras, notes=notes)
 
 
 def write_foreign(path: Path, cameras: Sequence[Camera], form: str, unit: str = "m") -> None:
-    """Write cameras in a format of :data:`WRITTEN`.
-
-    Raises InputError where the format has no place for a name, or nothing can be written.
-    """
+    """Write cameras in a format of :data:`WRITTEN`; InputError where it has no place for a name."""
     if form == "opencv":
-        write_file(path, storage_text(cameras, unit, storage_suffix(path)))
+        write_file(
+            path, opencv_storage.storage_text(cameras, unit, opencv_storage.storage_suffix(path))
+        )
     else:
         write_file(path, toml_text(cameras, cast("Layout", form), unit))

@@ -5,8 +5,6 @@ multiplies from the left (x_2 = x_1 R + t), so that its matrices are transposed;
 give ``K`` and ``PoseCamera2``, which are not. The centre of the first pixel is (1, 1).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -45,11 +43,9 @@ def read_matlab(document: Document) -> ForeignCalibration:
     if pair is None:
         one = _struct(document.content, _ONE)
         if one is None:
-            raise foreign.refusal(
-                where,
-                "it contains no stereoParams or cameraParams that can be read",
-                "In MATLAB: s = toStruct(stereoParams); save('stereo.mat', 's', '-v7').",
-            )
+            what = "it contains no stereoParams or cameraParams that can be read"
+            remedy = "In MATLAB: s = toStruct(stereoParams); save('stereo.mat', 's', '-v7')."
+            raise foreign.refusal(where, what, remedy)
         camera = _camera(one, document.path.stem, where, (None, None))
         return _calibration(where, (camera,), one)
     first, second = (foreign.table_of(pair[key], f"{where}, {key}") for key in _PAIR)
@@ -95,9 +91,8 @@ def _camera(
     tangential = table.get("TangentialDistortion", [0.0, 0.0])
     tangential = foreign.numbers_of(tangential, 2, f"{place}, TangentialDistortion")
     if radial.size not in (2, 3):
-        raise foreign.refusal(
-            f"{place}, RadialDistortion", f"it has {radial.size} numbers, not 2 or 3"
-        )
+        what = f"it has {radial.size} numbers, not 2 or 3"
+        raise foreign.refusal(f"{place}, RadialDistortion", what)
     size = table.get("ImageSize") or None  # empty where MATLAB was not told; height and width
     values = {
         "size": None if size is None else foreign.numbers_of(size, 2, f"{place}, ImageSize")[::-1],
@@ -121,6 +116,5 @@ def _matrix(table: Mapping[str, Any], place: str) -> Any:
         foreign.numbers_of(foreign.needed(table, key, place), 2, f"{place}, {key}")
         for key in ("FocalLength", "PrincipalPoint")
     )
-    return foreign.pinhole(
-        (*focal, *centre), foreign.number_of(table.get("Skew", 0.0), f"{place}, Skew")
-    )
+    skew = foreign.number_of(table.get("Skew", 0.0), f"{place}, Skew")
+    return foreign.pinhole((*focal, *centre), skew)

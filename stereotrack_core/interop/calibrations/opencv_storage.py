@@ -6,8 +6,6 @@ of 1 and 2, of EasyMocap (``names`` with ``K_<name>, dist_<name>, Rot_<name>, T_
 JARVIS (one file a camera, all matrices transposed). Several files are read as one.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -37,8 +35,7 @@ _NO_DISTORTION = [0.0] * 4
 _SIDES = (("1", "2"), ("left", "right"), ("l", "r"))
 _NODE_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
-Values = Mapping[str, Any]
-"""Values by their name in lower case, without what joins its words."""
+Values = Mapping[str, Any]  # values by their name in lower case, without what joins its words
 
 
 def is_storage(document: Document) -> bool:
@@ -51,25 +48,18 @@ def read_storage(documents: Sequence[Document]) -> ForeignCalibration:
     contents = [_content(one) for one in documents]
     where = ", ".join(one.where for one in documents)
     own = [_known(content) for content in contents]
+    merged = {key: value for content in contents for key, value in content.items()}
     if len(own) > 1 and all(_first(values, _MATRIX) is not None for values in own):
         pairs = zip(documents, own, strict=True)
         cameras = [_single(values, one.path.stem, one.where) for one, values in pairs]
     else:
-        merged = {key: value for content in contents for key, value in content.items()}
         cameras = list(_cameras(merged, documents[0].path.stem, where))
-    values = _known({key: value for content in contents for key, value in content.items()})
+    values = _known(merged)
+    unit = foreign.unit_named(values.get("unit", values.get("units")))
     square = values.get("squaresize")
-    unit = foreign.unit_named(
-        next((values[key] for key in ("unit", "units") if key in values), None)
-    )
-    return ForeignCalibration(
-        "OpenCV",
-        where,
-        tuple(cameras),
-        unit,
-        stated=unit is not None,
-        square=None if square is None else foreign.number_of(square, f"{where}, square_size"),
-    )
+    square = None if square is None else foreign.number_of(square, f"{where}, square_size")
+    stated = unit is not None
+    return ForeignCalibration("OpenCV", where, tuple(cameras), unit, stated=stated, square=square)
 
 
 def _content(document: Document) -> Mapping[str, Any]:
@@ -154,11 +144,8 @@ def _stereo(
     """A pair as stereoCalibrate gives it: x_2 = R x_1 + T; camera 1 is the world."""
     rotation, translation = _first(values, _ROTATION), _first(values, _TRANSLATION)
     if rotation is None or translation is None:
-        raise foreign.refusal(
-            where,
-            "there are two cameras, but no R and T between them",
-            "Give the file with R and T as well: intrinsics.yml extrinsics.yml.",
-        )
+        remedy = "Give the file with R and T as well: intrinsics.yml extrinsics.yml."
+        raise foreign.refusal(where, "there are two cameras, but no R and T between them", remedy)
     places = ((np.eye(3), np.zeros(3)), (rotation, translation))
     for side, name, placed in zip(sides, ("left", "right"), places, strict=True):
         matrix, coefficients = (
@@ -184,36 +171,27 @@ def _of_rig(content: Mapping[str, Any], name: str, where: str) -> ForeignCamera:
 
 def _shared(values: Values) -> dict[str, Any]:
     """Lens model and image size, where the file has it."""
-    models = (
-        foreign.text_of(values.get(key)) for key in ("distortionmodel", "cameramodel", "model")
+    names = ("distortionmodel", "cameramodel", "model")
+    models = (foreign.text_of(values.get(key)).lower().replace("_", "") for key in names)
+    fisheye = foreign.text_of(values.get("fisheyemodel")) == "1" or any(
+        one in _FISHEYE for one in models
     )
-    fisheye = foreign.text_of(values.get("fisheyemodel")) == "1" or values.get("fisheye") in (
-        True,
-        1,
-        "1",
-    )
-    fisheye = fisheye or any(one.lower().replace("_", "") in _FISHEYE for one in models)
-    sides = [
+    fisheye = fisheye or values.get("fisheye") in (True, 1, "1")
+    width, height = (
         _first(values, (f"image{side}", side, f"img{side}", side[0]))
         for side in ("width", "height")
-    ]
+    )
     both = _first(values, ("imagesize", "size", "resolution"))
-    return {"fisheye": fisheye, "size": both if None in sides else sides}
+    return {"fisheye": fisheye, "size": both if None in (width, height) else [width, height]}
 
 
 def storage_text(cameras: Sequence[Camera], unit: str, suffix: str) -> str:
-    """Cameras as OpenCV itself writes them, ``.yml`` or ``.xml`` by the suffix.
-
-    The names are those of EasyMocap; two cameras are there as a stereo pair as well. Raises
-    InputError where OpenCV allows no such name.
-    """
+    """Cameras as OpenCV writes ``.yml`` or ``.xml``, with EasyMocap's names; else InputError."""
     unfit = next((one.name for one in cameras if not _NODE_NAME.fullmatch(one.name)), None)
     if unfit is not None:
-        raise InputError(
-            "OpenCV's files allow letters, digits, - and _ in names only",
-            where=f"camera {unfit!r}",
-            remedy="Rename the camera in calibration.toml.",
-        )
+        what = "OpenCV's files allow letters, digits, - and _ in names only"
+        where = f"camera {unfit!r}"
+        raise InputError(what, where=where, remedy="Rename the camera in calibration.toml.")
     storage = cv2.FileStorage(
         f"calibration{suffix}", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY
     )

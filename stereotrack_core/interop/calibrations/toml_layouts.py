@@ -5,8 +5,6 @@ sections are, what names a camera, whether rotations are vectors, and in the uni
 the board in aniposelib, millimetres in FreeMoCap, metres in Pose2Sim and caliscope; none states it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
@@ -44,27 +42,18 @@ def read_toml(document: Document) -> ForeignCalibration:
     layout = _layout(sections, metadata, nested=isinstance(nested, Mapping))
     unit = foreign.unit_named(metadata.get("units"))
     square = metadata.get("charuco_square_size")
+    square = None if square is None else foreign.number_of(square, f"{where}, [metadata]")
     return ForeignCalibration(
-        layout,
-        where,
-        tuple(cameras),
-        unit or _UNITS.get(layout),
-        stated=unit is not None,
-        square=None if square is None else foreign.number_of(square, f"{where}, [metadata]"),
-        notes=tuple(notes),
-        documented=True,
-    )
+        layout, where, tuple(cameras), unit or _UNITS.get(layout), stated=unit is not None,
+        square=square, notes=tuple(notes), documented=True,
+    )  # fmt: skip
 
 
 def _sections(content: Mapping[str, Any]) -> Mapping[str, Any]:
     """The tables that may be cameras; configurations have others beside them."""
-    return {
-        key: value
-        for key, value in content.items()
-        if isinstance(value, Mapping)
-        and key != "metadata"
-        and ("size" in value or "matrix" in value)
-    }
+    tables = {key: one for key, one in content.items() if isinstance(one, Mapping)}
+    tables.pop("metadata", None)
+    return {key: one for key, one in tables.items() if "size" in one or "matrix" in one}
 
 
 def _layout(sections: Mapping[str, Any], metadata: Mapping[str, Any], *, nested: bool) -> str:
@@ -73,13 +62,9 @@ def _layout(sections: Mapping[str, Any], metadata: Mapping[str, Any], *, nested:
         return "caliscope"
     if any(key in metadata for key in _OF_FREEMOCAP):
         return "FreeMoCap"
-    by_name = all(
-        isinstance(one, Mapping) and one.get("name") == key for key, one in sections.items()
-    )
+    by_name = all(one.get("name") == key for key, one in sections.items())
     numbered = all(key.removeprefix("cam_").isdecimal() for key in sections)
-    if by_name and not numbered:
-        return "Pose2Sim"
-    return "aniposelib"
+    return "Pose2Sim" if by_name and not numbered else "aniposelib"
 
 
 def _name(table: Mapping[str, Any], key: str) -> str:
@@ -88,19 +73,14 @@ def _name(table: Mapping[str, Any], key: str) -> str:
 
 
 def toml_text(cameras: Iterable[Camera], layout: Layout, unit: str) -> str:
-    """The cameras in a layout, lengths in a unit of :data:`foreign.METRES_PER_UNIT`.
-
-    Raises InputError where a name has no place in the layout.
-    """
+    """The cameras in a layout, in a unit of length; InputError where a name has no place in it."""
     sections: dict[str, dict[str, Any]] = {}
     for i, camera in enumerate(cameras):
         key = camera.name if layout == "pose2sim" else f"cam_{i}"
         if key == "metadata":
-            raise InputError(
-                "Pose2Sim cannot have a camera named 'metadata'",
-                where=f"camera {camera.name}",
-                remedy="Rename the camera in calibration.toml.",
-            )
+            what = "Pose2Sim cannot have a camera named 'metadata'"
+            where = f"camera {camera.name}"
+            raise InputError(what, where=where, remedy="Rename the camera in calibration.toml.")
         sections[key] = _section(camera, layout, foreign.METRES_PER_UNIT[unit])
     stated = {"adjusted": False, "error": 0.0} if layout == "pose2sim" else {}
     return tomli_w.dumps({**sections, "metadata": {**stated, "units": unit}})

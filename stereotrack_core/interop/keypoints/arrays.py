@@ -7,8 +7,6 @@ table has a row for each frame and the columns ``NAME_x``, ``NAME_y`` and perhap
 the image's size, as MediaPipe gives them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -64,11 +62,9 @@ def _cameras(source: KeypointSource, count: int) -> Sequence[str]:
     for found in (mono, every, sorted(source.recording.cameras)):
         if len(found) == count:
             return found
-    raise InputError(
-        f"the array has {count} cameras, the recording {len(every)}",
-        where=str(source.path),
-        remedy="Save one array for each camera, and give --camera.",
-    )
+    what = f"the array has {count} cameras, the recording {len(every)}"
+    remedy = "Save one array for each camera, and give --camera."
+    raise InputError(what, where=str(source.path), remedy=remedy)
 
 
 def pixels_of_shares(places: FloatArray, camera: Camera) -> FloatArray:
@@ -98,10 +94,7 @@ def _columns(header: Sequence[str]) -> dict[str, dict[str, int]]:
 
 
 def read_wide(source: KeypointSource) -> Iterator[FileRow]:
-    """Rows of a table of one camera; InputError where it makes no sense.
-
-    Frames are the column ``frame``, where there is one, or the rows in their order.
-    """
+    """Rows of a table of one camera, by its column ``frame`` or in order; else InputError."""
     path = source.path
     lines = read_cells(path, headers=1)
     header, columns = lines[0], _columns(lines[0])

@@ -22,12 +22,11 @@ OpenPose writes one file for each picture (``--write_json``). A file has ``peopl
 belongs to the camera that it is named after (``cam01`` or ``cam01_json``), or holds such folders.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -50,8 +49,7 @@ _COCO_REMEDY = "A results file is a list of image_id, keypoints and score."
 _VALUES: Kind = [(float, [float])]
 _RESULTS: Kind = [{"image_id": (int, str), "keypoints": _VALUES, "source": str}]
 _OF_POINTS = "Write x, y and confidence of every point."
-_VISIBLE = 2.0
-"""COCO's mark of a visible point."""
+_VISIBLE = 2.0  # COCO's mark of a visible point
 _IDENTITIES = ("track_id", "person_id", "instance_id", "idx")
 """Keys of a person's identity over all pictures; ``idx`` is AlphaPose's."""
 
@@ -66,7 +64,7 @@ def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     """Rows of a results file; InputError where it makes no sense."""
     check_kind(content, _RESULTS, str(source.path), _COCO_REMEDY)
     pictures = [text for one in content if not (text := str(one.get("image_id"))).isdecimal()]
-    places = PicturePlaces(source.labels, pictures)
+    places = PicturePlaces(source, pictures)
     people: Counter[tuple[int, str, str]] = Counter()
     every = [
         _triples(one, "keypoints", f"{source.path}, entry {number}")
@@ -95,7 +93,7 @@ def read_annotations(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of an annotations file; InputError where it is none."""
     content = coco_content(source.path)
     categories = {one.get("id"): one.get("keypoints") for one in content["categories"]}
-    place_of = places_of_images(content["images"], source.labels)
+    place_of = places_of_images(content["images"], source)
     people: Counter[tuple[int, str]] = Counter()
     there = [one for one in content["annotations"] if one.get("keypoints") is not None]
     every = []
@@ -131,20 +129,13 @@ def _triples(one: Mapping[str, Any], key: str, where: str) -> list[tuple[float, 
     values = one.get(key) or []
     flat = [float(v) for one in values for v in (one if isinstance(one, list) else [one])]
     if len(flat) % 3:
-        raise InputError(
-            f"{key} has {len(flat)} numbers, not three for each point",
-            where=where,
-            remedy=_OF_POINTS,
-        )
+        what = f"{key} has {len(flat)} numbers, not three for each point"
+        raise InputError(what, where=where, remedy=_OF_POINTS)
     return list(zip(flat[0::3], flat[1::3], flat[2::3], strict=True))
 
 
 def write_results(path: Path, keypoints: Keypoints, recording: Recording) -> int:
-    """Write COCO's 17 points as a results file; returns how many rows are not among them.
-
-    ``image_id`` is a picture's name, ``camera/000012.png``. Raises InputError where it cannot be
-    written.
-    """
+    """Write COCO's 17 points of pictures ``camera/000012.png``; returns how many are others."""
     people: dict[tuple[int, str, str, int], list[float]] = {}
     others = 0
     for frame, camera, name, x, y, sure, told, person in rows_of(keypoints):
@@ -171,10 +162,7 @@ def write_results(path: Path, keypoints: Keypoints, recording: Recording) -> int
 
 _MMPOSE_REMEDY = "Use the .json that MMPose writes with --save-predictions or pred_out_dir."
 _MMPOSE_FRAMES: Kind = [
-    {
-        "frame_id": int,
-        "instances": [{"keypoints": [[float]], "keypoint_scores": [float]}],
-    }
+    {"frame_id": int, "instances": [{"keypoints": [[float]], "keypoint_scores": [float]}]}
 ]
 _MMPOSE_KIND: Kind = {
     "meta_info": {"keypoint_id2name": {str: str}},
@@ -222,16 +210,11 @@ def _mmpose_rows(
     sure = instance.get("keypoint_scores") or [1.0] * len(points)
     where = f"{source.path}, frame {frame}"
     if len(sure) != len(points) or any(len(point) < 2 for point in points):
-        raise InputError(
-            "keypoints and keypoint_scores do not belong together",
-            where=where,
-            remedy=_MMPOSE_REMEDY,
-        )
-    names = (
-        [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
-        if named and source.layout is None
-        else source.points_of(len(points), where)
-    )
+        what = "keypoints and keypoint_scores do not belong together"
+        raise InputError(what, where=where, remedy=_MMPOSE_REMEDY)
+    names: Sequence[str] = [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
+    if not named or source.layout is not None:
+        names = source.points_of(len(points), where)
     for name, (x, y, *_), score in zip(names, points, sure, strict=False):
         yield frame, camera, name, float(x), float(y), float(score), source.name, who
 
@@ -325,26 +308,18 @@ def _pictures(folder: Path) -> Iterator[Path]:
         for path in sorted(folder.glob(pattern)):
             kind = path.parent, re.sub(r"\d+", "#", path.name)
             if kind not in known:
-                known[kind] = path.name.endswith(_END) or _holds_openpose(path)
+                known[kind] = path.name.endswith(_END)
+                with suppress(InputError):
+                    known[kind] |= is_openpose(read_json(path, SETTINGS_BYTES, _OPENPOSE_REMEDY))
             if known[kind]:
                 yield path
 
 
-def _holds_openpose(path: Path) -> bool:
-    try:
-        return is_openpose(read_json(path, SETTINGS_BYTES, _OPENPOSE_REMEDY))
-    except InputError:
-        return False
-
-
 def read_openpose(source: KeypointSource) -> Iterator[FileRow]:
-    """Rows of all files of a folder, or of one file.
-
-    InputError where a file cannot be read, or its camera or frame cannot be told.
-    """
+    """Rows of a folder's files, or of one; InputError if unreadable, or camera or frame unknown."""
     path = source.path
     pictures = list(_pictures(path)) if path.is_dir() else [path]
-    places = PicturePlaces(source.labels, map(_named, pictures))
+    places = PicturePlaces(source, map(_named, pictures))
     for path in pictures:
         if (place := places.of(_named(path), str(path))) is None:
             continue

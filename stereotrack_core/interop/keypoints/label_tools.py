@@ -6,8 +6,6 @@ as arrays: ``tracks`` (track, x y, node, frame), ``point_scores`` (track, node, 
 names of tracks and nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -44,7 +42,7 @@ def read_deeplabcut(source: KeypointSource, table: DeepLabCutTable) -> Iterator[
 def _video(source: KeypointSource) -> LabelSource:
     """The source, named after its video: ``cam1`` for ``cam1DLC_resnet50_walk_1.csv``."""
     path = source.path
-    return replace(source.labels, path=path.with_name(path.stem.split("DLC")[0] or path.stem))
+    return replace(source, path=path.with_name(path.stem.split("DLC")[0] or path.stem))
 
 
 _MOST_NAMES = 100_000
@@ -53,13 +51,10 @@ _SLEAP_REMEDY = "Export it again with SLEAP's File, Export Analysis HDF5."
 
 
 def read_slp(source: KeypointSource) -> Iterator[FileRow]:
-    """Rows of what SLEAP has predicted; what people have labelled is left out.
-
-    InputError where the file cannot be read, or sleap-io is not installed.
-    """
+    """Rows of what SLEAP has predicted, not of labels; InputError where it cannot be read."""
     path = source.path
     frames = [one for one in read_sleap_file(path, predicted=True).frames if one.people]
-    place_of = places_of_labelled(frames, source.labels)
+    place_of = places_of_labelled(frames, source)
     for labelled in frames:
         if labelled.problem is not None:
             raise labelled.problem
@@ -82,10 +77,7 @@ def is_analysis(stored: Any) -> bool:
 
 
 def stored_analysis(stored: Any, path: Path) -> Analysis:
-    """What an open file holds.
-
-    Raises InputError where its parts do not fit together.
-    """
+    """What an open file holds; InputError where its parts do not fit together."""
     with decoding(path, _WHAT, _SLEAP_REMEDY):
         names = stored["node_names"], stored["track_names"]
         if any(one.size > _MOST_NAMES for one in names):

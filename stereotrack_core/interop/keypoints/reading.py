@@ -1,7 +1,5 @@
 """Predicted keypoints from any file or folder that is understood, by what it holds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -27,20 +25,14 @@ _UNDERSTOOD = (
     f"analysis .h5), and tables (.csv) with {', '.join(table.COLUMNS[:6])}."
 )
 
-KEYPOINT_SUFFIXES = (".csv", ".h5", ".json", ".npy", ".slp")
-"""Files that :func:`read_keypoints` reads."""
+KEYPOINT_SUFFIXES = (".csv", ".h5", ".json", ".npy", ".slp")  # files that `read_keypoints` reads
 
 
 def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKeypoints:
     """Read what a detector has predicted, and count what is not used.
 
-    Raises InputError where the file cannot be read, is of a kind that is not understood, or names
-    no camera of the recording.
-
-    Parameters
-    ----------
-    frames : int, optional
-        Number of frames of the recording, where it is known.
+    `frames` is their number in the recording, where it is known. Raises InputError where the file
+    cannot be read, is of a kind that is not understood, or names no camera of the recording.
 
     Examples
     --------
@@ -70,11 +62,8 @@ def _rows(source: KeypointSource) -> Iterator[FileRow]:
         ".slp": label_tools.read_slp,
     }.get(suffix)
     if read is None:
-        raise InputError(
-            f"keypoints cannot be read from {suffix or 'files without a suffix'}",
-            where=str(path),
-            remedy=_UNDERSTOOD,
-        )
+        what = f"keypoints cannot be read from {suffix or 'files without a suffix'}"
+        raise InputError(what, where=str(path), remedy=_UNDERSTOOD)
     return read(source)
 
 
@@ -119,8 +108,5 @@ def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
         return table.read_table(source)
     if arrays.is_wide(header):
         return arrays.read_wide(source)
-    raise InputError(
-        "no keypoints are recognised in the first line",
-        where=str(source.path),
-        remedy=_UNDERSTOOD,
-    )
+    what = "no keypoints are recognised in the first line"
+    raise InputError(what, where=str(source.path), remedy=_UNDERSTOOD)

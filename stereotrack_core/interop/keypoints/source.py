@@ -7,12 +7,9 @@ place from picture to picture in each camera, the one with the highest confidenc
 as number 0.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,17 +18,8 @@ import scipy
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import LabelSource, camera_of
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoint_names import (
-    COCO_17,
-    LANDMARK_OF,
-    LAYOUTS,
-    keypoint_name,
-    sentences,
-    unnamed,
-    with_layouts,
-)
+from stereotrack_core.interop.label_source import LabelSource
+from stereotrack_core.recording import keypoint_names
 from stereotrack_core.recording.keypoints import (
     Keypoints,
     Row,
@@ -42,20 +30,15 @@ from stereotrack_core.recording.keypoints import (
 )
 from stereotrack_core.recording.landmarks import LANDMARKS
 
-_NEAR = 0.5
-"""Distance, in sizes of a person, within which the next picture shows the same one."""
-
-_DRIFT = 0.25
-"""The same that is added for each frame without the person."""
+_NEAR = 0.5  # distance, in sizes of a person, within which the next picture shows the same one
+_DRIFT = 0.25  # the same that is added for each frame without the person
 
 
 class Who(NamedTuple):
     """A person of one picture, as a file has it."""
 
-    place: int
-    """Place among the people of the picture."""
-    name: str = ""
-    """Identity that the file states over all frames; empty if it states none."""
+    place: int  # place among the people of the picture
+    name: str = ""  # identity that the file states over all frames; empty if it states none
 
 
 FileRow: TypeAlias = tuple[int, str, str, float, float, float, str, Who]
@@ -109,10 +92,8 @@ def _is_stated(rows: Sequence[FileRow]) -> bool:
 class _Track:
     """A person as seen last."""
 
-    places: FloatArray
-    """(K, 2), pixels. NaN where never seen."""
-    velocity: FloatArray
-    """(2,), pixels a frame."""
+    places: FloatArray  # (K, 2), pixels. NaN where never seen.
+    velocity: FloatArray  # (2,), pixels a frame
     frame: int
     size: float
     confidence: float = 0.0
@@ -192,46 +173,30 @@ def _matches(tracks: list[_Track], frame: int, people: Mapping[int, FloatArray])
 _OTHERS = "of other people"
 _SHOWN = 12
 
-_KNOWN = {*LANDMARKS, *LANDMARK_OF} | {
-    name for names in LAYOUTS.values() for name in names if not name.startswith("point_")
+_KNOWN = {*LANDMARKS, *keypoint_names.LANDMARK_OF} | {
+    name
+    for names in keypoint_names.LAYOUTS.values()
+    for name in names
+    if not name.startswith("point_")
 }
 
 
 @dataclass(frozen=True)
-class KeypointSource:
+class KeypointSource(LabelSource):
     """A file or folder of a detector."""
 
-    path: Path
-    recording: Recording
-    camera: str | None = None
-    """Camera or view that it is of, where it does not say so itself."""
     layout: str | None = None
     """Name in ``LAYOUTS`` of the points' order, where neither names nor number tell it."""
-    names: Mapping[str, str] = field(default_factory=dict)
-    """Keypoints here by the names in the file."""
-    detector: str = ""
-    """Name of the detector; that of the file where it is empty."""
+    detector: str = ""  # name of the detector; that of the file where it is empty
 
     @property
     def name(self) -> str:
         """What the rows call their source."""
         return self.detector or self.path.stem
 
-    @property
-    def labels(self) -> LabelSource:
-        """The same for readers of labels."""
-        return LabelSource(self.path, self.recording, (), self.camera)
-
-    def camera_of(self, picture: str, where: str) -> str:
-        """The camera that a picture, video or folder of that name is of; InputError for none."""
-        return camera_of(picture, self.recording, self.camera, where=where)
-
     def points_of(self, count: int, where: str) -> Sequence[str]:
-        """Names of so many points in a file that names none, until all of it is read.
-
-        Raises InputError where they cannot be told.
-        """
-        return unnamed(count, where, stated=self.layout)
+        """Names of so many points until all of the file is read; InputError if unknown."""
+        return keypoint_names.unnamed(count, where, stated=self.layout)
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,30 +220,22 @@ class FoundKeypoints:
 def found_in(
     source: KeypointSource, rows: Iterable[FileRow], frames: int | None = None
 ) -> FoundKeypoints:
-    """Take the rows of a file whose names, frames and places make sense, and count the others.
-
-    Raises InputError where a stated name is unknown, or nothing is left.
-
-    Parameters
-    ----------
-    rows : iterable of FileRow
-        With the file's own names of keypoints.
-    frames : int, optional
-        Number of frames of the recording, where it is known.
+    """Take rows whose names, as the file has them, frames (so many, if known) and places make
+    sense. InputError where a stated name is unknown, or nothing is left.
     """
     for theirs, ours in source.names.items():
         if ours not in _KNOWN:
-            raise InputError(
-                f"unknown keypoint {ours!r}",
-                where=f"--name {theirs}={ours}",
-                remedy=f"Write a landmark or a keypoint, such as {', '.join(COCO_17[:7])}.",
+            what = f"unknown keypoint {ours!r}"
+            remedy = (
+                f"Write a landmark or a keypoint, such as {', '.join(keypoint_names.COCO_17[:7])}."
             )
+            raise InputError(what, where=f"--name {theirs}={ours}", remedy=remedy)
     left: Counter[str] = Counter()
     kept: list[FileRow] = []
-    named, layouts = with_layouts(list(rows), source.layout)
+    named, layouts = keypoint_names.with_layouts(list(rows), source.layout)
     for row in named:
         frame, camera, theirs, x, y, sure, told, person = row
-        name = source.names.get(theirs) or keypoint_name(theirs)
+        name = source.names.get(theirs) or keypoint_names.keypoint_name(theirs)
         if name not in _KNOWN:
             left["of keypoints that are no part of the body's layouts"] += 1
         elif frame < 0 or (frames is not None and frame >= frames):
@@ -293,13 +250,11 @@ def found_in(
         left["without a place"] += lost
     if not len(keypoints):
         said = "; ".join(f"{count} {why}" for why, count in left.items()) or "no person is there"
-        raise InputError(
-            f"there is no keypoint to use ({said})",
-            where=str(source.path),
-            remedy="Check that the file is of this recording, and state names with --name "
-            "THEIRS=OURS where they are unusual.",
-        )
-    notes = (*sentences(layouts), *_counted_from_one(keypoints))
+        names = "state names with --name THEIRS=OURS where they are unusual"
+        remedy = f"Check that the file is of this recording, and {names}."
+        what = f"there is no keypoint to use ({said})"
+        raise InputError(what, where=str(source.path), remedy=remedy)
+    notes = (*keypoint_names.sentences(layouts), *_counted_from_one(keypoints))
     return FoundKeypoints(keypoints, dict(left), notes, people)
 
 
@@ -331,10 +286,7 @@ def joined(found: Sequence[FoundKeypoints]) -> FoundKeypoints:
 
 
 def of_chosen_person(found: FoundKeypoints, person: str | None = None) -> FoundKeypoints:
-    """Keypoints of one person over all frames, the stated one or else the surest of all.
-
-    Raises InputError if nobody has the stated name or number.
-    """
+    """Keypoints of the person stated, else of the surest; InputError if nobody is called so."""
     keypoints, names = found.keypoints, found.people
     shown = [names.get(number, str(number)) for number in np.unique(keypoints.person).tolist()]
     if person is None and len(shown) < 2:
@@ -344,11 +296,9 @@ def of_chosen_person(found: FoundKeypoints, person: str | None = None) -> FoundK
     else:
         number = next((n for n, name in names.items() if name.lower() == person.lower()), None)
         if number is None and person not in shown:
-            raise InputError(
-                f"the keypoints have no person {person!r}",
-                where="--person",
-                remedy=f"Their people are {', '.join(shown[:_SHOWN])}.",
-            )
+            remedy = f"Their people are {', '.join(shown[:_SHOWN])}."
+            where = "--person"
+            raise InputError(f"the keypoints have no person {person!r}", where=where, remedy=remedy)
         kept = keypoints[keypoints.person == (int(person) if number is None else number)]
     others = len(keypoints) - len(kept)
     if not others:

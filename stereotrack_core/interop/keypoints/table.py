@@ -5,28 +5,19 @@ Columns ``person`` (number or name) and ``source`` may follow; a column ``landma
 raw pictures. Times that rows state go before frame numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core import tables
 from stereotrack_core.atomic import write_file
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import TIME_COLUMNS, row_times, same_rate, stated_time
 from stereotrack_core.recording.keypoints import Keypoints, rows_of
-from stereotrack_core.tables import (
-    csv_text,
-    finite_number,
-    number_or_nan,
-    read_cells,
-    read_rows,
-    whole_number,
-)
 
 COLUMNS = ("frame", "view", "keypoint", "x", "y", "confidence", "person", "source")
 _NEEDED = (("frame",), ("view", "camera"), ("keypoint", "landmark"), ("x",), ("y",))
@@ -39,13 +30,13 @@ def is_table(header: list[str]) -> bool:
 
 def read_table(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a table; InputError where it cannot be read or names no camera of the recording."""
-    path, header = source.path, read_cells(source.path)[0]
+    path, header = source.path, tables.read_cells(source.path)[0]
     frame, view, keypoint, x, y = (
         next(name for name in names if name in header) for names in _NEEDED
     )
     others = [name for name in COLUMNS[5:] if name in header]
-    lines = list(read_rows(path, (frame, view, keypoint, x, y, *others)))
-    places = PicturePlaces(source.labels, {f"{cells[view]}/*" for _, cells in lines})
+    lines = list(tables.read_rows(path, (frame, view, keypoint, x, y, *others)))
+    places = PicturePlaces(source, {f"{cells[view]}/*" for _, cells in lines})
     cameras: dict[str, str | None] = {}
     for line, cells in lines:
         if (name := cells[view]) not in cameras:
@@ -55,13 +46,13 @@ def read_table(source: KeypointSource) -> Iterator[FileRow]:
         sure, person, told = (cells.get(name, "") for name in COLUMNS[5:])
         yield (
             checked_frame(
-                whole_number(cells[frame], path, line, frame), where=f"{path}, line {line}"
+                tables.whole_number(cells[frame], path, line, frame), where=f"{path}, line {line}"
             ),
             camera,
             cells[keypoint],
-            number_or_nan(cells[x], path, line, x),
-            number_or_nan(cells[y], path, line, y),
-            finite_number(sure, path, line, "confidence") if sure else 1.0,
+            tables.number_or_nan(cells[x], path, line, x),
+            tables.number_or_nan(cells[y], path, line, y),
+            tables.finite_number(sure, path, line, "confidence") if sure else 1.0,
             source.detector or told or source.name,
             Who(0, person.strip()),
         )
@@ -74,11 +65,10 @@ def write_table(path: Path, keypoints: Keypoints, recording: Recording) -> None:
         (frame, views.get(camera, camera), name, f"{x:.3f}", f"{y:.3f}", sure, person, told)
         for frame, camera, name, x, y, sure, told, person in rows_of(keypoints)
     )
-    write_file(path, csv_text(COLUMNS, rows))
+    write_file(path, tables.csv_text(COLUMNS, rows))
 
 
-_ROUNDED = 1e-3
-"""Frames by which times may be rounded."""
+_ROUNDED = 1e-3  # frames by which times may be rounded
 
 
 @dataclass(frozen=True)
@@ -86,8 +76,7 @@ class TableTimes:
     """Frames of the recording by the frame numbers of a table; None between two frames."""
 
     frames: dict[int, int | None]
-    notes: tuple[str, ...] = ()
-    """Decisions about the table, as clauses of a sentence."""
+    notes: tuple[str, ...] = ()  # decisions about the table, as clauses of a sentence
 
     def placed(self, rows: Iterable[FileRow]) -> Iterator[FileRow]:
         """The rows at the recording's frames; those between two frames are left out."""
@@ -97,10 +86,8 @@ class TableTimes:
 
 
 def table_times(path: Path, fps: float) -> TableTimes:
-    """Frames by the times of a table (.csv) in a recording of that rate; none without times.
-
-    Of a table of another rate, the row nearest to each frame is taken, if it is at most half a
-    frame of either rate away.
+    """Frames by the times of a table (.csv) in a recording of that rate; none without times. Of a
+    table of another rate, each frame has the nearest row, at most half a frame of either rate away.
     """
     times = _times(path) if path.suffix.lower() == ".csv" else {}
     number = np.array(sorted(times), dtype=np.int64)
@@ -129,7 +116,7 @@ def table_times(path: Path, fps: float) -> TableTimes:
 
 def _times(path: Path) -> dict[int, float]:
     """Seconds by frame number, or by row if there are no numbers; empty without times."""
-    lines = read_cells(path)
+    lines = tables.read_cells(path)
     header = lines[0] if lines else []
     if not any(name in header for name in TIME_COLUMNS):
         return {}
@@ -137,6 +124,8 @@ def _times(path: Path) -> dict[int, float]:
     filled = [(line, cells) for line, cells in enumerate(lines[1:], start=2) if any(cells)]
     for row, (line, values) in enumerate(filled):
         cells = dict(zip(header, values, strict=False))
-        frame = whole_number(cells["frame"], path, line, "frame") if "frame" in cells else row
+        frame = (
+            tables.whole_number(cells["frame"], path, line, "frame") if "frame" in cells else row
+        )
         found.setdefault(frame, stated_time(cells, path, line))
     return found

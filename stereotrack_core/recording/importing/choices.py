@@ -1,7 +1,5 @@
 """Roles of the sources in views: proposed by names, decided by a person."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,10 +21,8 @@ Role: TypeAlias = Literal[
     "mask",
     "unused",
 ]
-"""Role of a source in its view.
-
-``side by side`` holds the left and the right image of a stereo camera in its left and right half,
-``swapped`` the other way round; ``image`` and ``mask`` belong to the depth source of the same view.
+"""Role of a source in its view. ``side by side`` holds both images of a stereo camera, ``swapped``
+right | left; ``image`` and ``mask`` belong to the depth source of the same view.
 """
 
 ROLES: Mapping[Role, str] = {
@@ -51,14 +47,11 @@ class Use:
 
     source: Source
     role: Role = "mono"
-    view: str = ""
-    """Name of the view that it belongs to."""
+    view: str = ""  # name of the view that it belongs to
     mirrored: bool = False
     """Whether its images are mirror images, as those of the Kinect v1, to be turned back."""
-    background: Path | None = None
-    """A picture or video of the empty scene, as this source shows it."""
-    lead: float = 0.0
-    """The source's own frame at the common instant; with fractions, also negative."""
+    background: Path | None = None  # a picture or video of the empty scene, as this source shows it
+    lead: float = 0.0  # the source's own frame at the common instant; with fractions, also negative
 
 
 @dataclass(frozen=True)
@@ -67,16 +60,14 @@ class Choices:
 
     name: str
     uses: tuple[Use, ...]
-    fps: float | None
-    """Frame sets per second."""
+    fps: float | None  # frame sets per second
     calibration: Path | None = None
     """A calibration; None: the cameras are guessed from the size of the images."""
     given: Mapping[str, Camera] | None = None
     """The cameras of the calibration by name, where it is no calibration.toml."""
     cameras: Mapping[str, str] = field(default_factory=dict)
     """Name of the camera in the calibration by camera name here, where they differ."""
-    depth_unit: float = _USUAL_UNIT
-    """Metres per count of the depth maps that do not state it."""
+    depth_unit: float = _USUAL_UNIT  # metres per count of the depth maps that do not state it
     resample: bool = True
     """Whether frames are picked by their times where sources run at other or uneven rates."""
 
@@ -124,17 +115,13 @@ def problems_of(choices: Choices) -> Iterator[InputError]:
             "the files do not state their frame rate", remedy="Give the frames per second."
         )
     elif not 0 < choices.fps < 10000:
-        yield InputError(
-            f"{choices.fps:g} frames per second is not possible",
-            remedy="Use more than 0 and less than 10000.",
-        )
+        what = f"{choices.fps:g} frames per second is not possible"
+        yield InputError(what, remedy="Use more than 0 and less than 10000.")
     for view in dict.fromkeys(use.view for use in used):
         yield from _problems_of_view(view, [use for use in used if use.view == view])
     if choices.depth_unit <= 0 or choices.depth_unit > 1:
-        yield InputError(
-            f"{choices.depth_unit:g} metres per count is not possible",
-            remedy="0.001 means millimetres.",
-        )
+        what = f"{choices.depth_unit:g} metres per count is not possible"
+        yield InputError(what, remedy="0.001 means millimetres.")
 
 
 _NO_DEPTH = "the depth map is missing"
@@ -161,33 +148,25 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
         lack = f"{len(roles)} sources show the same part of it"
     if lack:
         names = ", ".join(use.source.name for use in uses)
-        yield InputError(
-            f"{lack} ({names})", where=where, remedy="Change what they show, or their views."
-        )
+        remedy = "Change what they show, or their views."
+        yield InputError(f"{lack} ({names})", where=where, remedy=remedy)
         return
     sizes = {use.source.size for use in uses}
     if len(sizes) > 1:
         both = " and ".join(f"{w} x {h}" for w, h in sorted(sizes))
+        remedy = "Use images of one size, registered to each other."
+        if "depth" in roles:
+            remedy = "Use depth that is aligned to the image, or leave the image out."
         yield InputError(
-            f"its images have different sizes, {both} pixels",
-            where=where,
-            remedy="Use depth that is aligned to the image, or leave the image out."
-            if "depth" in roles
-            else "Use images of one size, registered to each other.",
+            f"its images have different sizes, {both} pixels", where=where, remedy=remedy
         )
     for use in uses:
         if use.role.startswith("side") and use.source.width % 2:
-            yield InputError(
-                f"an image {use.source.width} pixels wide has no two equal halves",
-                where=where,
-                remedy="Use it as a single camera.",
-            )
+            what = f"an image {use.source.width} pixels wide has no two equal halves"
+            yield InputError(what, where=where, remedy="Use it as a single camera.")
         if use.role == "depth" and use.source.kind != "depth":
-            yield InputError(
-                f"{use.source.name} is no depth map of 16 bits or floating-point numbers",
-                where=where,
-                remedy="Change what it shows.",
-            )
+            what = f"{use.source.name} is no depth map of 16 bits or floating-point numbers"
+            yield InputError(what, where=where, remedy="Change what it shows.")
     yield from _not_registered(uses, where)
 
 
@@ -201,12 +180,10 @@ def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
     if depth is None or image is None or depth.focal is None or image.focal is None:
         return
     if abs(depth.focal / image.focal - 1.0) > _SAME_FOCAL:
-        yield InputError(
-            f"{depth.name} is not registered to {image.name}: their cameras have focal lengths of "
-            f"{depth.focal:.0f} and {image.focal:.0f} pixels",
-            where=where,
-            remedy="Use depth that is aligned to the image, or do without the image.",
-        )
+        lengths = f"focal lengths of {depth.focal:.0f} and {image.focal:.0f} pixels"
+        what = f"{depth.name} is not registered to {image.name}: their cameras have {lengths}"
+        remedy = "Use depth that is aligned to the image, or do without the image."
+        yield InputError(what, where=where, remedy=remedy)
 
 
 _MUCH_SATURATED = 0.02  # of the pixels
@@ -218,18 +195,12 @@ def doubts_about(choices: Choices) -> tuple[str, ...]:
     """Doubts about choices of which a recording can be made, in sentences."""
     used = choices.used()
     doubts = [*_doubts_about_rates(choices), *_doubts_about_numbers(used)]
-    doubts += [
-        f"{use.source.name} has 16 bits: it is written again with 8. Black is 0, white is "
-        f"{use.source.white}, in all its images."
-        + (
-            f" {100 * use.source.saturated:.0f} % of its pixels are white: it was overexposed, or "
-            "has more bits."
-            if use.source.saturated > _MUCH_SATURATED
-            else ""
-        )
-        for use in used
-        if use.source.bits > 8 and use.role != "depth"
-    ]
+    for one in (use.source for use in used if use.source.bits > 8 and use.role != "depth"):
+        levels = f"Black is 0, white is {one.white}, in all its images."
+        if one.saturated > _MUCH_SATURATED:
+            share = f"{100 * one.saturated:.0f} % of its pixels are white"
+            levels += f" {share}: it was overexposed, or has more bits."
+        doubts.append(f"{one.name} has 16 bits: it is written again with 8. {levels}")
     if choices.guessed():
         doubts.append(GUESS)
     return tuple(doubts)
@@ -241,31 +212,23 @@ def _doubts_about_rates(choices: Choices) -> Iterator[str]:
     for use in used:
         source = use.source
         if source.rate is not None:
-            why = (
-                f"up to {source.uneven:.1f} frames from even" if source.uneven > _MOST_DRIFT
-                else f"at {source.fps or fps:.4g} frames per second"
-            )  # fmt: skip
-            yield (
-                f"The frames of {source.name} are {why}. It is written again with "
-                f"{source.rate:.4g} frames per second, each the nearest in time."
-            )
+            why = f"at {source.fps or fps:.4g} frames per second"
+            if source.uneven > _MOST_DRIFT:
+                why = f"up to {source.uneven:.1f} frames from even"
+            rate = f"{source.rate:.4g} frames per second, each the nearest in time"
+            yield f"The frames of {source.name} are {why}. It is written again with {rate}."
             if source.pause * source.rate > _PAUSE:
-                yield (
-                    f"{source.name} has no frame for up to {source.pause:.2f} s. The last one is "
-                    "repeated there."
-                )
+                gap = f"{source.name} has no frame for up to {source.pause:.2f} s"
+                yield f"{gap}. The last one is repeated there."
             continue
         if source.fps is None and rates:
-            yield (
-                f"{source.name} does not state its frame rate: its frames are taken one for one, "
-                f"{fps:.5g} per second as in the other files."
-            )
+            taken = f"its frames are taken one for one, {fps:.5g} per second as in the other files"
+            yield f"{source.name} does not state its frame rate: {taken}."
         drift = 0.0 if source.fps is None else source.frames * abs(source.fps / rates[0] - 1.0)
         if drift > _MOST_DRIFT and source.fps is not None:
-            yield (
-                f"{source.name} states {source.fps:.5g} frames per second and {rates[0]:.5g} would "
-                f"be needed: at its end it may be {drift:.0f} frames off."
-            )
+            states = f"{source.name} states {source.fps:.5g} frames per second"
+            off = f"at its end it may be {drift:.0f} frames off"
+            yield f"{states} and {rates[0]:.5g} would be needed: {off}."
         elif source.uneven > _MOST_DRIFT:
             yield f"The frames of {source.name} are up to {source.uneven:.1f} frames from even."
 
@@ -276,16 +239,13 @@ def _doubts_about_numbers(used: Sequence[Use]) -> Iterator[str]:
     begins = {one.name: one.lowest for one in sources if one.lowest is not None}
     if len(set(begins.values())) > 1:
         listed = ", ".join(f"{name} with {number}" for name, number in begins.items())
-        yield (
-            f"The numbers of the images begin differently: {listed}. The first image of each is "
-            "taken for the same instant. If equal numbers are, set the first frames."
-        )
+        taken = "The first image of each is taken for the same instant."
+        remedy = "If equal numbers are, set the first frames."
+        yield f"The numbers of the images begin differently: {listed}. {taken} {remedy}"
     for one in sources:
-        missing = one.frames - len(one.images)
-        if missing:
-            yield (
-                f"{one.name} lacks {missing} of {one.frames} numbers: these frames have no image."
-            )
+        if missing := one.frames - len(one.images):
+            lack = f"{one.name} lacks {missing} of {one.frames} numbers"
+            yield f"{lack}: these frames have no image."
 
 
 GUESS = (

@@ -1,9 +1,7 @@
 """The files of a recording that is made: which stay, and how others are copied or written."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import suppress
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
@@ -15,20 +13,10 @@ from stereotrack_core.arrays import ImageArray
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
-from stereotrack_core.recording.images import (
-    WHITEST,
-    DamagedFrame,
-    brightness_of,
-    read_image,
-)
+from stereotrack_core.recording.images import WHITEST, DamagedFrame, brightness_of, read_image
+from stereotrack_core.recording.importing import readers
 from stereotrack_core.recording.importing.choices import Use, cameras_of, size_of
 from stereotrack_core.recording.importing.image_groups import is_image
-from stereotrack_core.recording.importing.readers import (
-    depth_range,
-    first_picture,
-    open_source,
-    shown_depth,
-)
 from stereotrack_core.recording.importing.source import Pictures, Source
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.writing import VideoWriter, remuxed, write_png
@@ -44,18 +32,14 @@ class StreamFiles:
 
     use: Use
     camera: str
-    part: str
-    """Key of the stream in ``recording.toml``."""
-    frames: str
-    """Video or pattern, relative to the folder."""
+    part: str  # key of the stream in ``recording.toml``
+    frames: str  # video or pattern, relative to the folder
     how: Literal["stay", "copy", "remux", "convert"]
     """``remux``: the packets of a track, or of all chapters, are copied into a new file."""
-    half: int | None = None
-    """Half of the images that it shows; None for the whole."""
+    half: int | None = None  # half of the images that it shows; None for the whole
     pictured: bool = False
     """Whether it is a picture of the depth map, for a depth camera without another image."""
-    empty: bool = False
-    """Whether it is the background of the stream rather than its frames."""
+    empty: bool = False  # whether it is the background of the stream rather than its frames
 
 
 def files_of(uses: Sequence[Use], folder: Path) -> tuple[StreamFiles, ...]:
@@ -136,10 +120,7 @@ def _as_it_is(source: Source) -> bool:
 
 
 def _new_name(use: Use, name: str, size: tuple[int, int], folder: Path) -> str:
-    """A video where one can be written, else numbered images, which hold any size and depth.
-
-    Beside a source of that name it gets another one.
-    """
+    """A free name of a video where one can be written, else of numbered images, for any size."""
     moving = use.source.kind == "video" or (use.source.topic and use.source.kind == "images")
     as_video = moving and size[0] % 2 == 0 and size[1] % 2 == 0
     if as_video:
@@ -153,15 +134,15 @@ def _free_name(name: str, suffix: str, folder: Path) -> str:
 
 
 def bring(one: StreamFiles, workplace: Path, fps: float) -> Generator[float, None, None]:
-    """Bring the files of a stream into the new folder; yields the share that is done.
-
-    Raises InputError where a source cannot be read, or the drive is full.
-    """
+    """Bring a stream's files into the new folder, yielding the share; else InputError."""
     source, target = one.use.source, workplace / one.frames
     if one.how != "stay":
         target.parent.mkdir(exist_ok=True)
     if one.empty and one.use.background is not None:
-        yield from _bring_background(one, one.use.background, target)
+        if one.how == "convert":
+            write_png(target, _changed(one, empty_scene(one.use.background, source.white)))
+        elif one.how == "copy":
+            yield from _copied(one.use.background, target)
     elif one.how == "convert":
         yield from _converted(one, target, fps)
     elif one.how == "remux":
@@ -178,13 +159,6 @@ def bring(one: StreamFiles, workplace: Path, fps: float) -> Generator[float, Non
         yield from _copied(source.path, target)
 
 
-def _bring_background(one: StreamFiles, path: Path, target: Path) -> Iterator[float]:
-    if one.how == "convert":
-        write_png(target, _changed(one, empty_scene(path, one.use.source.white)))
-    elif one.how == "copy":
-        yield from _copied(path, target)
-
-
 def _copied(path: Path, target: Path) -> Iterator[float]:
     size = path.stat().st_size
     with (
@@ -198,38 +172,26 @@ def _copied(path: Path, target: Path) -> Iterator[float]:
 
 
 def _converted(one: StreamFiles, target: Path, fps: float) -> Iterator[float]:
-    """Write the pictures of a source again as what the stream needs.
-
-    They are decoded one after the other; a damaged one ends the work, so that no frame is lost
-    without a word. A number without an image stays one.
-    """
+    """Write a source's pictures again as what the stream needs; a damaged one ends the work."""
     source = one.use.source
     depth = one.pictured or one.part == "depth"
-    reader = open_source(source, "depth" if depth else "colour")
+    reader = readers.open_source(source, "depth" if depth else "colour")
     try:
         count = reader.count()
         if target.suffix in _CONTAINERS:
             yield from _as_video(one, reader, target, fps, count)
             return
         there = range(count) if source.rate is not None else source.numbers or range(count)
-        within = _range_of(reader) if one.pictured else (0.0, 1.0)
+        some = list(readers.pictures_spread(reader, _DEPTH_MAPS)) if one.pictured else []
+        within = readers.depth_range(np.stack(some)) if some else (0.0, 1.0)
         for k in there:
             picture = _changed(one, _picture(reader, k, source.path))
             if one.pictured:
-                picture = shown_depth(picture, within)
+                picture = readers.shown_depth(picture, within)
             write_png(target.with_name(target.name % k), picture)
             yield (k + 1) / count
     finally:
         reader.close()
-
-
-def _range_of(reader: Pictures) -> tuple[float, float]:
-    """Nearest and farthest counts of depth maps spread over a source."""
-    some = []
-    for k in np.unique(np.linspace(0, reader.count() - 1, _DEPTH_MAPS).astype(int)):
-        with suppress(DamagedFrame):  # said when it is written
-            some.append(reader.read(int(k), lambda _number, _picture: None))
-    return depth_range(np.stack(some)) if some else (0.0, 1.0)
 
 
 def _as_video(
@@ -247,11 +209,9 @@ def _picture(reader: Pictures, k: int, path: Path) -> NDArray[Any]:
     try:
         return reader.read(k, lambda _number, _picture: None)
     except DamagedFrame as problem:
-        raise InputError(
-            f"frame {k} cannot be decoded ({problem})",
-            where=str(path),
-            remedy="Repair the file, or use another copy of it.",
-        ) from None
+        what = f"frame {k} cannot be decoded ({problem})"
+        remedy = "Repair the file, or use another copy of it."
+        raise InputError(what, where=str(path), remedy=remedy) from None
 
 
 def _changed(one: StreamFiles, picture: NDArray[Any]) -> NDArray[Any]:
@@ -272,16 +232,14 @@ def check_background(use: Use) -> None:
         return
     if not path.is_file():
         raise InputError("there is no such file", where=str(path), remedy="Correct the path.")
-    picture = _still(path) if is_image(path) else first_picture(look_at([path]).sources[0])
+    picture = _still(path) if is_image(path) else readers.first_picture(look_at([path]).sources[0])
     height, width = picture.shape[:2]
     if (width, height) != use.source.size:
         own = use.source.size
-        raise InputError(
-            f"the background of {use.source.name} has {width} x {height} pixels, its images have "
-            f"{own[0]} x {own[1]}",
-            where=str(path),
-            remedy="Use a picture of the empty scene by the same camera, or none.",
-        )
+        sizes = f"{width} x {height} pixels, its images have {own[0]} x {own[1]}"
+        what = f"the background of {use.source.name} has {sizes}"
+        remedy = "Use a picture of the empty scene by the same camera, or none."
+        raise InputError(what, where=str(path), remedy=remedy)
 
 
 def empty_scene(path: Path, white: int = 0) -> ImageArray:
@@ -291,16 +249,11 @@ def empty_scene(path: Path, white: int = 0) -> ImageArray:
     """
     if is_image(path):
         return _still(path, white)
-    reader = open_source(replace(look_at([path]).sources[0], white=white), "colour")
-    try:
-        numbers = np.unique(np.linspace(0, reader.count() - 1, _FRAMES_OF_A_VIDEO).astype(int))
-        pictures: list[NDArray[Any]] = [
-            reader.read(int(k), lambda _number, _still: None) for k in numbers
-        ]
-    except DamagedFrame as problem:
-        raise _unreadable(path, problem) from None
-    finally:
-        reader.close()
+    video = replace(look_at([path]).sources[0], white=white)
+    with closing(readers.open_source(video, "colour")) as reader:
+        pictures = list(readers.pictures_spread(reader, _FRAMES_OF_A_VIDEO))
+    if not pictures:
+        raise _unreadable(path, DamagedFrame("none of its frames can be decoded"))
     return np.asarray(np.median(pictures, axis=0).round(), dtype=np.uint8)
 
 

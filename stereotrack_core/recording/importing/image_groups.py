@@ -4,8 +4,6 @@ The last number in a name is the number of the frame, or a time stamp: seconds w
 milli-, micro- or nanoseconds since 1970, as many recorders name their images.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -36,10 +34,8 @@ class Numbering:
     """Frame of each image, the first is 0; a number that is left out has no image."""
     times: tuple[float, ...]
     """Seconds since 1970 of each image; none where the names are no time stamps."""
-    pattern: str
-    """printf pattern of exactly these images; empty where there is none."""
-    lowest: int
-    """The number in the first name."""
+    pattern: str  # printf pattern of exactly these images; empty where there is none
+    lowest: int  # the number in the first name
 
 
 def is_image(path: Path) -> bool:
@@ -84,11 +80,8 @@ def entries_of(folder: Path) -> list[Path]:
     try:
         return sorted(folder.iterdir())
     except OSError as error:
-        raise InputError(
-            f"the folder cannot be read ({reason(error)})",
-            where=str(folder),
-            remedy="Check its permissions.",
-        ) from None
+        what = f"the folder cannot be read ({reason(error)})"
+        raise InputError(what, where=str(folder), remedy="Check its permissions.") from None
 
 
 def stem_of(path: Path) -> str:
@@ -146,11 +139,8 @@ def numbering_of(files: Sequence[Path]) -> Numbering:
     values = [_number(path) for path in files]
     twice = [b for (_, a), (b, c) in pairwise(zip(files, values, strict=True)) if a == c]
     if twice:
-        raise InputError(
-            f"two images have the same number ({twice[0].name} is the second)",
-            where=str(files[0].parent),
-            remedy="Keep one of them.",
-        )
+        what = f"two images have the same number ({twice[0].name} is the second)"
+        raise InputError(what, where=str(files[0].parent), remedy="Keep one of them.")
     times = _times(files[0], values)
     steps = Counter(b - a for a, b in pairwise(values))
     step = min(steps, key=lambda one: (-steps[one], one))
@@ -204,10 +194,9 @@ def check_sizes(files: Sequence[Path], size: tuple[int, int]) -> None:
         except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
             continue  # it is a damaged frame, or one of a kind that is not known there
     if others:
-        raise InputError(
-            f"{len(others)} of {len(files)} images have another size than the first one, "
-            f"{size[0]} x {size[1]} pixels: {shortened(', '.join(others))}",
-            where=str(files[0].parent),
-            remedy="Put images of each size into a folder of their own, or remove what does not "
-            "belong to them.",
-        )
+        first = f"the first one, {size[0]} x {size[1]} pixels"
+        listed = shortened(", ".join(others))
+        what = f"{len(others)} of {len(files)} images have another size than {first}: {listed}"
+        apart = "Put images of each size into a folder of their own"
+        remedy = f"{apart}, or remove what does not belong to them."
+        raise InputError(what, where=str(files[0].parent), remedy=remedy)

@@ -1,7 +1,5 @@
 """Write the recording folder that was chosen; sources are read only, nothing is overwritten."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -17,12 +15,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
-from stereotrack_core.recording.importing.choices import (
-    Choices,
-    cameras_of,
-    problems_of,
-    size_of,
-)
+from stereotrack_core.recording.importing.choices import Choices, cameras_of, problems_of, size_of
 from stereotrack_core.recording.importing.files import (
     StreamFiles,
     bring,
@@ -48,14 +41,11 @@ def make_recording(
 ) -> Recording:
     """Make a recording folder.
 
-    Sources that lie in `folder` stay as they are and are named where they lie; others are copied
-    into it. Images that hold two views, or are mirrored, are written again, as are images whose
-    names the format cannot express. Without a calibration, the cameras are a guess and marked as
-    such.
-
-    Raises InputError where the choices do not fit together (:func:`problems_of`), the calibration
-    does not fit the images, or `folder` is a recording already or holds other things; Cancelled on
-    request. Then the folder is as it was.
+    Sources that lie in `folder` are named where they lie; others are copied into it. Images that
+    hold two views, are mirrored, or whose names the format cannot express, are written again.
+    Without a calibration, the cameras are a guess and marked as such. Raises InputError where the
+    choices do not fit together (:func:`problems_of`) or the calibration not to the images, or
+    `folder` holds other things; Cancelled on request. Then the folder is as it was.
     """
     folder, choices = Path(folder), with_one_white(choices)
     for problem in problems_of(choices):
@@ -108,23 +98,19 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
         wanted = choices.cameras.get(name, name)
         camera = known.get(wanted)
         if camera is None:
-            raise InputError(
-                f"the camera {wanted!r} is not in the calibration",
-                where=str(choices.calibration),
-                remedy=f"Its cameras are: {', '.join(known)}. Say which of them {name} is.",
-            )
+            what = f"the camera {wanted!r} is not in the calibration"
+            remedy = f"Its cameras are: {', '.join(known)}. Say which of them {name} is."
+            raise InputError(what, where=str(choices.calibration), remedy=remedy)
         turned = turns[name]
         if size == (camera.height, camera.width) and turned % 180:
             known[wanted] = camera = as_stored(camera, turned)
         if is_padded((camera.width, camera.height), size):
             known[wanted] = camera = replace(camera, width=size[0], height=size[1])
         if size != (camera.width, camera.height):
-            raise InputError(
-                f"the images of {name} have {size[0]} x {size[1]} pixels, but the calibration of "
-                f"{wanted!r} is for {camera.width} x {camera.height}",
-                where=str(choices.calibration),
-                remedy="Use a calibration made with images of this size.",
-            )
+            images = f"the images of {name} have {size[0]} x {size[1]} pixels"
+            own = f"the calibration of {wanted!r} is for {camera.width} x {camera.height}"
+            remedy = "Use a calibration made with images of this size."
+            raise InputError(f"{images}, but {own}", where=str(choices.calibration), remedy=remedy)
     return known
 
 
@@ -163,30 +149,21 @@ def check_place(choices: Choices, folder: Path) -> None:
     if folder.is_file():
         raise InputError("this is a file", where=str(folder), remedy="Give the name of a folder.")
     if (folder / DESCRIPTION).exists():
-        raise InputError(
-            "this is a recording already",
-            where=str(folder),
-            remedy="Open it, or choose another folder.",
-        )
+        what = "this is a recording already"
+        raise InputError(what, where=str(folder), remedy="Open it, or choose another folder.")
     root = folder.resolve()
     own = any(one.use.source.path.resolve().is_relative_to(root) for one in files)
     if folder.is_dir() and any(folder.iterdir()) and not own:
-        raise InputError(
-            "the folder is not empty",
-            where=str(folder),
-            remedy="Choose a new folder, or the one that holds the videos.",
-        )
+        remedy = "Choose a new folder, or the one that holds the videos."
+        raise InputError("the folder is not empty", where=str(folder), remedy=remedy)
     new = [one.frames.split("/")[0] for one in files if one.how != "stay"]
     if not _keeps_calibration(choices, folder) or calibration_notes(choices):
         new.append(_CALIBRATION)
     for name in new:
         if (folder / name).exists():
             use_it = "Use it as the calibration, or choose" if name == _CALIBRATION else "Choose"
-            raise InputError(
-                f"there is already a {name}, and nothing is overwritten",
-                where=str(folder),
-                remedy=f"{use_it} another folder.",
-            )
+            what = f"there is already a {name}, and nothing is overwritten"
+            raise InputError(what, where=str(folder), remedy=f"{use_it} another folder.")
 
 
 def _views(choices: Choices, files: Sequence[StreamFiles]) -> tuple[View, ...]:

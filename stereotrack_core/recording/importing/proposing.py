@@ -1,9 +1,8 @@
 """Probable roles of sources, by their names and sizes; a person's decisions replace them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
@@ -56,11 +55,7 @@ Views: TypeAlias = Mapping[str, tuple[str, ...]]
 
 
 def viewed(uses: Sequence[Use], views: Views) -> tuple[Use, ...]:
-    """Uses by views that a person names; what is in none of them is not used.
-
-    Two sources are the left and the right image of a stereo camera, unless one of them alone is a
-    depth map.
-    """
+    """Uses by views that a person names; two sources are left and right, unless one is depth."""
     by_name = {use.source.name: use for use in uses}
     roles: dict[str, tuple[Role, str]] = {}
     for view, names in views.items():
@@ -83,15 +78,9 @@ def viewed(uses: Sequence[Use], views: Views) -> tuple[Use, ...]:
 
 
 def possible_units(source: Source) -> tuple[tuple[float, float], ...]:
-    """Usual metres per count, and how far away the middle of the scene is with each.
-
-    The most usual one that puts it at the distance of a room comes first.
-    """
-    reader = open_source(source, "depth")
-    try:
+    """Usual metres per count, and the middle of the scene with each; of a room's distance first."""
+    with closing(open_source(source, "depth")) as reader:
         counts = reader.read(0, lambda _number, _picture: None)
-    finally:
-        reader.close()
     known = counts[counts > 0]
     if not known.size:
         return ((_UNITS[0], float("nan")),)

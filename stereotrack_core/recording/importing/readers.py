@@ -6,11 +6,9 @@ the sensor (255, 1023, 4095, 16383 or 65535): as the files state it, else the sm
 pictures stay below.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cached_property
 from itertools import accumulate
@@ -25,38 +23,19 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
-from stereotrack_core.recording.images import (
-    MEASURED_PICTURES,
-    WHITEST,
-    DamagedFrame,
-    Keep,
-    NumberedImages,
-    PictureKind,
-    brightness_of,
-    picture_of,
-    read_metres,
-    white_of,
-)
+from stereotrack_core.recording import images
 from stereotrack_core.recording.importing.choices import Choices, Use
 from stereotrack_core.recording.importing.ros import BagImages
 from stereotrack_core.recording.importing.source import AGAIN, Pictures, Source
 from stereotrack_core.recording.importing.video_sources import no_video
-from stereotrack_core.recording.video import (
-    FrameTimes,
-    VideoStream,
-    open_container,
-    video_stream,
-)
+from stereotrack_core.recording.video import FrameTimes, VideoStream, open_container, video_stream
 from stereotrack_core.recording.writing import counts_of
 
 _NEAR_GREY, _FAR_GREY = 255.0, 40.0
 
 
-def open_source(source: Source, kind: PictureKind) -> Pictures:
-    """Open a source to read its frames by number, at the rate that was chosen for it.
-
-    Raises InputError where it cannot be opened.
-    """
+def open_source(source: Source, kind: images.PictureKind) -> Pictures:
+    """Open a source to read frames by number at its chosen rate; InputError where it cannot be."""
     if source.bits > 8 and kind in ("grey", "colour"):
         reader: Pictures = EightBit(open_stored(source), source.white, grey=kind == "grey")
     else:
@@ -71,18 +50,15 @@ def open_source(source: Source, kind: PictureKind) -> Pictures:
     return Resampled(reader, times, source.rate, source.begin)
 
 
-def open_stored(source: Source, kind: PictureKind = "stored") -> Pictures:
-    """Open a source to read its frames by number as they are stored, with 8 or 16 bits.
-
-    Raises InputError where it cannot be opened.
-    """
+def open_stored(source: Source, kind: images.PictureKind = "stored") -> Pictures:
+    """Open a source to read frames as stored, 8 or 16 bits; InputError where it cannot be."""
     if source.topic:
         return BagImages(source, kind)
     if source.images:
         files = dict(zip(source.numbers, source.images, strict=True))
         if kind == "depth" and source.unit is not None:
             return MetricImages(files, source.unit)
-        return NumberedImages(files, source.pattern or "%d", kind)
+        return images.NumberedImages(files, source.pattern or "%d", kind)
     chapters: list[VideoStream] = []
     for path in source.chapters or (source.path,):
         try:
@@ -113,18 +89,12 @@ def _times_of_video(path: Path, source: Source) -> FloatArray:
             tick = float(video_stream(container, source.track).time_base)
     except (av.FFmpegError, OSError, IndexError) as error:
         raise no_video(path, error) from None
-    index = FrameTimes(path, source.track)
-    try:
+    with closing(FrameTimes(path, source.track)) as index:
         stamps = np.array(index.times(), dtype=np.float64)
-        ordered = index.ordered and len(stamps) > 0
-    finally:
-        index.close()
-    if not ordered:
-        raise InputError(
-            "the times of its frames are missing or repeat",
-            where=str(path),
-            remedy="Convert it to MP4 with a constant frame rate, or keep its frames as they come.",
-        )
+    if not (index.ordered and len(stamps)):
+        what = "the times of its frames are missing or repeat"
+        remedy = "Convert it to MP4 with a constant frame rate, or keep its frames as they come."
+        raise InputError(what, where=str(path), remedy=remedy)
     return np.asarray((stamps - stamps[0]) * tick)
 
 
@@ -134,15 +104,15 @@ class EightBit:
     """
 
     def __init__(self, reader: Pictures, white: int, *, grey: bool) -> None:
-        self._reader, self._white, self._grey = reader, white or WHITEST, grey
+        self._reader, self._white, self._grey = reader, white or images.WHITEST, grey
         self.count, self.close = reader.count, reader.close
 
-    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - those have other values
+    def read(self, k: int, keep: images.Keep) -> NDArray[Any]:  # noqa: ARG002 - those have other values
         """Picture of frame k."""
         picture = self._reader.read(k, lambda _number, _picture: None)
         if self._grey and picture.ndim == 3:
             picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-        return brightness_of(picture, self._white)
+        return images.brightness_of(picture, self._white)
 
 
 class Chapters:
@@ -160,11 +130,11 @@ class Chapters:
         """Number of frames; waits until the end of every file has been reached."""
         return self._ends[-1]
 
-    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
+    def read(self, k: int, keep: images.Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
         """Picture of frame k."""
         chapter = bisect_right(self._ends, k)
         if k < 0 or chapter == len(self._ends):
-            raise DamagedFrame(f"the video ends before frame {k}")
+            raise images.DamagedFrame(f"the video ends before frame {k}")
         own = k - (self._ends[chapter - 1] if chapter else 0)
         return self._readers[chapter].read(own, lambda _number, _picture: None)
 
@@ -195,10 +165,10 @@ class Resampled:
         """Number of frames."""
         return len(self.chosen)
 
-    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
+    def read(self, k: int, keep: images.Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
         """Picture of frame k."""
         if not 0 <= k < len(self.chosen):
-            raise DamagedFrame(f"there is no frame {k}")
+            raise images.DamagedFrame(f"there is no frame {k}")
         return self._reader.read(int(self.chosen[k]), lambda _number, _picture: None)
 
     def close(self) -> None:
@@ -206,43 +176,47 @@ class Resampled:
         self._reader.close()
 
 
-class MetricImages(NumberedImages):
+class MetricImages(images.NumberedImages):
     """Depth maps in metres as floating-point numbers, given as counts of a unit."""
 
     def __init__(self, files: Mapping[int, Path], unit: float) -> None:
         super().__init__(files, "%d", "depth")
         self._metric, self._unit = files, unit
 
-    def read(self, k: int, keep: Keep) -> NDArray[Any]:
+    def read(self, k: int, keep: images.Keep) -> NDArray[Any]:
         """Counts of frame k."""
         file = self._metric.get(k)
-        return super().read(k, keep) if file is None else counts_of(read_metres(file), self._unit)
+        return (
+            super().read(k, keep)
+            if file is None
+            else counts_of(images.read_metres(file), self._unit)
+        )
 
 
 def first_picture(source: Source, *, as_depth: bool = True) -> ImageArray:
-    """The first picture (H, W) or (H, W, 3) BGR uint8, to be shown; depth as near or far.
-
-    `as_depth`: whether values of 16 bits are depth; else they are brightness. Raises InputError
-    where it cannot be decoded.
-    """
+    """The first picture (H, W) or (H, W, 3) BGR uint8, depth as near or far, if `as_depth`."""
     depth = source.kind == "depth" and as_depth
-    kind: PictureKind = "depth" if depth else "colour"
+    kind: images.PictureKind = "depth" if depth else "colour"
     try:
         if source.topic or source.images or source.bits > 8:
-            reader = open_source(replace(source, rate=None), kind)
-            try:
+            with closing(open_source(replace(source, rate=None), kind)) as reader:
                 picture = reader.read(0, lambda _number, _picture: None)
-            finally:
-                reader.close()
         else:  # without an index of all of it
             with open_container(source.path) as container:
                 stream = video_stream(container, source.track)
-                picture = picture_of(next(container.decode(stream)), kind)
+                picture = images.picture_of(next(container.decode(stream)), kind)
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
         raise no_video(source.path, error) from None
-    except DamagedFrame as problem:
+    except images.DamagedFrame as problem:
         raise InputError(str(problem), where=str(source.path), remedy=AGAIN) from None
     return shown_depth(picture, depth_range(picture)) if depth else picture
+
+
+def pictures_spread(reader: Pictures, most: int) -> Iterator[NDArray[Any]]:
+    """At most so many pictures, spread over a source; damaged ones are told when written."""
+    for k in images.spread(reader.count(), most):
+        with suppress(images.DamagedFrame):
+            yield reader.read(k, lambda _number, _picture: None)
 
 
 def depth_range(counts: NDArray[Any]) -> tuple[float, float]:
@@ -267,22 +241,14 @@ _PNG_HEADER_BYTES = 1024
 
 
 def measured(source: Source) -> Source:
-    """The source with its white and how much of it is saturated; as it is if it has 8 bits.
-
-    Raises InputError where it cannot be opened.
-    """
+    """The source with its white, measured if above 8 bits; InputError if not opened."""
     if source.bits <= 8 or source.unit is not None or source.white:
         return source
-    reader = open_stored(source)
-    counts = np.zeros(WHITEST + 1, dtype=np.int64)
-    try:
-        for k in np.unique(np.linspace(0, reader.count() - 1, MEASURED_PICTURES).astype(int)):
-            with suppress(DamagedFrame):  # said when it is written
-                picture = reader.read(int(k), lambda _number, _picture: None)
-                counts += np.bincount(picture.ravel(), minlength=WHITEST + 1)
-    finally:
-        reader.close()
-    white = white_of(counts, _stated(source.path) if source.images else None)
+    counts = np.zeros(images.WHITEST + 1, dtype=np.int64)
+    with closing(open_stored(source)) as reader:
+        for picture in pictures_spread(reader, images.MEASURED_PICTURES):
+            counts += np.bincount(picture.ravel(), minlength=images.WHITEST + 1)
+    white = images.white_of(counts, _stated(source.path) if source.images else None)
     saturated = float(counts[white:].sum() / max(int(counts.sum()), 1))
     return replace(source, white=white, saturated=saturated)
 
@@ -300,16 +266,12 @@ def _stated(path: Path) -> int | None:
         with Image.open(path) as image:
             value = getattr(image, "tag_v2", {}).get(_MAX_SAMPLE_VALUE)
         largest = max(value) if isinstance(value, tuple) else value
-        return int(largest) if largest and 255 <= largest < WHITEST else None
+        return int(largest) if largest and 255 <= largest < images.WHITEST else None
     return None
 
 
 def with_one_white(choices: Choices) -> Choices:
-    """Choices whose pictures of more than 8 bits have one white, by default the largest measured.
-
-    Images of depth cameras, which are infrared, have one of their own. Raises InputError where a
-    source cannot be opened.
-    """
+    """Choices with one white of pictures above 8 bits, and one of depth cameras' infrared ones."""
     uses = [
         replace(use, source=measured(use.source)) if shows_brightness(use) else use
         for use in choices.uses

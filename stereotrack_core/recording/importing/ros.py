@@ -4,8 +4,6 @@ The instant of an image is the stamp of its header; where the driver left it emp
 which it was recorded. Depth is 16 bits in millimetres, or 32-bit floats in metres (REP 118).
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Iterator, Sequence
@@ -107,11 +105,9 @@ def read_topics(path: Path) -> list[Source]:
                 places=tuple(at for _, at in ordered), focal=_focal_of(topic, focals),
             ))  # fmt: skip
     if not found:
-        raise InputError(
-            f"the bag contains no images; its topics are {', '.join(everything) or 'none'}",
-            where=str(path),
-            remedy="Record sensor_msgs/Image or sensor_msgs/CompressedImage.",
-        )
+        what = f"the bag contains no images; its topics are {', '.join(everything) or 'none'}"
+        remedy = "Record sensor_msgs/Image or sensor_msgs/CompressedImage."
+        raise InputError(what, where=str(path), remedy=remedy)
     return found
 
 
@@ -184,12 +180,10 @@ def _said(path: Path) -> Iterator[None]:
         libraries = ("rosbags", "apsw", "sqlite3", "lz4")
         if not isinstance(error, _DAMAGE) and not type(error).__module__.startswith(libraries):
             raise
-        raise InputError(
-            f"the bag cannot be read ({str(error) or type(error).__name__})",
-            where=str(path),
-            remedy="Copy it again, or repair it with `rosbag reindex` or `ros2 bag reindex`. A bag "
-            "of ROS 2 is a folder with a metadata.yaml.",
-        ) from None
+        what = f"the bag cannot be read ({str(error) or type(error).__name__})"
+        repair = "Copy it again, or repair it with `rosbag reindex` or `ros2 bag reindex`."
+        remedy = f"{repair} A bag of ROS 2 is a folder with a metadata.yaml."
+        raise InputError(what, where=str(path), remedy=remedy) from None
 
 
 class BagImages:
@@ -241,10 +235,8 @@ def is_depth(message: Any) -> bool:
 
 
 def picture_in(message: Any, kind: PictureKind, unit: float) -> NDArray[Any]:
-    """Pixels of a message: (H, W) uint8 grey, (H, W, 3) BGR uint8, or (H, W) uint16 counts.
-
-    Stored: uint8 or uint16 as in the message. Metres become counts of `unit`. Raises
-    DamagedFrame where they cannot be decoded.
+    """Pixels of a message: grey (H, W), BGR (H, W, 3) uint8, counts (H, W) uint16, or as stored.
+    Metres become counts of `unit`. Raises DamagedFrame where they cannot be decoded.
     """
     try:
         raw = _raw(message) if hasattr(message, "encoding") else _compressed(message)

@@ -1,8 +1,7 @@
 """Signals of a source over time, one number per frame or millisecond."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,9 +17,7 @@ from stereotrack_core.recording.importing.readers import open_source
 from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.video import open_container, video_stream
 
-SOUND_RATE = 1000.0
-"""Values per second of :func:`loudness`."""
-
+SOUND_RATE = 1000.0  # values per second of :func:`loudness`
 _WIDTH, _HEIGHT = 80, 60  # pixels to which images are reduced
 _SAMPLES = 16_000  # per second, of the sound
 _PER_VALUE = int(_SAMPLES / SOUND_RATE)
@@ -34,10 +31,8 @@ IsCancelled = Callable[[], bool]
 class Signal:
     """Values at equal steps of time."""
 
-    values: FloatArray
-    """(N,)."""
-    begin: float = 0.0
-    """Seconds of the first value after the first frame of the source."""
+    values: FloatArray  # (N,)
+    begin: float = 0.0  # seconds of the first value after the first frame of the source
 
 
 def brightness(source: Source, cancelled: IsCancelled) -> Signal:
@@ -71,27 +66,19 @@ def motion_of(pictures: Iterable[FloatArray]) -> FloatArray:
 
 
 def loudness(source: Source, cancelled: IsCancelled) -> Signal:
-    """Rise of the loudness of the sound (N,), one value a millisecond.
-
-    Raises InputError where there is no sound.
-    """
+    """Rise of the sound's loudness (N,), one value a millisecond; InputError without sound."""
     if not source.sound:
-        raise InputError(
-            f"{source.name} has no sound",
-            where=str(source.path),
-            remedy="Use another method, such as motion.",
-        )
+        what = f"{source.name} has no sound"
+        raise InputError(what, where=str(source.path), remedy="Use another method, such as motion.")
     try:
         with open_container(source.path) as container:
             stream = video_stream(container)
             shown = float((stream.start_time or 0) * stream.time_base)
         samples, heard = _sound(source, cancelled)
     except (av.FFmpegError, OSError, IndexError) as error:
-        raise InputError(
-            f"its sound cannot be read ({reason(error)})",
-            where=str(source.path),
-            remedy="Use another method, such as motion.",
-        ) from None
+        what = f"its sound cannot be read ({reason(error)})"
+        remedy = "Use another method, such as motion."
+        raise InputError(what, where=str(source.path), remedy=remedy) from None
     count = len(samples) // _PER_VALUE
     loud = np.abs(samples[: count * _PER_VALUE]).reshape(count, _PER_VALUE).mean(axis=1)
     rise = np.maximum(np.diff(loud, prepend=loud[:1]), 0.0)
@@ -117,21 +104,15 @@ def _sound(source: Source, cancelled: IsCancelled) -> tuple[FloatArray, float]:
 def _pictures(source: Source, cancelled: IsCancelled) -> Iterator[FloatArray]:
     """All pictures in grey, reduced (H, W) float32; a damaged one counts as the one before."""
     depth = source.kind == "depth"
-    reader = open_source(source, "depth" if depth else "grey")
     before: Any = np.zeros((_HEIGHT, _WIDTH), np.float32)
-    try:
+    with closing(open_source(source, "depth" if depth else "grey")) as reader:
         for k in range(reader.count()):
             if cancelled():
                 raise Cancelled
-            try:
+            with suppress(DamagedFrame):
                 picture: Any = reader.read(k, lambda _number, _picture: None)
-            except DamagedFrame:
-                yield before
-                continue
-            before = reduced(picture.astype(np.float32) / (64.0 if depth else 1.0))
+                before = reduced(picture.astype(np.float32) / (64.0 if depth else 1.0))
             yield before
-    finally:
-        reader.close()
 
 
 def reduced(picture: Any) -> FloatArray:

@@ -1,7 +1,5 @@
 """One source of a recording that is made: a video, numbered images, or a topic of a ROS bag."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
@@ -14,8 +12,7 @@ SourceKind: TypeAlias = Literal["video", "images", "depth"]
 
 AGAIN = "Use another copy of the file."
 
-METRIC_UNIT = 0.0005
-"""Metres per count of depth maps that were floating-point metres: up to 32 m."""
+METRIC_UNIT = 0.0005  # metres per count of depth maps that were floating-point metres: up to 32 m
 
 
 class Pictures(Protocol):
@@ -35,30 +32,20 @@ class Pictures(Protocol):
 class Source:
     """One video, or the numbered images of one folder."""
 
-    name: str
-    """Unique among all sources that were found."""
-    path: Path
-    """The video, its first chapter, or the first image."""
+    name: str  # unique among all sources that were found
+    path: Path  # the video, its first chapter, or the first image
     kind: SourceKind
     width: int
-    height: int
-    """Size in pixels, as stored."""
-    frames: int
-    """Number of frames; for a video as far as its header states it."""
-    fps: float | None = None
-    """Frames per second; None where the files do not state it."""
-    clock: bool = True
-    """Whether a video states the times of its frames; a raw stream does not."""
+    height: int  # size in pixels, as stored
+    frames: int  # number of frames; for a video as far as its header states it
+    fps: float | None = None  # frames per second; None where the files do not state it
+    clock: bool = True  # whether a video states the times of its frames; a raw stream does not
     chapters: tuple[Path, ...] = ()
     """The files of a video that the camera split, in their order; none of other videos."""
-    track: int = 0
-    """Index of the video track in the file."""
-    tracks: int = 1
-    """Number of video tracks in the file."""
-    bits: int = 8
-    """Bits of a stored value: 16 of depth maps and of pictures with more than 8 bits."""
-    white: int = 0
-    """Stored value that becomes white in a picture of 8 bits; 0 until it is measured."""
+    track: int = 0  # index of the video track in the file
+    tracks: int = 1  # number of video tracks in the file
+    bits: int = 8  # bits of a stored value: 16 of depth maps and of pictures with more than 8 bits
+    white: int = 0  # stored value that becomes white in a picture of 8 bits; 0 until it is measured
     saturated: float = 0.0
     """Share of the pixels of the measured pictures that are as bright as white, or brighter."""
     created: float | None = None
@@ -66,34 +53,24 @@ class Source:
     start: float | None = None
     """Time of the first frame in seconds since 1970, where the file states it."""
     sound: bool = False
-    turned: int = 0
-    """Degrees clockwise to look upright: 0, 90, 180 or 270."""
-    images: tuple[Path, ...] = ()
-    """Image files in their order; none for a video."""
+    turned: int = 0  # degrees clockwise to look upright: 0, 90, 180 or 270
+    images: tuple[Path, ...] = ()  # image files in their order; none for a video
     pattern: str = ""
     """printf pattern that the images' names fit; empty where the format cannot express them."""
     numbers: tuple[int, ...] = ()
     """Frame of each image, from 0; a number that is left out has no image."""
-    lowest: int | None = None
-    """The number in the first image's name, where numbers count frames."""
+    lowest: int | None = None  # the number in the first image's name, where numbers count frames
     times: tuple[float, ...] = ()
     """Seconds since 1970 of each frame, where names or messages state them."""
-    uneven: float = 0.0
-    """Largest distance of a frame from its place at a constant rate, in frames."""
-    pause: float = 0.0
-    """Longest time between two frames in seconds; 0 where it is not known."""
-    unit: float | None = None
-    """Metres per count, where the depth maps state it."""
-    topic: str = ""
-    """Topic of the images in a ROS bag."""
-    places: tuple[int, ...] = ()
-    """Where each frame lies in a ROS bag, in nanoseconds."""
-    focal: float | None = None
-    """Focal length in pixels, where a ROS bag states it."""
+    uneven: float = 0.0  # largest distance of a frame from its place at a constant rate, in frames
+    pause: float = 0.0  # longest time between two frames in seconds; 0 where it is not known
+    unit: float | None = None  # metres per count, where the depth maps state it
+    topic: str = ""  # topic of the images in a ROS bag
+    places: tuple[int, ...] = ()  # where each frame lies in a ROS bag, in nanoseconds
+    focal: float | None = None  # focal length in pixels, where a ROS bag states it
     rate: float | None = None
     """Frames per second at which frames are picked by their times; None: all are taken."""
-    begin: float = 0.0
-    """Seconds after the first frame at which picking begins."""
+    begin: float = 0.0  # seconds after the first frame at which picking begins
 
     @property
     def size(self) -> tuple[int, int]:

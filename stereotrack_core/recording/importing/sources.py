@@ -1,7 +1,5 @@
 """Look at videos and images that are no recording yet: what each of them is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,16 +13,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.limited_process import read_apart
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
-from stereotrack_core.recording.importing.image_groups import (
-    Numbering,
-    check_sizes,
-    groups_of,
-    is_image,
-    is_video,
-    numbering_of,
-    single_images,
-    stem_of,
-)
+from stereotrack_core.recording.importing import image_groups
 from stereotrack_core.recording.importing.ros import bags_in, is_bag_file, read_topics
 from stereotrack_core.recording.importing.source import AGAIN, METRIC_UNIT, Source, SourceKind
 from stereotrack_core.recording.importing.video_sources import joined, rate_of, tracks_of
@@ -37,12 +26,10 @@ class Found:
     """Sources in folders and files that somebody named."""
 
     sources: tuple[Source, ...]
-    problems: tuple[InputError, ...] = ()
-    """Errors of the files that could not be read."""
+    problems: tuple[InputError, ...] = ()  # errors of the files that could not be read
     backgrounds: tuple[Path, ...] = ()
     """Single images beside the streams, some of which may show the empty scene."""
-    notes: tuple[str, ...] = ()
-    """Remarks on them, in clauses."""
+    notes: tuple[str, ...] = ()  # remarks on them, in clauses
     folder: Path | None = None
     """The folder that was named, where it was one alone, else the one that all files lie in."""
 
@@ -61,43 +48,40 @@ def look_at(paths: Sequence[Path]) -> Found:
     paths = [Path(path) for path in paths]
     for path in paths:
         if not path.exists():
-            raise InputError("there is no such file or folder", where=str(path),
-                             remedy="Correct the path.")  # fmt: skip
+            what = "there is no such file or folder"
+            raise InputError(what, where=str(path), remedy="Correct the path.")
     sources: list[Source] = []
     problems: list[InputError] = []
     bags = bags_in(paths)
     for bag in bags:
         sources += read_apart(read_topics, bag, AGAIN)  # its parts may unfold to any size
     others = [path for path in paths if path not in bags]
-    for group in groups_of(others):
+    for group in image_groups.groups_of(others):
         if len(sources) >= _MOST_SOURCES:
             break
         try:
-            sources += [_images(group)] if is_image(group[0]) else tracks_of(group[0])
+            sources += [_images(group)] if image_groups.is_image(group[0]) else tracks_of(group[0])
         except InputError as problem:
             problems.append(problem)
     sources, notes = joined(sources)
     if not sources:
         if problems:
             raise problems[0]
-        single = len(list(single_images(others)))
-        raise InputError(
-            f"no videos and no numbered images were found, but {counted(single, 'single image')}"
-            if single
-            else "no videos and no numbered images were found",
-            where=", ".join(str(path) for path in paths),
-            remedy="Number images in their order, such as 0001.png."
-            if single > 1
-            else "Name video files, a ROS bag, or a folder with videos or folders of images.",
-        )
-    backgrounds = tuple(single_images(others))
+        single = len(list(image_groups.single_images(others)))
+        what = "no videos and no numbered images were found"
+        what += f", but {counted(single, 'single image')}" if single else ""
+        remedy = "Name video files, a ROS bag, or a folder with videos or folders of images."
+        if single > 1:
+            remedy = "Number images in their order, such as 0001.png."
+        raise InputError(what, where=", ".join(map(str, paths)), remedy=remedy)
+    backgrounds = tuple(image_groups.single_images(others))
     folder = None if bags else _common_folder(paths)  # a bag has no folder of its own
     return Found(_named(sources), tuple(problems), backgrounds, tuple(notes), folder)
 
 
 def is_media(path: Path) -> bool:
     """Whether a file looks like a video, an image or a ROS bag."""
-    return is_video(path) or is_image(path) or is_bag_file(path)
+    return image_groups.is_video(path) or image_groups.is_image(path) or is_bag_file(path)
 
 
 def is_unmade(path: Path) -> bool:
@@ -109,7 +93,7 @@ def is_unmade(path: Path) -> bool:
 
 def holds_media(folder: Path) -> bool:
     """Whether a folder, or one of its folders, holds videos or several images by their names."""
-    return next(groups_of([folder]), None) is not None
+    return next(image_groups.groups_of([folder]), None) is not None
 
 
 # ---- one source
@@ -118,10 +102,10 @@ def holds_media(folder: Path) -> bool:
 def _images(files: tuple[Path, ...]) -> Source:
     first = files[0]
     kind, size, unit, bits = _what_is(first)
-    check_sizes(files, size)
-    numbering = numbering_of(files)
+    image_groups.check_sizes(files, size)
+    numbering = image_groups.numbering_of(files)
     return Source(
-        name=stem_of(first) or first.parent.name,
+        name=image_groups.stem_of(first) or first.parent.name,
         path=first, kind=kind, width=size[0], height=size[1], frames=numbering.numbers[-1] + 1,
         images=files, pattern="" if unit else numbering.pattern, numbers=numbering.numbers,
         lowest=None if numbering.times else numbering.lowest, unit=unit, bits=bits,
@@ -146,7 +130,7 @@ def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None, in
     return "depth", (width, height), METRIC_UNIT, 16
 
 
-def _timing(numbering: Numbering) -> dict[str, Any]:
+def _timing(numbering: image_groups.Numbering) -> dict[str, Any]:
     if not numbering.times:
         return {}
     rate, uneven, pause = rate_of(np.array(numbering.times))

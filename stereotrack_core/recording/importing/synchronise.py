@@ -5,8 +5,6 @@ normalised correlation is highest, between samples by a parabola. The answer is 
 signals agree too little, or as well elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -49,12 +47,9 @@ class Lead:
     """The place in a source of what the first source shows in its frame 0."""
 
     source: str
-    frames: float
-    """The source's own frame there; with fractions, negative where it starts later."""
-    correlation: float
-    """How well the signals agree, at most 1."""
-    elsewhere: float
-    """How well they agree in the second best place."""
+    frames: float  # the source's own frame there; with fractions, negative where it starts later
+    correlation: float  # how well the signals agree, at most 1
+    elsewhere: float  # how well they agree in the second best place
 
     def says(self, fps: float) -> str:
         """Place and evidence in words."""
@@ -108,13 +103,13 @@ def leads_of(
     on_progress: OnProgress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Lead, ...]:
-    """Where each source shows what the first one shows in its frame 0; all have the same rate.
-
-    Raises InputError where a source lacks what the method needs, or the evidence is too weak;
-    Cancelled on request.
+    """Where each source shows what the first shows in its frame 0; all have the same rate.
+    InputError where one lacks what the method needs, or evidence is weak; Cancelled on request.
     """
     if method == "start":
-        return _by_start(sources, fps)
+        starts = [_start_of(source) for source in sources]
+        pairs = zip(sources, starts, strict=True)
+        return tuple(Lead(one.name, (starts[0] - own) * fps, 1.0, 0.0) for one, own in pairs)
     read = {"flash": brightness, "clap": loudness, "motion": motion}[method]
     signals = []
     for number_, source in enumerate(sources):
@@ -129,10 +124,11 @@ def leads_of(
     rate = SOUND_RATE if method == "clap" else fps
     for source, signal in zip(sources[1:], signals[1:], strict=True):
         lag, best, second = best_lag(first.values, signal.values)
-        score = score_of(first.values, signal.values, lag, best)
+        score = score_of(first.values, signal.values, round(lag), best)
         _check_evidence(source, sources[0], (best, second, score))
         if method == "flash":
-            lag = _lag_of_flash(first.values, signal.values, round(lag))
+            peak = int(np.argmax(first.values))  # its rise, which exposures share between frames
+            lag = _centre(signal.values, peak + round(lag)) - _centre(first.values, peak)
         seconds = lag / rate + signal.begin - first.begin
         leads.append(Lead(source.name, seconds * fps, best, second))
     return tuple(leads)
@@ -172,12 +168,6 @@ def beside_least(values: FloatArray, at: int) -> float:
     return float(0.5 * (before - after) / bend) if bend > 0 else 0.0
 
 
-def _lag_of_flash(one: FloatArray, other: FloatArray, lag: int) -> float:
-    """Lag between the centres of the brightest rise, which exposures share between frames."""
-    peak = int(np.argmax(one))
-    return _centre(other, peak + lag) - _centre(one, peak)
-
-
 def _centre(values: FloatArray, peak: int) -> float:
     """Centre of what rises within a frame of `peak`."""
     near = np.arange(max(peak - 1, 0), min(peak + 2, len(values)))
@@ -200,27 +190,21 @@ def _check_event(values: FloatArray, source: Source, method: Method) -> None:
     rest = np.delete(values, np.arange(max(peak - 2, 0), min(peak + 3, len(values))))
     usual = float(np.percentile(rest, _USUAL_PERCENT)) if rest.size else 0.0
     if values.max() <= 0 or values.max() < _LEAST_EVENT * usual:
-        raise InputError(
-            f"no {what} stands out in {source.name}",
-            where=str(source.path),
-            remedy="Use another method, or give the first frames by hand.",
-        )
+        what = f"no {what} stands out in {source.name}"
+        remedy = "Use another method, or give the first frames by hand."
+        raise InputError(what, where=str(source.path), remedy=remedy)
 
 
-def score_of(one: FloatArray, other: FloatArray, lag: float, correlation: float) -> float:
-    """Standard deviations by which signals agree better than by chance (Fisher's z)."""
-    count = independent_values(one, other, round(lag))
-    return float(np.arctanh(min(correlation, 0.999)) * np.sqrt(max(count - 3.0, 0.0)))
+def score_of(one: FloatArray, other: FloatArray, lag: int, correlation: float) -> float:
+    """Standard deviations by which signals agree better than by chance (Fisher's z).
 
-
-def independent_values(one: FloatArray, other: FloatArray, lag: int) -> float:
-    """How many independent values two signals share at a lag (Bartlett's formula).
-
-    Values beside each other are alike where motion is smooth, so that they count for less.
+    Values beside each other are alike where motion is smooth, so that they count for less
+    (Bartlett's formula).
     """
     shared = min(len(one), len(other) - lag) - max(0, -lag)
     alike = _autocorrelation(one) * _autocorrelation(other)
-    return max(shared, 1) / max(1.0 + 2.0 * float(alike.sum()), 1.0)
+    count = max(shared, 1) / max(1.0 + 2.0 * float(alike.sum()), 1.0)
+    return float(np.arctanh(min(correlation, 0.999)) * np.sqrt(max(count - 3.0, 0.0)))
 
 
 def _autocorrelation(signal: FloatArray) -> FloatArray:
@@ -245,19 +229,9 @@ def _check_evidence(source: Source, first: Source, evidence: tuple[float, float,
         why = f"so little happens in them that they may agree by chance (correlation {best:.2f})"
     else:
         return
-    raise InputError(
-        f"{source.name} and {first.name} cannot be synchronised: {why}",
-        where=str(source.path),
-        remedy="Use longer files, another method, or give the first frames by hand.",
-    )
-
-
-def _by_start(sources: Sequence[Source], fps: float) -> tuple[Lead, ...]:
-    starts = [_start_of(source) for source in sources]
-    return tuple(
-        Lead(source.name, (starts[0] - start) * fps, 1.0, 0.0)
-        for source, start in zip(sources, starts, strict=True)
-    )
+    what = f"{source.name} and {first.name} cannot be synchronised: {why}"
+    remedy = "Use longer files, another method, or give the first frames by hand."
+    raise InputError(what, where=str(source.path), remedy=remedy)
 
 
 def _start_of(source: Source) -> float:
@@ -267,11 +241,9 @@ def _start_of(source: Source) -> float:
         if found is not None:
             return found + source.begin
     if source.start is None:
-        raise InputError(
-            "the file does not state its start time with fractions of a second",
-            where=str(source.path),
-            remedy=f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds.",
-        )
+        what = "the file does not state its start time with fractions of a second"
+        remedy = f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds."
+        raise InputError(what, where=str(source.path), remedy=remedy)
     return source.start + source.begin
 
 
@@ -292,14 +264,11 @@ _SAME_LENGTH = 0.1  # of the length, within which cameras that were started toge
 def at_one_rate(choices: Choices) -> Choices:
     """Choices whose sources all have the frame rate of the recording, and begin together by stamps.
 
-    Sources whose rate is uneven or differs from the recording's are resampled. Where all state the
-    instant of each frame, they are resampled from the first instant that all of them show.
-    A rate that is given for files that all state another one is taken as the right one.
-
-    Sources that state no rate are taken frame by frame.
-
-    Raises InputError where stamped sources have no time in common, or a source that states no rate
-    is longer or shorter than those that state one.
+    Sources whose rate is uneven or differs are resampled; where all state the instant of each
+    frame, from the first instant that all of them show. A rate that is given for files that all
+    state another one is taken as the right one. Sources that state none are taken frame by frame.
+    Raises InputError where stamped sources have no time in common, or one without rate has another
+    length.
     """
     used = choices.used()
     sources = [use.source for use in used]
@@ -362,9 +331,7 @@ def _common_begin(sources: list[Source], rate: float) -> float | None:
     latest = max(sources, key=lambda one: one.times[0])
     if last.times[-1] <= latest.times[0]:
         apart = latest.times[0] - last.times[-1]
-        raise InputError(
-            f"{last.name} ends {apart:.1f} s before {latest.name} begins",
-            where=str(last.path),
-            remedy="Use sources of the same time, or whose clocks agree.",
-        )
+        what = f"{last.name} ends {apart:.1f} s before {latest.name} begins"
+        remedy = "Use sources of the same time, or whose clocks agree."
+        raise InputError(what, where=str(last.path), remedy=remedy)
     return latest.times[0]

@@ -1,10 +1,8 @@
 """Contents of a video file: its tracks, their number of frames, rate and start."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -18,12 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import check_file, readable, reason
 from stereotrack_core.recording.importing.image_groups import is_video
 from stereotrack_core.recording.importing.source import Source
-from stereotrack_core.recording.video import (
-    FrameTimes,
-    open_container,
-    video_stream,
-    video_tracks,
-)
+from stereotrack_core.recording.video import FrameTimes, open_container, video_stream, video_tracks
 
 _RAW_STREAMS = frozenset(
     {"av1", "avs2", "avs3", "cavsvideo", "dirac", "evc", "h261", "h263", "h264", "hevc", "m4v"}
@@ -35,16 +28,11 @@ _RAW_STREAMS = frozenset(
 _MOST_PACKETS = 5000  # of a video without an index, to see whether its frame rate is constant
 _USUAL_RATES = (5, 6, 10, 12, 12.5, 15, 20, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 120)
 _AS_USUAL = 0.01  # of a rate
-MOST_UNEVEN = 0.75
-"""Frames by which a stream may be uneven without being resampled."""
+MOST_UNEVEN = 0.75  # frames by which a stream may be uneven without being resampled
 
 
 def rate_of(times: FloatArray) -> tuple[float, float, float]:
-    """Frames per second of time stamps (N,), how far from even they are, and the longest pause.
-
-    The rate is that of the usual step, as a usual rate where it is near to one; the distance is in
-    frames, the pause in seconds.
-    """
+    """Frames per second of times (N,) by the usual step, unevenness (frames), pause (s)."""
     steps = np.diff(times)
     usual = float(np.median(steps))
     rate = 1.0 / usual if usual > 0 else 1.0
@@ -71,19 +59,16 @@ def tracks_of(path: Path) -> list[Source]:
         raise no_video(path, IndexError())
     if len(sources) == 1:
         return sources
+    usual = ["depth" if one.kind == "depth" else f"track{one.track + 1}" for one in sources]
     return [
-        replace(one, name=f"{path.stem}_{title or _usual_title(one)}", tracks=len(titles))
-        for one, title in zip(sources, titles, strict=True)
+        replace(one, name=f"{path.stem}_{title or otherwise}", tracks=len(titles))
+        for one, title, otherwise in zip(sources, titles, usual, strict=True)
     ]
 
 
 def _title_of(stream: Any) -> str:
     title = stream.metadata.get("title") or stream.metadata.get("handler_name") or ""
     return "" if title.lower().endswith("handler") else title.strip().lower().replace(" ", "_")
-
-
-def _usual_title(source: Source) -> str:
-    return "depth" if source.kind == "depth" else f"track{source.track + 1}"
 
 
 def _video(path: Path, track: int) -> Source:
@@ -137,11 +122,8 @@ def _steadiness(
 
 def _counted(path: Path, track: int) -> int:
     """Number of frames of a video whose header does not tell it."""
-    index = FrameTimes(path, track)
-    try:
+    with closing(FrameTimes(path, track)) as index:
         return index.count()
-    finally:
-        index.close()
 
 
 def chapters_from(path: Path) -> tuple[Path, ...]:
@@ -177,10 +159,9 @@ def _created(container: Any, stream: Any) -> float | None:
 def no_video(path: Path, error: Exception) -> InputError:
     """The error for a file that is no video."""
     empty = isinstance(error, IndexError | StopIteration)
+    what = f"it cannot be opened as a video ({'it contains no image' if empty else reason(error)})"
     return InputError(
-        f"it cannot be opened as a video ({'it contains no image' if empty else reason(error)})",
-        where=str(path),
-        remedy=readable(error, "Convert it to a common format such as MP4."),
+        what, where=str(path), remedy=readable(error, "Convert it to a common format such as MP4.")
     )
 
 
@@ -193,10 +174,7 @@ _SAME_INSTANT_S = 1.5  # times of creation are whole seconds, rounded either way
 
 
 def chapter_of(path: Path) -> tuple[str, int] | None:
-    """The video that a file of a GoPro belongs to, and the number of its chapter from 1.
-
-    None if the name is not one of a GoPro.
-    """
+    """The video that a file of a GoPro belongs to, and its chapter from 1; None for other names."""
     stem = path.stem
     if match := _GOPRO.fullmatch(stem):
         return f"{match[1].upper()}{match[3]}", int(match[2])

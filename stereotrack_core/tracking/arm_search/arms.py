@@ -16,16 +16,38 @@ from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.rotation import rotation_from_vector
 
 LEFT, RIGHT = 0, 1
+_S = float(np.sqrt(0.5))
+# Upper arm and forearm of a right arm where arms usually are, torso's frame: hanging, bent,
+# crossed, forward, sideways, raised, folded, at the back.
+_CANONICAL = np.array(
+    [
+        [[0, 0, -1], [0, 0, -1]],
+        [[0.2, 0, -1], [0, 0.3, -1]],
+        [[0, 0, -1], [0, 1, 0]],
+        [[0, 0, -1], [-0.5, 0.8, 0.2]],
+        [[0, 0.3, -1], [-1, 0.5, 0]],
+        [[0, 0.3, -1], [-0.8, 0.4, 0.5]],
+        [[0.2, 0.5, -0.8], [-1, 0.1, 0.1]],
+        [[0, 1, 0], [0, 1, 0]],
+        [[0, 1, 0], [-1, 0.3, 0]],
+        [[0.3, 0.8, -0.5], [0, 0.2, 1]],
+        [[1, 0, 0], [1, 0, 0]],
+        [[1, 0, 0], [0, 0.2, 1]],
+        [[1, 0, -0.3], [-0.6, 0.8, 0]],
+        [[_S, 0, _S], [_S, 0, _S]],
+        [[0, 0.2, 1], [0, 0.1, 1]],
+        [[0.5, 0.2, 0.8], [-0.9, 0, 0.3]],
+        [[0.3, -0.3, -0.9], [-0.4, 0.3, -0.2]],
+    ]
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Arms:
     """K proposals for one arm."""
 
-    upper: FloatArray
-    fore: FloatArray
-    """`upper` and `fore`: (K, 3). Unit vectors from shoulder to elbow and from elbow to hand,
-    torso's frame."""
+    upper: FloatArray  # (K, 3). Unit vectors from shoulder to elbow, torso's frame.
+    fore: FloatArray  # (K, 3). Unit vectors from elbow to hand, torso's frame.
 
     def __len__(self) -> int:
         return len(self.upper)
@@ -36,9 +58,7 @@ class Arms:
 
 def directions(vectors: FloatArray) -> FloatArray:
     """Unit vectors (..., 3) along vectors (..., 3)."""
-    length = np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
-    result: FloatArray = vectors / length
-    return result
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
 
 
 def joined(*arms: Arms) -> Arms:
@@ -72,16 +92,12 @@ def with_arm(pose: Pose, side: int, upper: FloatArray, fore: FloatArray) -> Pose
 class ArmShape:
     """One arm's place and size, as balls swept along three segments."""
 
-    side: int
-    """``LEFT`` or ``RIGHT``."""
-    shoulder: FloatArray
-    """(3,), torso's frame."""
-    upper_length: float
+    side: int  # `LEFT` or `RIGHT`
+    shoulder: FloatArray  # (3,), torso's frame
+    upper_length: float  # metres, as the others
     fore_length: float
     hand_length: float
-    """`upper_length`, `fore_length` and `hand_length`: metres."""
-    radii: FloatArray
-    """(3, 2), metres. Of upper arm, forearm and hand, at both ends."""
+    radii: FloatArray  # (3, 2), metres. Of upper arm, forearm and hand, at both ends.
 
     @property
     def reach(self) -> float:
@@ -101,9 +117,8 @@ class ArmShape:
 def arm_shape(body: BodyModel, side: int) -> ArmShape:
     """Shape of a body's arm, where the shoulder rests."""
     p, cones = body.skeleton.proportions, body.cones
-    of_upper = np.flatnonzero(cones.part == UPPER_ARMS[side])
-    of_fore = np.flatnonzero(cones.part == FOREARMS[side])
-    indices = np.concatenate([of_upper, of_fore])
+    limbs = UPPER_ARMS[side], FOREARMS[side]
+    indices = np.concatenate([np.flatnonzero(cones.part == limb) for limb in limbs])
     return ArmShape(
         side=side,
         shoulder=body.skeleton.joints[UPPER_ARMS[side]],
@@ -114,45 +129,10 @@ def arm_shape(body: BodyModel, side: int) -> ArmShape:
     )
 
 
-_S = float(np.sqrt(0.5))
-
-_CANONICAL = np.array(
-    [
-        [[0, 0, -1], [0, 0, -1]],
-        [[0.2, 0, -1], [0, 0.3, -1]],
-        [[0, 0, -1], [0, 1, 0]],
-        [[0, 0, -1], [-0.5, 0.8, 0.2]],
-        [[0, 0.3, -1], [-1, 0.5, 0]],
-        [[0, 0.3, -1], [-0.8, 0.4, 0.5]],
-        [[0.2, 0.5, -0.8], [-1, 0.1, 0.1]],
-        [[0, 1, 0], [0, 1, 0]],
-        [[0, 1, 0], [-1, 0.3, 0]],
-        [[0.3, 0.8, -0.5], [0, 0.2, 1]],
-        [[1, 0, 0], [1, 0, 0]],
-        [[1, 0, 0], [0, 0.2, 1]],
-        [[1, 0, -0.3], [-0.6, 0.8, 0]],
-        [[_S, 0, _S], [_S, 0, _S]],
-        [[0, 0.2, 1], [0, 0.1, 1]],
-        [[0.5, 0.2, 0.8], [-0.9, 0, 0.3]],
-        [[0.3, -0.3, -0.9], [-0.4, 0.3, -0.2]],
-    ]
-)
-"""Upper arm and forearm of a right arm in places where arms usually are, torso's frame."""
-
-
-def _canonical_arms(side: int) -> Arms:
-    """Arms hanging, bent, crossed, forward, sideways, raised, folded, at the back."""
-    units = directions(_CANONICAL @ MIRROR if side == LEFT else _CANONICAL)
-    return Arms(units[:, 0], units[:, 1])
-
-
 def arms_around(
     centre: Arms, count: int, upper_sigma: float, fore_sigma: float, rng: np.random.Generator
 ) -> Arms:
-    """Draw arms around one arm; standard deviations in radians.
-
-    The forearm turns with the upper arm before it is turned itself.
-    """
+    """Draw arms around one arm, deviations in radians; the forearm turns with the upper arm."""
     whole = rotation_from_vector(rng.normal(size=(count, 3)) * upper_sigma)
     alone = rotation_from_vector(rng.normal(size=(count, 3)) * fore_sigma)
     fore = np.einsum("kij,kj->ki", alone, whole @ centre.fore[0])
@@ -195,23 +175,17 @@ def proposals(
     count: int,
     rng: np.random.Generator,
 ) -> Arms:
-    """All proposals for one arm; the first is the present one, the second the predicted.
+    """About `count` proposals for one arm; the first is the present one, the second the predicted.
 
-    Parameters
-    ----------
-    predicted, present : Arms
-        One arm each: from the last frame, and after following the data.
-    unexplained : (N, 3) float64, torso's frame
-        Data that nothing explains.
-    count : int
-        About how many.
-    rng : Generator
+    `predicted` and `present` are one arm each: from the last frame, and after following the data.
+    Nothing explains the data `unexplained` (N, 3), torso's frame.
     """
     near, wide = np.radians([18.0, 45.0])
+    usual = directions(_CANONICAL @ MIRROR if shape.side == LEFT else _CANONICAL)
     sets = [
         present,
         predicted,
-        _canonical_arms(shape.side),
+        Arms(usual[:, 0], usual[:, 1]),
         arms_around(present, count // 4, near, near, rng),
         arms_around(predicted, count // 6, near, wide, rng),
         arms_around(predicted, count // 6, wide, wide, rng),

@@ -1,8 +1,5 @@
 """Arms as 2-D keypoints show them: where they could be, and what speaks against a place."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,34 +12,22 @@ from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
 from stereotrack_core.tracking.arm_search.arms import Arms, ArmShape, directions
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 
-_JOINTS = ("elbow", "wrist")
-"""Keypoints of an arm; they are the second and third of its nodes."""
-
+# Metres from its ray at which a joint counts as half contradicted, and if arms may be crossed,
+# where each picture has two explanations. Detectors are off by 0.04 m, simulated hands by 0.1 m.
 _SCALE, _CROSSED_SCALE = 0.25, 0.15
-"""Metres from its ray at which a joint counts as half contradicted, and if arms may be crossed,
-where each picture has two explanations. Detectors are off by 0.04 m, simulated hands by 0.1 m."""
-
-_CROSSED = 2.0
-"""Factor on the cost then: what halves confidences in arms is explained (tracking/detecting.py)."""
-
-_HAND = 0.05
-"""Metres from its ray within which points are of a hand."""
+_CROSSED = 2.0  # factor then: what halves confidences in arms is explained (tracking/detecting.py)
+_HAND = 0.05  # metres from its ray within which points are of a hand
 
 
 @dataclass(frozen=True, eq=False)
 class ArmKeypoints:
     """Elbow and wrist of one arm, as V cameras see them; torso's frame."""
 
-    eye: FloatArray
-    """(V, 3), metres. Optical centres."""
-    ray: FloatArray
-    """(3, V, 3). Unit vectors, of elbow, wrist and the other elbow; NaN where not seen."""
-    sure: FloatArray
-    """(3, V). Confidences; 0 where not seen."""
-    met: FloatArray
-    """(2, 3), metres. Where rays of several cameras meet; NaN where they do not."""
-    crossed: bool
-    """Whether arms may be crossed, so that the other elbow may be this hand."""
+    eye: FloatArray  # (V, 3), metres. Optical centres.
+    ray: FloatArray  # (3, V, 3). Of elbow, wrist and the other elbow; NaN where not seen.
+    sure: FloatArray  # (3, V). Confidences; 0 where not seen.
+    met: FloatArray  # (2, 3), metres. Where rays of several cameras meet; NaN where they do not.
+    crossed: bool  # whether arms may be crossed, so that the other elbow may be this hand
 
     def cost(self, shape: ArmShape, arms: Arms) -> FloatArray:
         """Sum (K,) over cameras and joints of confidence times e^4 / (e^4 + s^4).
@@ -70,20 +55,16 @@ class ArmKeypoints:
 
         A camera alone leaves up to two places of the elbow, and of each two of the wrist.
         """
-        found = list(self._places(shape))
+        found = [tuple(self.met)] if np.isfinite(self.met).all() else []
+        for v in np.flatnonzero((self.sure[:2] > 0.0).all(axis=0)).tolist():
+            eye, (to_elbow, to_wrist) = self.eye[v], self.ray[:2, v]
+            for elbow in _on_sphere(eye, to_elbow, shape.shoulder, shape.upper_length):
+                wrists = _on_sphere(eye, to_wrist, elbow, shape.fore_length)
+                found += [(elbow, wrist) for wrist in wrists]
         if not found:
             return None
         elbow, wrist = np.array(found).transpose(1, 0, 2)
         return Arms(directions(elbow - shape.shoulder), directions(wrist - elbow))
-
-    def _places(self, shape: ArmShape) -> Iterator[tuple[FloatArray, FloatArray]]:
-        if np.isfinite(self.met).all():
-            yield self.met[0], self.met[1]
-        for v in np.flatnonzero((self.sure[:2] > 0.0).all(axis=0)).tolist():
-            eye, (to_elbow, to_wrist) = self.eye[v], self.ray[:2, v]
-            for elbow in _on_sphere(eye, to_elbow, shape.shoulder, shape.upper_length):
-                for wrist in _on_sphere(eye, to_wrist, elbow, shape.fore_length):
-                    yield elbow, wrist
 
 
 def arm_keypoints(
@@ -93,10 +74,8 @@ def arm_keypoints(
     fit = KeypointObservation(seen, sigma).fitted(body, pose, follows=True)
     if fit is None:
         return None
-    frames = body.frames(pose)
-    left, right = (
-        _of_side(fit.seen, fit.meeting.world, frames, side) for side in ("left", "right")
-    )
+    frames, sides = body.frames(pose), ("left", "right")
+    left, right = (_of_side(fit.seen, fit.meeting.world, frames, side) for side in sides)
     return None if left is None or right is None else (left, right)
 
 
@@ -104,7 +83,7 @@ def _of_side(
     seen: SightedKeypoints, met: FloatArray, frames: PartFrames, side: str
 ) -> ArmKeypoints | None:
     """Keypoints of one arm; of several detectors the first."""
-    names = [f"{side}_{joint}" for joint in _JOINTS]
+    names = [f"{side}_elbow", f"{side}_wrist"]  # the second and third of an arm's nodes
     if not set(names) <= set(seen.names):
         return None
     rows = [seen.names.index(name) for name in names]

@@ -1,7 +1,5 @@
 """What the views should see of a body, drawn coarsely and compared with what they saw."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -14,42 +12,29 @@ from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 
-_AROUND = 25
-"""Pixels around the person that are compared."""
-
-_UNKNOWN = 0.1
-"""Share of a pixel of the person without a range that speaks against a body there."""
-
+_AROUND = 25  # pixels around the person that are compared
+_UNKNOWN = 0.1  # share of a pixel of the person without a range that speaks against a body there
+# Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front.
 COLUMNS = 11
-"""Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeenPicture:
     """One view at one instant, thinned out."""
 
-    measured: Float32Array
-    """(h, w), 1/metres. Inverse range; 0 where not known."""
-    person: FloatArray
-    """(h, w). 1 where the person is."""
-    left: float
+    measured: Float32Array  # (h, w), 1/metres. Inverse range; 0 where not known.
+    person: FloatArray  # (h, w). 1 where the person is.
+    left: float  # pixels, as `top`: place of the first pixel in the image
     top: float
-    step: float
-    """`left`, `top` and `step`: pixels. Place of the first pixel in the image, and distance to the
-    next."""
-    pinhole: FloatArray
-    """(3,)."""
-    camera_from_world: FloatArray
-    """(3, 4)."""
-    eye: FloatArray
-    """(3,), world."""
-    scale: float
-    """Disparity over inverse range."""
+    step: float  # pixels, distance to the next
+    pinhole: FloatArray  # (3,)
+    camera_from_world: FloatArray  # (3, 4)
+    eye: FloatArray  # (3,), world
+    scale: float  # disparity over inverse range
 
     def drawn(self, placed: PlacedCones) -> Float32Array:
         """Inverse ranges (h, w) of cones (C,); 0 where there are none."""
-        picture: Float32Array = self.drawn_each(placed[None])[0]
-        return picture
+        return np.asarray(self.drawn_each(placed[None])[0])
 
     def drawn_each(self, placed: PlacedCones) -> Float32Array:
         """Inverse ranges (K, h, w) of cones in K poses (K, C), each by itself."""
@@ -59,22 +44,17 @@ class SeenPicture:
         return pictures
 
     def unlike_pairs(
-        self,
-        rest: Float32Array,
-        left: Float32Array,
-        right: Float32Array,
-        sigma: float,
-        unknown: float = _UNKNOWN,
+        self, rest: Float32Array, left: Float32Array, right: Float32Array, sigma: float
     ) -> FloatArray:
         """Pixels (K, L) in which bodies do not look as measured.
 
         `rest` (h, w) is trunk, head and legs as :meth:`drawn` draws them; of the arms `left`
         (K, h, w) and `right` (L, h, w) all pairs are taken. A difference of `sigma` pixels of
-        disparity counts half, a body where the person is and nothing was measured `unknown`.
+        disparity counts half.
         """
         pixels = np.empty((len(left), len(right)))
         as_seen = self.measured, self.person, self.scale
-        _disagreements(rest, left, right, as_seen, (sigma**2, unknown), pixels)
+        _disagreements(rest, left, right, as_seen, sigma**2, pixels)
         return pixels
 
     def area(self, place: FloatArray) -> float:
@@ -124,10 +104,10 @@ def outline_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:
 
 @compiled()
 def cone_images(placed: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
-    """Fill the cones' images (C, 11) in one view.
+    """Fill images (C, 11) of the cones `placed` (C,) in one view.
 
-    `placed` (C,) are the cones; `place` (3, 4) is camera_from_world, `pinhole`
-    focal length and principal point, `eye` the camera's centre in the world.
+    `place` (3, 4) is camera_from_world, `pinhole` focal length and principal point, `eye` the
+    camera's centre in the world.
     """
     for c in range(placed.shape[0]):
         cone, front = placed[c], 1.0
@@ -205,11 +185,10 @@ def _draw_each(placed: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictur
 
 @compiled()
 def _disagreements(
-    rest: Any, left: Any, right: Any, as_seen: Any, likeness: Any, out_pixels: Any
+    rest: Any, left: Any, right: Any, as_seen: Any, squared_sigma: float, out_pixels: Any
 ) -> None:
     """Fill sums over the pixels; see :meth:`SeenPicture.unlike_pairs`."""
     measured, person, scale = as_seen
-    squared_sigma, unknown = likeness
     for k in range(left.shape[0]):
         for m in range(right.shape[0]):
             total = 0.0
@@ -224,5 +203,5 @@ def _disagreements(
                         e = scale * (model - measured[i, j])
                         total += e * e / (e * e + squared_sigma)
                     else:
-                        total += unknown
+                        total += _UNKNOWN
             out_pixels[k, m] = total

@@ -1,7 +1,5 @@
 """What speaks for and against an arm (docs/method.md 4.9)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -14,36 +12,29 @@ from stereotrack_core.compiled import compiled
 from stereotrack_core.tracking.arm_search.arms import LEFT, Arms, ArmShape
 from stereotrack_core.tracking.residuals.limits import ROOM, nearest_shares
 
+# Seven places along the arm beyond the elbow (1 elbow, 2 wrist, 3 finger tip), and shares (7, 4) of
+# the nodes in them.
 _ALONG = np.linspace(0.0, 3.0, 11)[4:]
-"""Seven places along the arm beyond the elbow: 1 elbow, 2 wrist, 3 finger tip."""
-
 _SEGMENT = np.minimum(_ALONG.astype(int), 2)
 _SHARES = (
     np.eye(4)[_SEGMENT] * (1.0 - _ALONG + _SEGMENT)[:, None]
     + np.eye(4)[_SEGMENT + 1] * (_ALONG - _SEGMENT)[:, None]
 )
-"""Shares (7, 4) of the nodes in these places."""
-
+# First and last node of the left and of the right arm's limbs that may meet, as in ``PAIRS``.
 _MEET = np.array([[1, 3, 1, 3], [0, 1, 1, 3], [1, 3, 0, 1]])
-"""First and last node of the left and of the right arm's limbs that may meet, as in ``PAIRS``."""
-
+# Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
+# give way where arms lie on them.
 _DEEP = -0.03
-"""Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
-give way where arms lie on them."""
-
+# Angles by which upper arm and forearm move easily from frame to frame.
 _UPPER_MOVES, _FORE_MOVES = math.radians(30.0), math.radians(40.0)
-"""Angles by which upper arm and forearm move easily from frame to frame."""
-
 _FOLDED, _FOLDING = math.radians(140.0), math.radians(15.0)
 
 
 def anatomy_cost(body: BodyModel, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
-    torso = body.cones.records[:1]
+    cost, mirrored = np.empty(len(arms)), -1.0 if shape.side == LEFT else 1.0
     places = _SHARES @ shape.nodes(arms)
-    cost = np.empty(len(arms))
-    mirrored = -1.0 if shape.side == LEFT else 1.0
-    _anatomy_costs(arms.upper, arms.fore, mirrored, places, torso, cost)
+    _anatomy_costs(arms.upper, arms.fore, mirrored, places, body.cones.records[:1], cost)
     return cost
 
 

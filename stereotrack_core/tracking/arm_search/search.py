@@ -28,11 +28,7 @@ from stereotrack_core.tracking.arm_search.arms import (
     with_arm,
 )
 from stereotrack_core.tracking.arm_search.keypoints import ArmKeypoints, arm_keypoints
-from stereotrack_core.tracking.arm_search.picture import (
-    SeenPicture,
-    outline_cones,
-    seen_pictures,
-)
+from stereotrack_core.tracking.arm_search.picture import SeenPicture, outline_cones, seen_pictures
 from stereotrack_core.tracking.arm_search.score import (
     anatomy_cost,
     arm_distances,
@@ -46,57 +42,35 @@ if TYPE_CHECKING:
     from stereotrack_core.tracking.parameters import TrackingParameters
     from stereotrack_core.tracking.step_recorder import StepRecorder
 
+# Costs by which a pair must be better than the tracked arms. Keypoints and silhouettes alone hardly
+# tell arms before the trunk: with 3, 32 % of the arms that cross are lost, with 8 6 %.
 _GAIN, _GAIN_WITHOUT_RANGES = 3.0, 8.0
-"""Costs by which a pair must be better than the tracked arms. Keypoints and silhouettes alone
-hardly tell arms before the trunk: with 3, 32 % of the arms that cross are lost, with 8 6 %."""
-
-_UNEXPLAINED = 0.09
-"""Metres from every cone beyond which a datum is unexplained."""
-
-_MOST_DATA = 450
-"""Points near the shoulders that arms are scored by."""
-
-_KEPT = 8
-"""Best candidates per arm of which all pairs are scored."""
-
-_FREE_KEPT, _FREE_PAIRS = 10, 20
-"""The same, and pairs that are handed on, where nothing is expected of the arms."""
-
-_APART, _ANYWHERE = np.radians(30.0), np.radians(90.0)
-"""Angle from which two places of an arm differ then, and spread of further candidates."""
-
-_NATURAL = 3.0
-"""Factor then on what speaks against an arm's anatomy: no history could outweigh it."""
-
-_PICTURE_STEP = 3
-"""Every so many pixels are compared: arms are several of these wide."""
-
-_UNLIKE = 0.5
-"""Pixels by which a disparity is off that counts half (docs/silhouettes.md)."""
-
+# Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
+# that an arm on the torso is told from the torso.
 _SQUARED_SCALE = 0.035**2
-"""Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
-that an arm on the torso is told from the torso."""
+_UNEXPLAINED = 0.09  # metres from every cone beyond which a datum is unexplained
+_MOST_DATA = 450  # points near the shoulders that arms are scored by
+_KEPT = 8  # best candidates per arm of which all pairs are scored
+_PICTURE_STEP = 3  # every so many pixels are compared: arms are several of these wide
+_UNLIKE = 0.5  # pixels by which a disparity is off that counts half (docs/silhouettes.md)
+# Where nothing is expected of the arms:
+_FREE_KEPT, _FREE_PAIRS = 10, 20  # best candidates per arm, and pairs that are handed on
+_APART = np.radians(30.0)  # angle from which two places of an arm differ
+_ANYWHERE = np.radians(90.0)  # spread of further candidates
+_NATURAL = 3.0  # factor on what speaks against an arm's anatomy: no history could outweigh it
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """Data that speak about the arms at one instant."""
 
-    points: FloatArray
-    """(N, 3), torso's frame. Within reach of a shoulder."""
-    body_distance: FloatArray
-    """(N,), metres. From torso, head and legs."""
-    shapes: tuple[ArmShape, ArmShape]
-    """Of the left and the right arm, from where the shoulders are."""
-    frames: PartFrames
-    """Of the present pose; proposals are in its torso's frame."""
-    pictures: tuple[SeenPicture, ...]
-    """What the views saw, thinned out; none where they are not compared."""
-    keypoints: tuple[ArmKeypoints, ArmKeypoints] | None = None
-    """Keypoints of the left and of the right arm; None where there are none."""
-    gain: float = _GAIN
-    """A pair replaces the tracked arms only if its cost is lower by more than this."""
+    points: FloatArray  # (N, 3), torso's frame. Within reach of a shoulder.
+    body_distance: FloatArray  # (N,), metres. From torso, head and legs.
+    shapes: tuple[ArmShape, ArmShape]  # of the left and the right arm, from where the shoulders are
+    frames: PartFrames  # of the present pose; proposals are in its torso's frame
+    pictures: tuple[SeenPicture, ...]  # what the views saw, thinned out; none if not compared
+    keypoints: tuple[ArmKeypoints, ArmKeypoints] | None = None  # of the left and the right arm
+    gain: float = _GAIN  # a pair replaces the tracked arms if its cost is lower by more than this
 
     @cached_property
     def side_by_side(self) -> FloatArray:
@@ -107,8 +81,8 @@ class Evidence:
 class ArmSearch:
     """Search for arms of one body.
 
-    `free`: for a body that has just been found: nothing is expected of its arms. The best places
-    differ, and change costs nothing.
+    Of the arms of a body that has just been found nothing is expected: then it is `free`, the best
+    places differ, and change costs nothing.
     """
 
     def __init__(
@@ -203,11 +177,9 @@ class ArmSearch:
         self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray
     ) -> dict[str, FloatArray]:
         """Costs (K,) of places of one arm by name; the other one is so far (N,) from the data."""
-        shape = evidence.shapes[side]
-        explained = np.empty(len(arms))
+        shape, explained = evidence.shapes[side], np.empty(len(arms))
         others = np.minimum(evidence.body_distance, other)
-        distances = self._distances(evidence, shape, arms)
-        unexplained_sums(others, distances, _SQUARED_SCALE, explained)
+        unexplained_sums(others, self._distances(evidence, shape, arms), _SQUARED_SCALE, explained)
         return {"data": explained, **self._own_terms(evidence, shape, arms, expected)}
 
     def _unlike(
@@ -227,12 +199,7 @@ class ArmSearch:
         return self.parameters.picture_cost * total
 
     def _best_of(
-        self,
-        evidence: Evidence,
-        shape: ArmShape,
-        arms: Arms,
-        expected: Arms,
-        other: FloatArray,
+        self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms, other: FloatArray
     ) -> tuple[Arms, FloatArray, FloatArray]:
         """Best arms with their distances and own costs, with and without the other arm there."""
         if self._free:
@@ -251,35 +218,24 @@ class ArmSearch:
         return arms[index], distances[index], own[index]
 
     def _pairs(
-        self,
-        evidence: Evidence,
-        kept: list[tuple[Arms, FloatArray, FloatArray]],
-        pose: Pose,
+        self, evidence: Evidence, kept: list[tuple[Arms, FloatArray, FloatArray]], pose: Pose
     ) -> list[Pose]:
         (left, left_distance, left_own), (right, right_distance, right_own) = kept
         cost = np.empty((len(left), len(right)))
         pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
         cost += left_own[:, None] + right_own
         cost += self._crossing(evidence, left, right)
-        cost += self._unlike_pairs(evidence, pose, left, right)
+        if evidence.pictures:
+            arms = ((LEFT, left), (RIGHT, right))
+            poses = [with_arm(pose, side, arm.upper, arm.fore) for side, arm in arms]
+            cost += self._unlike(evidence, *map(self.body.frames, (pose, *poses)))
         count = _FREE_PAIRS if self._free else self.parameters.search_refined
-        best = np.argsort(cost, axis=None, kind="stable")[:count]
         result = []
-        for flat in best:
+        for flat in np.argsort(cost, axis=None, kind="stable")[:count]:
             k, m = np.unravel_index(flat, cost.shape)
             moved = with_arm(pose, LEFT, left.upper[k], left.fore[k])
             result.append(with_arm(moved, RIGHT, right.upper[m], right.fore[m]))
         return result
-
-    def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:
-        """Cost (K, L) of what views should see of the pairs and do not."""
-        if not evidence.pictures:
-            return np.zeros((len(left), len(right)))
-        posed = [
-            self.body.frames(with_arm(pose, side, arms.upper, arms.fore))
-            for side, arms in ((LEFT, left), (RIGHT, right))
-        ]
-        return self._unlike(evidence, self.body.frames(pose), *posed)
 
     def placed_shapes(self, frames: PartFrames) -> tuple[ArmShape, ArmShape]:
         """Shapes of both arms, from where the shoulders are in one pose."""
@@ -301,8 +257,7 @@ class ArmSearch:
         natural = anatomy_cost(self.body, shape, arms)
         if self._free:
             return {"keypoints": seen, "anatomy": _NATURAL * natural}
-        change = change_cost(expected, arms)
-        return {"keypoints": seen, "anatomy": natural, "change": change}
+        return {"keypoints": seen, "anatomy": natural, "change": change_cost(expected, arms)}
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))
@@ -315,12 +270,9 @@ def _apart(arms: Arms, order: IntArray) -> list[int]:
     chosen: list[int] = []
     free = np.ones(len(arms), dtype=np.bool_)
     for k in order:
-        if not free[k]:
-            continue
-        chosen.append(int(k))
-        upper = angle_between(arms.upper, arms.upper[k])
-        fore = angle_between(arms.fore, arms.fore[k])
-        free &= np.maximum(upper, fore) > _APART
-        if len(chosen) == _FREE_KEPT:
-            break
+        if free[k] and len(chosen) < _FREE_KEPT:
+            chosen.append(int(k))
+            upper = angle_between(arms.upper, arms.upper[k])
+            fore = angle_between(arms.fore, arms.fore[k])
+            free &= np.maximum(upper, fore) > _APART
     return chosen

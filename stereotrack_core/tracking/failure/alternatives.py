@@ -1,7 +1,5 @@
 """Whether an arm elsewhere would explain the pictures as well as the arm where it is."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
@@ -19,39 +17,23 @@ from stereotrack_core.tracking.arm_search.arms import (
     arm_shape,
     with_arm,
 )
-from stereotrack_core.tracking.arm_search.picture import (
-    SeenPicture,
-    outline_cones,
-    seen_pictures,
-)
+from stereotrack_core.tracking.arm_search.picture import SeenPicture, outline_cones, seen_pictures
 from stereotrack_core.tracking.arm_search.score import anatomy_cost
 
 _STEP = 5
-_UNLIKE = 0.8
-"""Pixels by which a disparity is off that counts half."""
-
-_OFF = np.radians([60.0, 110.0])
-"""How far the alternatives lie from the arm: an arm that is right has none among them."""
-
-_AROUND = 4
-"""Directions in which they lie, for each angle."""
-
-_ALLOWED = 4.0
-"""Cost of its anatomy by which an alternative may exceed the arm as it is."""
+_UNLIKE = 0.8  # pixels by which a disparity is off that counts half
+_OFF = np.radians([60.0, 110.0])  # of the alternatives; an arm that is right has none among them
+_AROUND = 4  # directions in which they lie, for each angle
+_ALLOWED = 4.0  # cost of its anatomy by which an alternative may exceed the arm as it is
 
 
 def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> FloatArray:
-    """How much better (6,) than the arms as they are the best alternatives are.
+    """How much better (6,) than the arms as they are the best alternatives are; 0 for torso and
+    head.
 
     For an upper arm the whole arm is turned by 60 and 110 degrees in four directions each, for a
-    forearm it alone; what views should then see is compared with what they saw. It is the least
-    area that disagrees, of an alternative that anatomy allows, against that of the arm where it is,
-    as a share of the limb's own area; 0 for torso and head.
-
-    Parameters
-    ----------
-    own : (6,) float64, square metres
-        Areas of the limbs.
+    forearm it alone. The result is by how much less of the views' pictures disagrees, of
+    alternatives that anatomy allows, over the limb's `own` area (6,), square metres.
     """
     result = np.zeros(len(LIMBS))
     pictures = seen_pictures(cloud, _STEP)
@@ -86,10 +68,7 @@ def _gains(
     poses: Pose,
     moved: tuple[int, ...],
 ) -> FloatArray:
-    """Square metres (K,), a mean over views, by which less disagrees in each of the poses.
-
-    They are compared with the pose whose cones are `here`, in the same place.
-    """
+    """Square metres (K,), mean over views, by which less disagrees than with cones `here`."""
     chosen = np.isin(body.cones.part, moved)
     there = outline_cones(body, body.frames(poses))
     rest = here[~chosen]
@@ -119,12 +98,8 @@ def _around(direction: FloatArray) -> FloatArray:
 
 
 def _carried(a: FloatArray, b: FloatArray, vector: FloatArray) -> FloatArray:
-    """Turn a vector (3,) as the smallest rotations turn unit vector a (3,) to each of b (K, 3).
-
-    None of b may be opposite to a.
-    """
+    """Turn a vector (3,) as the smallest rotations turn a (3,) to b (K, 3), none opposite."""
     across = skew(np.cross(a, b))
     once = across @ vector
     twice = np.einsum("kij,kj->ki", across, once)
-    result: FloatArray = vector + once + twice / (1.0 + b @ a)[:, None]
-    return result
+    return np.asarray(vector + once + twice / (1.0 + b @ a)[:, None])

@@ -1,9 +1,4 @@
-"""Features by which each limb of a pose is judged, and the probability that it fails.
-
-None needs a reference.
-"""
-
-from __future__ import annotations
+"""Features by which each limb of a pose is judged, and the probability that it fails."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -22,6 +17,7 @@ from stereotrack_core.body.skeleton import FOREARMS, LIMB_OF_PART, TORSO, UPPER_
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
 from stereotrack_core.tracking.arm_search.picture import (
     COLUMNS,
     SeenPicture,
@@ -40,26 +36,19 @@ from stereotrack_core.tracking.estimate import (
 )
 from stereotrack_core.tracking.failure.alternatives import elsewhere
 from stereotrack_core.tracking.failure.coefficients import CONSTANTS, SLOPES
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.surface import unexplained_fraction_of
 from stereotrack_core.tracking.state import Setup
 
+# Names of the columns of :func:`limb_features`; coefficients are found by them.
 FEATURES: tuple[str, ...] = (
     *("through", "behind", "visible", "unexplained"),
     *("jump", "buried", "better", "disagreement", "detected"),
 )
-"""Names of the columns of :func:`limb_features`; coefficients are found by them."""
+LOST_DEG = 45.0  # error of a limb's direction beyond which it fails
+THROUGH, BEHIND, VISIBLE = LOOKS = range(3)  # columns: beside the person, before its range, all
 
-LOST_DEG = 45.0
-"""Error of a limb's direction beyond which it fails."""
-
-THROUGH, BEHIND, VISIBLE = LOOKS = range(3)
-"""Columns of the looks: pixels beside the person, with a range behind the body's, and all that are
-in sight."""
-
-
-_LITTLE = 0.05
-"""Share of a limb's area that is added before logarithms are taken."""
-
+_LITTLE = 0.05  # share of a limb's area that is added before logarithms are taken
 _STEP = 3
 _SQUARED_SIGMA = 0.8**2
 _ALONG = np.linspace(0.25, 1.0, 4)
@@ -69,12 +58,10 @@ _ALONG = np.linspace(0.25, 1.0, 4)
 class Evidence:
     """What a tracker's step says about its pose beside the estimate."""
 
-    sigma_points: Pose
-    """Stacked (2n + 1), of the posterior."""
-    movement: FloatArray
-    """(n,). Of the error state since the frame before."""
+    sigma_points: Pose  # stacked (2n + 1), of the posterior
+    movement: FloatArray  # (n,). Of the error state since the frame before.
+    # (6, 2), of keypoints; zeros without any
     disagreement: FloatArray = field(default_factory=lambda: np.zeros((len(LIMBS), 2)))
-    """(6, 2). Of the detector's keypoints; zeros without any."""
 
 
 def judged(found: Estimate, cloud: Cloud, setup: Setup, evidence: Evidence) -> Estimate:
@@ -112,16 +99,10 @@ def coefficients_of(views: str) -> str:
 def failure_probability(features: FloatArray | None, views: str) -> FloatArray:
     """Probability (6,) that each limb fails: more than 45 deg off; NaN where not known.
 
-    A logistic regression of the features (6, S), one for the upper arms and one for the forearms,
-    fitted on simulated recordings alone by ``tools/fit_lost_limbs.py``. Torso and head have none:
-    they failed too rarely to learn from. An upper arm that no view shows is suspicious if several
-    look; from one view it may be hidden behind its own forearm. So one view has coefficients of its
-    own.
-
-    Parameters
-    ----------
-    views : ``one``, ``two`` or ``several``
-        See :func:`views_of_somebody`.
+    A logistic regression of the features (6, S), for upper arms and for forearms, fitted on
+    simulated recordings by ``tools/fit_lost_limbs.py``; torso and head failed too rarely to learn
+    from. One view has coefficients of its own: in it an upper arm that nobody sees may be hidden
+    behind its own forearm. For `views` see :func:`views_of_somebody`.
     """
     if features is None:
         return np.full(len(LIMBS), np.nan)
@@ -146,18 +127,12 @@ def limb_features(
 ) -> FloatArray | None:
     """Features (6, len(FEATURES)) of the limbs; None where no view has a picture of somebody.
 
-    Of a limb's pixels in sight of all views: the shares that lie beside the person (``through``)
-    and where the range is behind the limb's; the logarithm of their area over the limb's own
-    (``visible``). Then the unexplained area in the limb's reach over its own (square root), the
-    logarithm of the jump, how deep its axis lies in the torso, how good it would be elsewhere (see
-    :func:`elsewhere`), and what a detector's keypoints say.
-
-    Parameters
-    ----------
-    jump : (6,) float64
-        See :func:`unexpected`.
-    disagreement : (6, 2) float64
-        See :mod:`tracking.failure.disagreement`; zeros without keypoints.
+    Of a limb's pixels in sight of all views: the shares beside the person (``through``) and where
+    the range is ``behind`` the limb's; the logarithm of their area over the limb's own
+    (``visible``). Then the ``unexplained`` area in the limb's reach over its own (square root), the
+    logarithm of the ``jump`` (:func:`unexpected`), how deep its axis lies in the torso
+    (``buried``), how much ``better`` it would be elsewhere, and the keypoints' ``disagreement`` (6,
+    2).
     """
     pictures = seen_pictures(cloud, _STEP)
     if not pictures:
@@ -184,10 +159,7 @@ def limb_features(
 
 
 def unexpected(movement: FloatArray, prior: Prior | None, joints: tuple[int, ...]) -> FloatArray:
-    """Movement (6,) of each limb over the standard deviation that was expected of it.
-
-    `movement` (n,) is that of the error state since the frame before; 0 without a prior.
-    """
+    """Movement of each limb (6,), of all (n,), over its expected sigma; 0 without a prior."""
     result = np.zeros(len(LIMBS))
     if prior is None:
         return result
@@ -199,8 +171,7 @@ def unexpected(movement: FloatArray, prior: Prior | None, joints: tuple[int, ...
     return result
 
 
-NEIGHBOUR = (0, 0, 4, 5, 2, 3)
-"""The limb whose place says something about each limb's own."""
+NEIGHBOUR = (0, 0, 4, 5, 2, 3)  # the limb whose place says something about each limb's own
 
 
 def _own_areas(body: BodyModel) -> FloatArray:
@@ -248,8 +219,7 @@ def _buried(body: BodyModel, frames: PartFrames) -> FloatArray:
     # an upper arm begins at the torso
     deep = np.where(np.isfinite(off), np.clip(-off, 0.0, 0.2), 0.0)[:, 1:].mean(axis=1)
     deep[:2] = 0.0
-    result: FloatArray = 10.0 * deep
-    return result
+    return np.asarray(10.0 * deep)
 
 
 @compiled()
@@ -306,11 +276,10 @@ def _unexplained_near(
     reach: Any,
     found: Any,
 ) -> None:
-    """Count for each joint the pixels of the person in its reach that the body does not explain.
+    """Count for each joint the person's pixels in its reach that the body does not explain.
 
-    A pixel is not explained where the body is not, or clearly behind what was measured.
-
-    `box` is left, top and step of the picture; `joints` (J, 3) are in the camera's frame.
+    The body is not there, or clearly behind what was measured. `box` is left, top and step of the
+    picture; `joints` (J, 3) are in the camera's frame.
     """
     for i in range(picture.shape[0]):
         for j in range(picture.shape[1]):
@@ -324,3 +293,50 @@ def _unexplained_near(
                 dx, dy, dz = x * z - joints[k, 0], y * z - joints[k, 1], z - joints[k, 2]
                 if dx * dx + dy * dy + dz * dz < reach[k] * reach[k]:
                     found[k] += 1.0
+
+
+UNSEEN: FloatArray = np.zeros((len(LIMBS), 2))  # columns: disagreement x confidence, confidence
+# Limb and the keypoints at both of its ends.
+_ENDS = tuple(
+    (limb, f"{side}_{begin}", f"{side}_{end}")
+    for limbs, begin, end in ((UPPER_ARMS, "shoulder", "elbow"), (FOREARMS, "elbow", "wrist"))
+    for limb, side in zip(limbs, ("left", "right"), strict=True)
+)
+_HALF_LIFE = 0.3  # seconds after which keypoints say half as much about the limbs of a later frame
+_MOST = 1.5  # more says nothing: a keypoint of something else may lie anywhere
+
+
+def disagreement(seen: SightedKeypoints | None, body: BodyModel, pose: Pose) -> FloatArray | None:
+    """Disagreement of keypoints with a pose (6, 2); None where no keypoint was looked for.
+
+    A limb's keypoints span an arrow in each picture, and so do the pose's. The distance of the
+    arrows' tips over what the limb would be long across the picture is its disagreement: 0 if they
+    agree, 1 for 60 degrees of a limb parallel to the picture. The place of the body cancels. Sides
+    that a picture exchanges are exchanged back; of arms that may be crossed nothing is said.
+    """
+    fit = KeypointObservation(seen, 1.0).fitted(body, pose)
+    if fit is None:
+        return None
+    rows = {name: k for k, name in enumerate(fit.seen.names)}
+    arrows = fit.seen.pixel - fit.predicted
+    result = UNSEEN.copy()
+    for limb, begin, end in _ENDS:
+        if begin not in rows or end not in rows:
+            continue
+        a, b = rows[begin], rows[end]
+        sure = np.minimum(fit.sure[a], fit.sure[b])
+        if not sure.any():
+            continue
+        long = fit.metre[b] * body.skeleton.lengths[limb]
+        off = np.nan_to_num(np.linalg.norm(arrows[b] - arrows[a], axis=1) / long)
+        most = float(sure.max())
+        result[limb] = most * float(sure @ np.minimum(off, _MOST)) / float(sure.sum()), most
+    return result
+
+
+def carried_on(
+    last: FloatArray, seconds: float, seen: SightedKeypoints | None, body: BodyModel, pose: Pose
+) -> FloatArray:
+    """Disagreement (6, 2) by a frame's keypoints, else the `last` one, faded."""
+    found = disagreement(seen, body, pose)
+    return last * 0.5 ** (seconds / _HALF_LIFE) if found is None else found

@@ -1,10 +1,9 @@
 """Poses of somebody of whom nothing is known, and how much speaks against each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 
@@ -31,46 +30,28 @@ from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 from stereotrack_core.tracking.state import Setup, State
 
-_ALL_DATA = 450.0
-"""Weight of all data against the search's cost, which counts those near the shoulders."""
-
-_COARSE_DATA, _FINE_DATA = 300, 600
-"""Data that seeds are judged by, and that the best of them are followed with."""
-
-_TRIED, _SEARCHED, _REPEATED = 10, 5, 2
-"""Seeds that are followed, those of them whose arms are looked for, and those whose arms are
-looked for again."""
-
-_PAIRS = 4
-"""Pairs of arms that differ and are refined."""
-
-_FAR = np.radians(40.0)
-"""Angle from which two limbs are taken to be in different places."""
-
-_NATURAL_ARMS = 3.0
-"""Factor on what speaks against the anatomy of arms, as in the search for them."""
-
-TURN_GAIN = 3.0
-"""Cost by which a pose must be more natural the other way round to be turned."""
-
-
-_KEYPOINTS = 25.0
-"""Weight of the keypoints' cost, which is 0.5 and more for a pose the other way round."""
-
-by_cost = attrgetter("cost")
-"""What speaks against a candidate."""
+_ALL_DATA = 450.0  # weight of all data against the search's cost of those near the shoulders
+_COARSE_DATA = 300  # data that seeds are judged by
+_FINE_DATA = 600  # data that the best of them are followed with
+_TRIED = 10  # seeds that are followed
+_SEARCHED = 5  # those of them whose arms are looked for
+_REPEATED = 2  # those whose arms are looked for again
+_PAIRS = 4  # pairs of arms that differ and are refined
+_FAR = np.radians(40.0)  # angle from which two limbs are taken to be in different places
+_NATURAL_ARMS = 3.0  # factor on what speaks against the anatomy of arms, as in the search for them
+TURN_GAIN = 3.0  # cost by which a pose must be more natural the other way round to be turned
+_KEYPOINTS = 25.0  # weight of the keypoints' cost: 0.5 and more for a pose the other way round
+by_cost = attrgetter("cost")  # what speaks against a candidate
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """A pose on trial."""
 
-    state: State
-    """State of the filter that follows it."""
-    before: State
-    """The same before its last step; equal to `state` before the first."""
-    cost: float
-    """Sum of costs over the frames so far."""
+    state: State  # state of the filter that follows it
+    before: State  # the same before its last step; equal to `state` before the first
+    cost: float  # sum of costs over the frames so far
 
     @property
     def pose(self) -> Pose:
@@ -81,10 +62,7 @@ class Candidate:
 class PoseFinder:
     """Finds poses in single clouds, and compares poses by how well they explain one.
 
-    Attributes
-    ----------
-    follower : Follower
-        Filter of the same body, without colours and without detections between frames.
+    Its `follower` is a filter of the same body, without colours and detections between frames.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -96,15 +74,11 @@ class PoseFinder:
 
     def poses_in(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of everybody in a cloud that differ, best first."""
-        upright = self.setup.upright
-        found = [
-            candidate
-            for members in people_in(
-                upright.points(cloud.points), self.setup.parameters.least_points
-            )
-            for candidate in self.poses_of(cloud.part(members), last)
-        ]
-        return distinct(found)
+        points = self.setup.upright.points(cloud.points)
+        people = people_in(points, self.setup.parameters.least_points)
+        return distinct(
+            [found for members in people for found in self.poses_of(cloud.part(members), last)]
+        )
 
     def poses_of(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of the one person in a cloud, from coarse to fine."""
@@ -130,18 +104,20 @@ class PoseFinder:
         return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
 
     def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
+        body = self.setup.body
+        unexplained = unexplained_by_trunk(data, body, poses)
+        facing = self._facing_costs(poses, cloud)
+        return _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
+
+    def _facing_costs(self, poses: Sequence[Pose], cloud: Cloud) -> list[float]:
+        """What speaks against the ways that poses face, without keypoints."""
         body, upright = self.setup.body, self.setup.upright
         points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
-        standing = [upright_pose(pose, upright) for pose in poses]
-        unexplained = unexplained_by_trunk(data, body, poses)
-        facing = [facing_cost(body, pose, points, cameras) for pose in standing]
-        return _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
+        return [facing_cost(body, upright_pose(pose, upright), points, cameras) for pose in poses]
 
     def _facing_cost(self, pose: Pose, cloud: Cloud) -> float:
         """What speaks against the way a pose faces; keypoints tell left from right."""
-        upright = self.setup.upright
-        points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
-        cost = facing_cost(self.setup.body, upright_pose(pose, upright), points, cameras)
+        (cost,) = self._facing_costs([pose], cloud)
         sigma = self.setup.parameters.keypoint_sigma
         fit = KeypointObservation(cloud.keypoints, sigma).fitted(self.setup.body, pose)
         return cost if fit is None else cost + _KEYPOINTS * fit.independence * fit.cost()
@@ -192,11 +168,8 @@ class PoseFinder:
 
 def distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The best of all candidates whose poses are nearly the same, best first."""
-    result: list[Candidate] = []
-    for candidate in sorted(candidates, key=by_cost):
-        if all(differ(candidate.pose, other.pose) for other in result):
-            result.append(candidate)
-    return result
+    best = sorted(candidates, key=by_cost)
+    return _spread(best, len(best), lambda one, other: differ(one.pose, other.pose))
 
 
 def differ(a: Pose, b: Pose) -> bool:
@@ -208,12 +181,12 @@ def _thinned(points: FloatArray, count: int) -> FloatArray:
     return points[:: max(1, len(points) // count)]
 
 
-def _spread(poses: Sequence[Pose], count: int, differ: Callable[[Pose, Pose], bool]) -> list[Pose]:
-    """The first poses that differ from each other."""
-    result: list[Pose] = []
-    for pose in poses:
-        if all(differ(pose, other) for other in result):
-            result.append(pose)
+def _spread(found: Sequence[_T], count: int, differ: Callable[[_T, _T], bool]) -> list[_T]:
+    """The first ones that differ from each other."""
+    result: list[_T] = []
+    for one in found:
+        if all(differ(one, other) for other in result):
+            result.append(one)
         if len(result) == count:
             break
     return result

@@ -1,9 +1,8 @@
 """What has to be known before the first frame, found in the first clouds: pose and shape."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from contextlib import closing
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -26,22 +25,11 @@ from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape, fitted_surface
 from stereotrack_core.tracking.step import PersonModel, PersonState
 
-_BETTER = 6.0
-"""Cost by which a pose that is not the usual one must be better to be taken."""
-
-_UNUSUAL = 20.0
-"""Cost by which a first pose that faces away from the usual one must be better: front and back look
-much alike."""
-
-_TURN_GAIN = 3.0
-"""Cost by which a body fitted the other way round must be more natural to be taken."""
-
-_FITTED = 8
-"""Clouds that both ways of facing are followed over; every second one is fitted to."""
-
-
-Told = Callable[[int, int], object]
-"""Is told how many of how many parts are done."""
+_BETTER = 6.0  # cost by which a pose that is not the usual one must be better to be taken
+_UNUSUAL = 20.0  # the same of one that faces away from it: front and back look much alike
+_TURN_GAIN = 3.0  # cost by which a body fitted the other way round must be more natural to be taken
+_FITTED = 8  # clouds that both ways of facing are followed over; every second one is fitted to
+Told = Callable[[int, int], object]  # is told how many of how many parts are done
 
 
 def first_pose_in(
@@ -57,7 +45,10 @@ def first_pose_in(
     :class:`Cancelled`.
     """
     steps = _Steps(initialiser, told, 3 * len(clouds) + 2 * len(clouds[:_FITTED]))
-    estimates = steps.follow(initialiser.absent(), clouds)
+    state, estimates = initialiser.absent(), []
+    for cloud in clouds:
+        state, estimate = steps.step(state, cloud)
+        estimates.append(estimate)
     tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
     if not tracked:
         return None
@@ -72,30 +63,24 @@ def first_pose_in(
     return facing_right(initialiser, found, clouds[first : last + 1], steps.tell)
 
 
+@dataclass
 class _Steps:
     """Steps of a model, of which somebody is told how many are done."""
 
-    def __init__(self, model: PersonModel, told: Told, count: int) -> None:
-        self.model, self._told, self._count = model, told, count
-        self.done = 0
+    model: PersonModel
+    told: Told
+    count: int
+    done: int = 0
 
     def tell(self) -> None:
         """Tell that one more begins."""
-        self._told(self.done, self._count)
+        self.told(self.done, self.count)
         self.done += 1
 
     def step(self, state: PersonState, cloud: Cloud) -> tuple[PersonState, Estimate]:
         """Do one step."""
         self.tell()
         return self.model.step(state, cloud)
-
-    def follow(self, state: PersonState, clouds: Sequence[Cloud]) -> list[Estimate]:
-        """Step from cloud to cloud."""
-        estimates = []
-        for cloud in clouds:
-            state, estimate = self.step(state, cloud)
-            estimates.append(estimate)
-        return estimates
 
 
 def search_chain(reader: FrameReader, chosen: DepthParameters, views: Sequence[str]) -> DepthChain:
@@ -105,10 +90,8 @@ def search_chain(reader: FrameReader, chosen: DepthParameters, views: Sequence[s
     """
     usual = {row.name: row.presets.get("thesis", row.default) for row in DepthParameters.rows()}
     changed = {name: value for name, value in chosen.values().items() if value != usual[name]}
-    wanted = DepthParameters().replaced(**changed)
-    return DepthChain(
-        reader.recording, settled(reader.recording, wanted, reader, views), views=views
-    )
+    wanted = settled(reader.recording, DepthParameters().replaced(**changed), reader, views)
+    return DepthChain(reader.recording, wanted, views=views)
 
 
 def first_pose_from_images(
@@ -121,37 +104,26 @@ def first_pose_from_images(
 ) -> Pose | None:
     """First pose for a tracker whose own clouds are not made for search, followed to its place.
 
-    Parameters
-    ----------
-    initialiser : PersonModel
-        Of the default shape.
-    chain : DepthChain
-        See :func:`search_chain`; it is closed.
-    frames : sequence of int
-        Successive frames.
-    learned_from : range
-        Frames from which the background is learned where there are no images of it.
-    told : callable
-        As for :func:`first_pose_in`.
+    `initialiser` is of the default shape, `frames` are successive; the background is `learned_from`
+    others where there are no images of it. The chain, see :func:`search_chain`, is closed.
     """
-    try:
+    with closing(chain):
         chain.learn_background(reader, learned_from)
         clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
-    finally:
-        chain.close()
     found = first_pose_in(initialiser, clouds, told)
     if found is None:
         return None
-    steps = _Steps(initialiser, lambda _done, _count: None, len(clouds))
-    estimates = steps.follow(initialiser.first(found), clouds)
-    return next((estimate.pose for estimate in estimates if estimate.tracked), found)
+    state = initialiser.first(found)
+    for cloud in clouds:
+        state, estimate = initialiser.step(state, cloud)
+        if estimate.tracked:
+            return estimate.pose
+    return found
 
 
-FIT_FRAMES = 12
-"""Frames that the shape is fitted to: more bring nothing (docs/accuracy.md)."""
-
-_LOOK_AHEAD = 5
-"""Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
+FIT_FRAMES = 12  # frames that the shape is fitted to: more bring nothing (docs/accuracy.md)
+_LOOK_AHEAD = 5  # frames in which somebody is looked for, for each that the fit needs
+_LEAST_SETTLED = 3  # frames without which a fit would be worse than the default shape
 
 
 def first_clouds(
@@ -176,10 +148,6 @@ def facing(pose: Pose, degrees: float | None, upright: Upright) -> Pose:
     wanted = np.array([np.sin(np.radians(degrees)), np.cos(np.radians(degrees)), 0.0])
     faces = upright.rotation @ pose.torso[:, 1]
     return pose if faces @ wanted >= 0.0 else turned_round(pose)
-
-
-_LEAST_SETTLED = 3
-"""Frames without which a fit would be worse than the default shape."""
 
 
 def shape_in(
@@ -221,29 +189,19 @@ def _followed_back(steps: _Steps, clouds: Sequence[Cloud], estimates: Sequence[E
 
 
 def facing_right(
-    initialiser: PersonModel,
-    found: Pose,
-    clouds: Sequence[Cloud],
-    told: Callable[[], object] = lambda: None,
+    initialiser: PersonModel, found: Pose, clouds: Sequence[Cloud], told: Callable[[], object]
 ) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
     A body of average shape that faces the wrong way may explain the data better than one that
     faces the right way. With shapes of their own both explain them about as well, but the one
-    that faces the wrong way then bends its knees and elbows as nobody can.
-
-    Parameters
-    ----------
-    found : Pose
-        In the first of the clouds.
-    clouds : sequence of Cloud
-        At least one.
-    told : callable
-        Called before every step; may raise :class:`Cancelled`.
+    that faces the wrong way then bends its knees and elbows as nobody can. The pose is that in the
+    first of the clouds; `told` is called before every step, and may raise :class:`Cancelled`.
     """
     away = turned_round(found)
-    here = _gain_of_turning(initialiser, found, clouds[:_FITTED], told)
-    there = _gain_of_turning(initialiser, away, clouds[:_FITTED], told)
+    here, there = (
+        _gain_of_turning(initialiser, pose, clouds[:_FITTED], told) for pose in (found, away)
+    )
     return away if here - there > 2.0 * _TURN_GAIN else found
 
 
@@ -273,10 +231,8 @@ def _explains_as_well(
     state, more, cost = steps.model.first(usual), [], steps.model.finder.cost
     for cloud, other in zip(clouds, found, strict=True):
         state, estimate = steps.step(state, cloud)
-        if not estimate.tracked:
-            return False
-        if estimate.pose.torso[:, 1] @ usual.torso[:, 1] < 0.0:
-            return False  # following has turned it round
+        if not estimate.tracked or estimate.pose.torso[:, 1] @ usual.torso[:, 1] < 0.0:
+            return False  # lost, or turned round by following
         if other.tracked:
             more.append(cost(estimate.pose, cloud) - cost(other.pose, cloud))
     forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]

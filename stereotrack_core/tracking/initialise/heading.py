@@ -6,8 +6,6 @@ opposite way (:func:`turned_round`), 0 where nothing is seen that tells them apa
 weighs is chosen, not learned, from recordings whose heading is known (docs/accuracy-elsewhere.md).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
@@ -24,82 +22,52 @@ from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.initialise.trunk import (
     away_cost,
-    bending_cost,
     feet_ahead,
+    lean_cost,
+    legs_cost,
     turned_round,
 )
 from stereotrack_core.tracking.residuals.clicks import missed
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 
+# Pieces of evidence, and independent looks that each is worth at most: frames of somebody who
+# stands still say the same again and again.
 MOST: Mapping[str, float] = MappingProxyType(
-    {
-        "toes": 3.0,
-        "feet": 3.0,
-        "legs": 3.0,
-        "arms": 4.0,
-        "cameras": 1.0,
-        "keypoints": 3.0,
-        "clicks": 2.0,
-    }
+    {"toes": 3.0, "feet": 3.0, "legs": 3.0, "arms": 4.0}
+    | {"cameras": 1.0, "keypoints": 3.0, "clicks": 2.0}
 )
-"""Pieces of evidence, and independent looks that each is worth at most: frames of somebody who
-stands still say the same again and again."""
-
+# Log-likelihood ratios of one look at evidence that could not be clearer, also of arms that cannot
+# bend the other way round, and of hands in front of the elbows.
 _TOES, _FEET, _LEGS, _CAMERAS, _KEYPOINTS, _CLICKS = 2.0, 0.7, 0.7, 1.5, 3.0, 4.0
-"""Log-likelihood ratios of one look at evidence that could not be clearer."""
-
 _FORWARD, _HANDS = 1.5, 1.0
-"""The same of arms that cannot bend the other way round, and of hands in front of the elbows."""
-
-WALKING, MOST_WALKED = 5.0, 6.0
-"""Log-likelihood ratio of a metre walked to the front, and of any way: people seldom walk backwards
-for long."""
-
+WALKING = 5.0  # log-likelihood ratio of a metre walked to the front
+MOST_WALKED = 6.0  # and of any way: people seldom walk backwards for long
+# Least sine of the angle between a view's line of sight and a foot, seen from above, from which the
+# view shows whether toes point to one side.
 _BESIDE = 0.64
-"""Least sine of the angle between a view's line of sight and a foot, seen from above, from which
-the view shows whether toes point to one side."""
-
-_LEG = np.arange(0.12, 0.21, 0.02)
-_ASIDE = np.arange(-0.12, 0.121, 0.01)
-"""Heights over the ankle, and distances from it to the front, metres, where a leg is looked for."""
-
-_SOLE = np.arange(0.10, -0.26, -0.01)
-"""Heights over the ankle, metres, at which a foot may end."""
-
-_OVER_SOLE = 0.03
-_ALONG_FOOT = np.array([0.10, 0.12, 0.14])
-"""Metres over the sole, and from the ankle on, where there are toes in front and nothing behind."""
+_LEG = np.arange(0.12, 0.21, 0.02)  # heights over the ankle, metres, where a leg is looked for
+_ASIDE = np.arange(-0.12, 0.121, 0.01)  # distances from it to the front, metres
+_SOLE = np.arange(0.10, -0.26, -0.01)  # heights over the ankle, metres, at which a foot may end
+# Metres over the sole, and from the ankle on, where there are toes in front and nothing behind.
+_OVER_SOLE, _ALONG_FOOT = 0.03, np.array([0.10, 0.12, 0.14])
 
 
 def ahead(frames: PartFrames, upright: Upright) -> FloatArray:
     """Level unit vector (3,), world, along which the torso faces; 0 where that is up or down."""
     y = frames.rotations[TORSO, :, 1]
     level = y - (y @ upright.up) * upright.up
-    result: FloatArray = level / max(float(np.linalg.norm(level)), 1e-6)
-    return result
-
-
-def toes_in_outlines(
-    body: BodyModel, frames: PartFrames, cloud: Cloud, upright: Upright
-) -> float | None:
-    """Where views that see feet from the side show the toes: 1 in front, -1 behind.
-
-    None where no such view shows a foot. Clouds hardly have feet, as the floor is too near; the
-    outlines of the person have.
-    """
-    forward = ahead(frames, upright)
-    found = [
-        share
-        for view in cloud.depths.values()
-        if view.outline is not None
-        for share in _toes_in(body, frames, view, forward, upright.up)
-    ]
-    return float(np.mean(found)) if found else None
+    return np.asarray(level / max(float(np.linalg.norm(level)), 1e-6))
 
 
 def _toes_in(
     body: BodyModel, frames: PartFrames, view: ViewDepth, forward: FloatArray, up: FloatArray
 ) -> Iterator[float]:
+    """Where a view that sees feet from the side shows the toes: 1 in front, -1 behind.
+
+    Clouds hardly have feet, as the floor is too near; the outlines of the person have.
+    """
+    if view.outline is None:
+        return
     centre = view.geometry.world_from_depth.translation
     for shank in SHANKS:
         along = frames.rotations[shank, :, 2]
@@ -118,10 +86,8 @@ def _toes_in(
         if not below[0] or below.all():
             continue
         sole = ankle + (_SOLE[np.argmin(below)] + _OVER_SOLE) * up
-        toes, heel = (
-            _inside(view, sole + way * _ALONG_FOOT[:, None] * forward).mean() for way in (1.0, -1.0)
-        )
-        yield float(toes - heel)
+        toes, heel = (sole + way * _ALONG_FOOT[:, None] * forward for way in (1.0, -1.0))
+        yield float(_inside(view, toes).mean() - _inside(view, heel).mean())
 
 
 def _inside(view: ViewDepth, points: FloatArray) -> FloatArray:
@@ -142,15 +108,16 @@ def evidence(finder: PoseFinder, pose: Pose, cloud: Cloud) -> dict[str, float]:
     body, upright = setup.body, setup.upright
     here, there = (body.frames(upright_pose(each, upright)) for each in (pose, back))
     cameras = upright.points(setup.cameras)
-    bends = bending_cost(there) - bending_cost(here)
+    costs = [legs_cost(frames) + lean_cost(frames) for frames in (there, here)]
     found = {
-        "legs": _LEGS * _beyond(bends, 5.0, 20.0),
+        "legs": _LEGS * _beyond(costs[0] - costs[1], 5.0, 20.0),
         "arms": arms_forward(finder, pose),
         "cameras": _CAMERAS * (away_cost(there, cameras) - away_cost(here, cameras)) / 20.0,
     }
-    toes = toes_in_outlines(body, body.frames(pose), cloud, upright)
-    if toes is not None:
-        found["toes"] = _TOES * toes
+    frames = body.frames(pose)
+    forward, views = ahead(frames, upright), cloud.depths.values()
+    if toes := [toe for view in views for toe in _toes_in(body, frames, view, forward, upright.up)]:
+        found["toes"] = _TOES * float(np.mean(toes))
     if feet := feet_ahead(body, here, upright.points(cloud.points)):
         found["feet"] = _FEET * float(np.clip(np.mean(feet) / 0.05, -1.0, 1.0))
     seen = KeypointObservation(cloud.keypoints, setup.parameters.keypoint_sigma)

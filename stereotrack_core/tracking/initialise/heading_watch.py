@@ -16,40 +16,19 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.frame import FirstFrame
 from stereotrack_core.tracking.initialise.finder import PoseFinder
-from stereotrack_core.tracking.initialise.heading import (
-    MOST,
-    MOST_WALKED,
-    WALKING,
-    ahead,
-    evidence,
-)
+from stereotrack_core.tracking.initialise.heading import MOST, MOST_WALKED, WALKING, ahead, evidence
 from stereotrack_core.tracking.initialise.trunk import turned_round
 
-DECIDED = 0.99
-"""Posterior probability from which a heading is decided."""
-
-WATCHED = 100
-"""Tracked frames in which it has to be decided."""
-
-_UNLIKELY = 0.4
-"""Posterior probability below which a heading gives way to the other where the frames are over."""
-
-_LEAST = 3
-"""Tracked frames before anything is decided."""
-
-ENOUGH = 20
-"""Tracked frames from which it says something that a heading is not decided."""
-
-_APART = 0.5
-"""Seconds from which looks at limbs are independent, and beyond which a body may have turned."""
-
-_WALKS = 0.3
-"""Metres per second from which somebody walks."""
-
+DECIDED = 0.99  # posterior probability from which a heading is decided
+WATCHED = 100  # tracked frames in which it has to be decided
+_UNLIKELY = 0.4  # posterior probability below which a heading gives way after the last frame
+_LEAST = 3  # tracked frames before anything is decided
+ENOUGH = 20  # tracked frames from which it says something that a heading is not decided
+_APART = 0.5  # seconds from which looks at limbs are independent, and a body may have turned
+_WALKS = 0.3  # metres per second from which somebody walks
 _NAMES = tuple(MOST)
 _MOST = np.array([MOST[name] for name in _NAMES])
-_EVERY_FRAME = frozenset({"toes", "feet", "cameras", "keypoints", "clicks"})
-"""Of which each frame is a look."""
+_EVERY_FRAME = MOST.keys() - {"legs", "arms"}  # of which each frame is a look
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +36,8 @@ class Place:
     """Where somebody was in a frame, and faced."""
 
     frame: int
-    position: FloatArray
-    """(3,), world, metres."""
-    forward: FloatArray
-    """(3,), world. Unit vector."""
+    position: FloatArray  # (3,), world, metres
+    forward: FloatArray  # (3,), world. Unit vector.
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,26 +45,18 @@ class HeadingWatch:
     """Evidence for the heading that a run has begun with, over its frames so far."""
 
     fps: float
-    active: bool = True
-    """Whether it still takes frames: neither decided, nor over."""
-    against: int | None = None
-    """The frame at which the other heading was decided to be right."""
-    corrected: bool = False
-    """Whether the frames before that have been tracked again with it."""
-    first: FirstFrame | None = None
-    """Where the track has begun."""
+    active: bool = True  # whether it still takes frames: neither decided, nor over
+    against: int | None = None  # the frame at which the other heading was decided to be right
+    corrected: bool = False  # whether the frames before that have been tracked again with it
+    first: FirstFrame | None = None  # where the track has begun
+    # (K,). Log-likelihood ratios of each piece of evidence, added up over its looks.
     sums: FloatArray = field(default_factory=lambda: np.zeros(len(_NAMES)))
-    """(K,). Log-likelihood ratios of each piece of evidence, added up over its looks."""
+    # (K,). Independent looks at each piece.
     looks: FloatArray = field(default_factory=lambda: np.zeros(len(_NAMES)))
-    """(K,). Independent looks at each piece."""
-    walked: float = 0.0
-    """Metres forward less metres backward."""
-    seen: int = 0
-    """Tracked frames."""
-    turned: float = 1.0
-    """-1 while the tracker faces the other way than it has begun with."""
-    last: Place | None = None
-    """Place in the last tracked frame."""
+    walked: float = 0.0  # metres forward less metres backward
+    seen: int = 0  # tracked frames
+    turned: float = 1.0  # -1 while the tracker faces the other way than it has begun with
+    last: Place | None = None  # place in the last tracked frame
 
     @property
     def ratio(self) -> float:
@@ -118,7 +87,7 @@ class HeadingWatch:
         """What a run states of its heading."""
         chance = round(self.probability, 4)
         found: dict[str, Any] = {"state": self.state, "probability": chance, "frames": self.seen}
-        return {**found, "against": self.against} if self.against is not None else found
+        return found if self.against is None else {**found, "against": self.against}
 
     def updated(
         self, finder: PoseFinder, pose: Pose | None, cloud: Cloud, *, is_last: bool = False

@@ -1,7 +1,5 @@
 """What the first frames of mono views tell before the track begins."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -19,21 +17,17 @@ from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.shape_fit import fitted_outline
 from stereotrack_core.tracking.smoothing import smoothed
 
-FIRST_FRAMES = 60
-"""Frames that are tracked in advance."""
-
-_ASKED, _FEWEST = 24, 6
-"""Frames, evenly spread over these, that the shape is fitted to, and without which nothing is."""
+FIRST_FRAMES = 60  # frames that are tracked in advance
+_ASKED = 24  # frames, evenly spread over these, that the shape is fitted to
+_FEWEST = 6  # tracked frames without which nothing is fitted
 
 
 @dataclass(frozen=True, eq=False)
 class FirstFrames:
-    """Shape and pose of the person that the first frames tell."""
+    """What the first frames tell of the person."""
 
-    shape: BodyShape
-    """The body's, with margins as the contours and offsets as the keypoints show them."""
-    pose: Pose | None
-    """Of the first frame; None where it is not tracked."""
+    shape: BodyShape  # with margins as the contours and offsets as the keypoints show them
+    pose: Pose | None  # of the first frame; None where it is not tracked
 
 
 def told_by_first_frames(
@@ -57,12 +51,9 @@ def told_by_first_frames(
     shape = body.shape
     if model.setup.parameters.fit_shape:
         chosen = np.unique(np.linspace(0, len(known) - 1, _ASKED).astype(int))
-        asked = [known[i] for i in chosen]
-        poses = [frames[i].estimate.pose for i in asked]
-        edges = [edge_maps(clouds[i]) for i in asked]
-        shape = fitted_outline(body, tuple(zip(poses, edges, strict=True)))
-        if any(edges):  # keypoints alone cannot tell their offsets from other lengths of the body
-            setup = replace(model.setup, body=body.with_shape(shape))
-            asked_clouds = [clouds[i] for i in asked]
-            shape = fitted_offsets(setup, tuple(zip(poses, asked_clouds, strict=True)))
+        asked = [(frames[known[i]].estimate.pose, clouds[known[i]]) for i in chosen]
+        edges = [(pose, edge_maps(cloud)) for pose, cloud in asked]
+        shape = fitted_outline(body, edges)
+        if any(own for _, own in edges):  # else offsets look like other lengths of the body
+            shape = fitted_offsets(replace(model.setup, body=body.with_shape(shape)), asked)
     return FirstFrames(shape, frames[0].estimate.pose if frames[0].tracked else None)

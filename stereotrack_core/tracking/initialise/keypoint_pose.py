@@ -1,15 +1,13 @@
 """A pose from keypoints alone: where rays of several cameras meet, the body's joints are."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.model import BodyModel, landmarks
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.posing import pose_of_landmarks
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, points_by_name
@@ -34,12 +32,10 @@ def pose_of_keypoints(
     found = dict(zip(LANDMARKS, np.full((len(LANDMARKS), 3), np.nan), strict=True)) | trunk
     ears = [points[name] for name in ("left_ear", "right_ear", "nose") if name in points]
     if "head" in points or ears:
-        found["head"] = points.get("head", np.mean(ears, axis=0) if ears else np.empty(3))
+        found["head"] = points["head"] if "head" in points else np.mean(ears, axis=0)
     p = body.skeleton.proportions
     for side in _SIDES:
-        elbow = points.get(f"{side}_elbow")
-        hand = points.get(f"{side}_hand")
-        wrist = points.get(f"{side}_wrist")
+        elbow, hand, wrist = (points.get(f"{side}_{name}") for name in ("elbow", "hand", "wrist"))
         if hand is None and wrist is not None and elbow is not None:
             hand = elbow + (wrist - elbow) * (p.elbow_to_hand / p.forearm_length)
         if elbow is not None:
@@ -58,8 +54,8 @@ def _trunk(points: Mapping[str, FloatArray], body: BodyModel) -> dict[str, Float
     if len(found) < len(_TRUNK) - 1:
         return None
     p = body.skeleton.proportions
-    for joint, width in (("shoulder", p.shoulder_width), ("hip", p.hip_width)):
-        other = "hip" if joint == "shoulder" else "shoulder"
+    widths = ("shoulder", "hip", p.shoulder_width), ("hip", "shoulder", p.hip_width)
+    for joint, other, width in widths:
         for side, sign in (("left", -1.0), ("right", 1.0)):
             name = f"{side}_{joint}"
             if name not in found:

@@ -1,7 +1,5 @@
 """Which points belong to the body that is followed, and how much of it they show."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy
 
@@ -16,65 +14,52 @@ from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.residuals.surface import surface_distances
 
-_CELL = 0.10
-"""Side of the cells whose neighbourhood joins points, metres."""
-
-_LEAST_IN_CELL = 2
-"""Points without which a cell joins nothing; strays are few."""
-
+_CELL = 0.10  # side of the cells whose neighbourhood joins points, metres
+_LEAST_IN_CELL = 2  # points without which a cell joins nothing; strays are few
 _MOST_PEOPLE = 3
-
-_ASIDE = 0.35
-"""Metres from the expected body within which a group of points can be its own."""
-
-_LARGE = 0.2
-"""Share of the points near the body from which a group of points is somebody or something else."""
-
-_ARMS_REACH = 1.3
-"""Metres from the expected hips, on the floor, beyond which nothing is the body's own."""
-
-_EVERY = 4
-"""Of so many points one is enough to tell how far a group is from the body."""
+_ASIDE = 0.35  # metres from the expected body within which a group of points can be its own
+_LARGE = 0.2  # share of the points near the body from which a group is somebody or something else
+_ARMS_REACH = 1.3  # metres from the expected hips, on the floor, beyond which nothing is its own
+_EVERY = 4  # of so many points one is enough to tell how far a group is from the body
+_NEAR = 0.10  # metres from the surface up to which data speak for the patch that they lie on
+_ROWS, _COLUMNS = 3, 6  # patches of the torso along its axis and around it
+_HEAD_COLUMNS = 4
+_SIDE = 0.05  # metres from a side of the working volume
+_TURNED = 0.25  # cosine between a patch's normal and the sight line from which a view sees it
 
 
-def groups_of(points: FloatArray, *, on_floor: bool) -> IntArray:
-    """Number (N,) of the group that each point (N, 3) belongs to; -1 for strays.
+def _groups_of(points: FloatArray) -> IntArray:
+    """Number (N,) of the group that each point (N, D) belongs to; -1 for strays.
 
-    Points belong together where occupied cells touch, seen from above or in space.
+    Points belong together where occupied cells touch.
     """
-    use = points[:, :2] if on_floor else points
-    cell = np.floor((use - use.min(axis=0)) / _CELL).astype(np.int64)
+    cell = np.floor((points - points.min(axis=0)) / _CELL).astype(np.int64)
     counts = np.zeros(cell.max(axis=0) + 1, dtype=np.int64)
     np.add.at(counts, tuple(cell.T), 1)
     around = scipy.ndimage.generate_binary_structure(counts.ndim, counts.ndim)
     labels, _ = scipy.ndimage.label(counts >= _LEAST_IN_CELL, around)
-    result: IntArray = labels[tuple(cell.T)].astype(np.int64) - 1
-    return result
+    return np.asarray(labels[tuple(cell.T)].astype(np.int64) - 1)
 
 
 def people_in(points: FloatArray, least: int) -> list[BoolArray]:
-    """Members (N,) of the largest groups that stand apart on the floor, largest first.
-
-    Of points (N, 3) in a world whose z points up.
-    """
+    """Members (N,) of the largest groups of points (N, 3), z up, that stand apart on the floor."""
     if not len(points):
         return []
-    group = groups_of(points, on_floor=True)
+    group = _groups_of(points[:, :2])
     counts = np.bincount(group[group >= 0], minlength=1)
     order = np.argsort(-counts, kind="stable")[:_MOST_PEOPLE]
     return [np.asarray(group == k) for k in order if counts[k] >= least]
 
 
 def own_points(points: FloatArray, body: BodyModel, expected: Pose) -> BoolArray:
-    """Points (N,) that can be the body's: not those of others who stand apart from it.
+    """Points (N,) that can be the body's: not those of others who stand apart from it; z is up.
 
-    Points and pose are in a world whose z points up.
     Small groups in reach of an arm stay, for they may be a hand that moved fast.
     """
     if not len(points):
         return np.zeros(0, dtype=np.bool_)
     within = np.linalg.norm(points[:, :2] - expected.position[:2], axis=1) < _ARMS_REACH
-    group = groups_of(points, on_floor=False)
+    group = _groups_of(points)
     if group.max() < 1:
         return np.asarray(within)
     distance = np.abs(surface_distances(points[::_EVERY], body, expected))
@@ -93,30 +78,8 @@ def own_part(cloud: Cloud, body: BodyModel, expected: Pose, upright: Upright) ->
     return cloud.part(own_points(upright.points(cloud.points), body, standing))
 
 
-_NEAR = 0.10
-"""Metres from the surface up to which data speak for the patch that they lie on."""
-
-_ROWS, _COLUMNS = 3, 6
-"""Patches of the torso along its axis and around it."""
-
-_HEAD_COLUMNS = 4
-
-_SIDE = 0.05
-"""Metres from a side of the working volume."""
-
-_TURNED = 0.25
-"""Cosine between a patch's normal and the sight line from which a view sees it."""
-
-
 def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatArray) -> float:
-    """Share of those patches of torso and head which face a camera that have data.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-    cameras : (V, 3) float64, world
-        Optical centres.
-    """
+    """Share of the patches of torso and head facing a camera (V, 3) that have points (N, 3)."""
     frames = body.frames(pose)
     seen, expected = 0, 0
     closest = nearest_on_surface(points, placed_cones(body, frames), _NEAR)
@@ -130,7 +93,7 @@ def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: Floa
         column = np.clip(turn * columns, 0, columns - 1).astype(int)
         hit = np.zeros((rows, columns), dtype=np.bool_)
         hit[row, column] = True
-        faces = _facing_cameras(rows, columns, length, R, origin, cameras)
+        faces = _facing_cameras(hit.shape, length, R, origin, cameras)
         expected += int(np.count_nonzero(faces))
         seen += int(np.count_nonzero(hit & faces))
     return seen / max(expected, 1)
@@ -143,8 +106,7 @@ def depth_inside(points: FloatArray, volume: Volume, upright: Upright = Z_UP) ->
     """
     sides = upright.level
     depth = np.minimum(points[:, sides] - volume.low[sides], volume.high[sides] - points[:, sides])
-    nearest: FloatArray = depth.min(axis=1)
-    return nearest
+    return np.asarray(depth.min(axis=1))
 
 
 def share_at_sides(points: FloatArray, volume: Volume, upright: Upright = Z_UP) -> float:
@@ -156,20 +118,15 @@ def share_at_sides(points: FloatArray, volume: Volume, upright: Upright = Z_UP) 
 
 
 def _facing_cameras(
-    rows: int,
-    columns: int,
-    length: float,
-    rotation: FloatArray,
-    origin: FloatArray,
-    cameras: FloatArray,
+    shape: tuple[int, int], length: float, R: FloatArray, origin: FloatArray, cameras: FloatArray
 ) -> BoolArray:
     """Whether patches (rows, columns) are turned towards at least one camera."""
+    rows, columns = shape
     turn = 2.0 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)
-    normal = np.stack([np.cos(turn), np.sin(turn), np.zeros(columns)], axis=1) @ rotation.T
+    normal = np.stack([np.cos(turn), np.sin(turn), np.zeros(columns)], axis=1) @ R.T
     height = (np.arange(rows) + 0.5) / rows * length
-    places = origin + height[:, None] * rotation[:, 2]
+    places = origin + height[:, None] * R[:, 2]
     sight = cameras[None] - places[:, None]
     sight /= np.linalg.norm(sight, axis=2, keepdims=True)
     cosine = np.einsum("rvi,ci->rcv", sight, normal)
-    result: BoolArray = cosine.max(axis=2) > _TURNED
-    return result
+    return np.asarray(cosine.max(axis=2) > _TURNED)

@@ -1,7 +1,5 @@
 """Poses to begin from when nothing is known: postures, headings, heights."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,35 +7,35 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_pose
-from stereotrack_core.body.skeleton import (
-    FOREARMS,
-    HEAD,
-    SHANKS,
-    THIGHS,
-    TORSO,
-    UPPER_ARMS,
-)
+from stereotrack_core.body.skeleton import FOREARMS, HEAD, SHANKS, THIGHS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.upright import Z_UP, Upright
 
-_CROWN = 98.5
-"""Percentile of the height over the middle that is taken for the top of the head."""
-
-_AROUND = 0.3
-"""Metres around the middle in which the head is looked for; strays lie elsewhere."""
+_CROWN = 98.5  # percentile of the height over the middle that is taken for the top of the head
+_AROUND = 0.3  # metres around the middle in which the head is looked for; strays lie elsewhere
+_HEADINGS = 12
+_NEAR_MIDDLE = 0.35  # metres around the middle in which the top is; strays and hands lie elsewhere
+_TOP, _BOTTOM = 98.5, 1.0  # percentiles of the heights taken for the upper and the lower end
+_SOLE = 0.06  # metres from the ankle down to where data of a foot end
 
 
 def t_pose_in_cloud(body: BodyModel, points: FloatArray, upright: Upright = Z_UP) -> Pose:
-    """T pose facing north, put where the cloud is: its middle, and its top for the head.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-        Cloud with at least one point.
-    """
+    """T pose facing north where points (N, 3), world, are: their middle, their top for the head."""
     points = upright.points(points)
-    middle = np.median(points[:, :2], axis=0)
-    return _in_world(t_pose(_hips_under(body, points, middle)), upright)
+    middle, heights = _middle_and_heights(points, _AROUND)
+    cones = body.cones
+    head = np.flatnonzero((cones.part == HEAD) & cones.round_end)[0]
+    crown = cones.origins[head, 2] + cones.height[head] + cones.r2[head]
+    top_over_hips = float(body.skeleton.joints[HEAD, 2] + crown)
+    hips = np.append(middle, float(np.percentile(heights, _CROWN)) - top_over_hips)
+    return _in_world(t_pose(hips), upright)
+
+
+def _middle_and_heights(points: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+    """Middle (2,) of points (N, 3), and heights of those that are so near to it, or of all."""
+    middle: FloatArray = np.median(points[:, :2], axis=0)
+    around = np.linalg.norm(points[:, :2] - middle, axis=1) < radius
+    return middle, points[around, 2] if around.any() else points[:, 2]
 
 
 def upright_pose(pose: Pose, upright: Upright) -> Pose:
@@ -47,34 +45,6 @@ def upright_pose(pose: Pose, upright: Upright) -> Pose:
 
 def _in_world(pose: Pose, upright: Upright) -> Pose:
     return pose if upright == Z_UP else pose.turned(upright.rotation.T)
-
-
-def _hips_under(body: BodyModel, points: FloatArray, middle: FloatArray) -> FloatArray:
-    """Hip midpoint (3,) of a body that stands at `middle` (2,) with its head at the cloud's top."""
-    around = np.linalg.norm(points[:, :2] - middle, axis=1) < _AROUND
-    heights = points[around, 2] if around.any() else points[:, 2]
-    top = float(np.percentile(heights, _CROWN))
-    return np.append(middle, top - crown_over_hips(body))
-
-
-def crown_over_hips(body: BodyModel) -> float:
-    """Height of the top of the head over the hip midpoint of an upright body, metres."""
-    cones = body.cones
-    head = np.flatnonzero((cones.part == HEAD) & cones.round_end)[0]
-    crown = cones.origins[head, 2] + cones.height[head] + cones.r2[head]
-    return float(body.skeleton.joints[HEAD, 2] + crown)
-
-
-_HEADINGS = 12
-
-_NEAR_MIDDLE = 0.35
-"""Metres around the middle in which the top is looked for; strays and hands lie elsewhere."""
-
-_TOP, _BOTTOM = 98.5, 1.0
-"""Percentiles of the heights that are taken for the upper and the lower end."""
-
-_SOLE = 0.06
-"""Metres from the ankle down to where data of a foot end."""
 
 
 @dataclass(frozen=True)
@@ -87,27 +57,18 @@ class _Posture:
 
 
 _POSTURES = (
-    _Posture(0.0, 0.0, 0.0),
-    _Posture(35.0, 5.0, 5.0),
-    _Posture(75.0, 10.0, 5.0),
-    _Posture(25.0, 70.0, 35.0),
-    _Posture(75.0, 60.0, 30.0),
+    _Posture(0.0, 0.0, 0.0),  # standing
+    _Posture(35.0, 5.0, 5.0),  # bent
+    _Posture(75.0, 10.0, 5.0),  # bent deeply
+    _Posture(25.0, 70.0, 35.0),  # squatting
+    _Posture(75.0, 60.0, 30.0),  # squatting bent deeply
 )
-"""Standing, bent, bent deeply, squatting, squatting bent deeply."""
 
 
 def seeds_in(body: BodyModel, points: FloatArray, upright: Upright = Z_UP) -> list[Pose]:
-    """Postures in all headings, put where a group of points is.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-        Of one person, at least one.
-    """
+    """Postures in all headings, put where points (N, 3), world, of one person are."""
     points = upright.points(points)
-    middle = np.median(points[:, :2], axis=0)
-    around = np.linalg.norm(points[:, :2] - middle, axis=1) < _NEAR_MIDDLE
-    heights = points[around, 2] if around.any() else points[:, 2]
+    middle, heights = _middle_and_heights(points, _NEAR_MIDDLE)
     top, bottom = np.percentile(heights, [_TOP, _BOTTOM])
     seeds = []
     for posture in _POSTURES:

@@ -3,14 +3,12 @@
 Bodies look much the same from behind, but do not bend that way.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import (
@@ -24,22 +22,29 @@ from stereotrack_core.body.skeleton import (
 )
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.compiled import compiled
-from stereotrack_core.depth.cloud import Cloud, ViewDepth
+from stereotrack_core.depth.cloud import Cloud
 
 _SQUARED_SCALE = 0.06**2
-
-_SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
-"""Pixels of disparity from which a view looks through a place, and up to which it supports it: a
-little more than the matcher's errors."""
-
-_SEEN_THROUGH, _UNSUPPORTED = 2.5, 1.5
-"""Costs of a place that a view looks through, at most two views counting, and of one that no view
-supports or hides; in data explained, as all of the search's costs."""
-
+# Pixels of disparity, a little more than the matcher's errors.
+_SEE_THROUGH_PX = 1.3  # from which a view looks through a place
+_SUPPORT_PX = 0.9  # up to which it supports it
+# Costs of a place, in data explained, as all of the search's costs.
+_SEEN_THROUGH = 2.5  # that a view looks through; at most two views count
+_UNSUPPORTED = 1.5  # that no view supports or hides
 _UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
-
-_MAYBE_ARM = 0.5
-"""Weight of data that an arm could explain."""
+_MAYBE_ARM = 0.5  # weight of data that an arm could explain
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+_PAIRS = (UPPER_ARMS, FOREARMS, THIGHS, SHANKS, CLAVICLES)
+_LEGS = tuple(zip(THIGHS, SHANKS, strict=True))
+# Costs of one knee bent forward, one thigh far behind, a trunk bent backward, two feet turned
+# backward; in data explained, as those of the search for arms.
+_KNEE, _THIGH, _LEAN, _FEET = 10.0, 5.0, 8.0, 8.0
+_STRAIGHT = 0.2  # radians up to which a knee bent forward may be a straight one of another shape
+# Cost of turning one's back on the only camera: people are filmed where one sees what they do.
+_TURNED_AWAY = 20.0
+_HEADLONG = 20.0  # cost of a trunk whose head hangs under its hips
+_ANKLE, _ROUND_ANKLE = 0.06, 0.22  # metres over the ankle, and around it: data of a foot
+_LEAST_ON_FOOT = 8
 
 
 def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
@@ -63,24 +68,19 @@ def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Po
 def trunk_sight_cost(cloud: Cloud, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
     """Cost (S,) of places inside torso, head and legs where views see that nobody is."""
     places = np.concatenate([_places(body, body.frames(pose)) for pose in poses])
-    through, supported, hidden, filled = _sight_of(cloud.depths.values(), places).T
-    nothing = (supported + hidden + filled == 0) & (through == 0)
-    cost = _SEEN_THROUGH * np.minimum(through, 2) + _UNSUPPORTED * nothing
-    result: FloatArray = cost.reshape(len(poses), -1).sum(axis=1)
-    return result
-
-
-def _sight_of(depths: Iterable[ViewDepth], places: FloatArray) -> IntArray:
-    """How many views look through, support, hide or have no range at each place (M, 3), world."""
+    # How many views look through each place, support it, hide it, or have no range there.
     seen = np.zeros((len(places), 4), dtype=np.int64)
-    for depth in depths:
+    for depth in cloud.depths.values():
         g = depth.geometry
         pinhole = np.array([g.focal, g.c_x, g.c_y])
         in_camera = g.world_from_depth.inverse().apply(places)
         silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette
         limits = np.array([_SEE_THROUGH_PX, _SUPPORT_PX]) / g.disparity_scale
         _count_sight(in_camera, depth.range_z, silhouette, pinhole, limits, seen)
-    return seen
+    through, supported, hidden, filled = seen.T
+    nothing = (supported + hidden + filled == 0) & (through == 0)
+    cost = _SEEN_THROUGH * np.minimum(through, 2) + _UNSUPPORTED * nothing
+    return np.asarray(cost.reshape(len(poses), -1).sum(axis=1))
 
 
 def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
@@ -98,31 +98,6 @@ def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
     return np.concatenate([trunk, on_limbs])
 
 
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
-
-_PAIRS = (UPPER_ARMS, FOREARMS, THIGHS, SHANKS, CLAVICLES)
-
-_LEGS = tuple(zip(THIGHS, SHANKS, strict=True))
-
-_KNEE, _THIGH, _LEAN, _FEET = 10.0, 5.0, 8.0, 8.0
-"""Costs of one knee bent forward, one thigh far behind, a trunk bent backward, two feet turned
-backward; in data explained, as those of the search for arms."""
-
-_STRAIGHT = 0.2
-"""Radians up to which a knee that is bent forward may be a straight one of another shape."""
-
-_TURNED_AWAY = 20.0
-"""Cost of turning one's back on the only camera: people are filmed where one sees what they do."""
-
-_HEADLONG = 20.0
-"""Cost of a trunk whose head hangs under its hips."""
-
-_ANKLE, _ROUND_ANKLE = 0.06, 0.22
-"""Metres over the ankle, and around it, in which data are a foot's."""
-
-_LEAST_ON_FOOT = 8
-
-
 def turned_round(pose: Pose) -> Pose:
     """The pose that looks most alike from the other side: half a turn, left and right exchanged."""
     rotations = pose.rotations.copy()
@@ -136,26 +111,18 @@ def turned_round(pose: Pose) -> Pose:
 def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatArray) -> float:
     """What speaks against the direction that a pose faces, apart from its arms.
 
-    Parameters
-    ----------
-    pose : Pose
-        In a world whose z points up, as all that follows.
-    points : (N, 3) float64, world
-        The body's data.
-    cameras : (V, 3) float64, world
-        Optical centres. Where they stand all around they say nothing.
+    Pose, data (N, 3) and optical centres (V, 3) are in a world whose z points up. Toes lie in front
+    of the ankles; nothing is said where no foot is seen, nor by cameras that stand all around.
     """
     frames = body.frames(pose)
-    legs = _legs_cost(frames) + _feet_cost(body, frames, points)
-    return legs + _lean_cost(frames) + away_cost(frames, cameras)
+    feet = sum(
+        0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
+        for ahead in feet_ahead(body, frames, points)
+    )
+    return legs_cost(frames) + feet + lean_cost(frames) + away_cost(frames, cameras)
 
 
-def bending_cost(frames: PartFrames) -> float:
-    """What speaks against the direction that a pose faces in how its legs and trunk bend."""
-    return _legs_cost(frames) + _lean_cost(frames)
-
-
-def _legs_cost(frames: PartFrames) -> float:
+def legs_cost(frames: PartFrames) -> float:
     """Knees bend backward, and thighs rise to the front."""
     total, torso = 0.0, frames.rotations[TORSO]
     for thigh, shank in _LEGS:
@@ -167,7 +134,7 @@ def _legs_cost(frames: PartFrames) -> float:
     return total
 
 
-def _lean_cost(frames: PartFrames) -> float:
+def lean_cost(frames: PartFrames) -> float:
     """Trunks bend to the front."""
     forward = _on_floor(frames)
     up = frames.rotations[TORSO, :, 2]
@@ -176,19 +143,8 @@ def _lean_cost(frames: PartFrames) -> float:
     return headlong + _LEAN * float(np.clip((-lean - 12.0) / 12.0, 0.0, 3.0))
 
 
-def _feet_cost(body: BodyModel, frames: PartFrames, points: FloatArray) -> float:
-    """Toes lie in front of the ankles; nothing is said where no foot is seen."""
-    return sum(
-        0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
-        for ahead in feet_ahead(body, frames, points)
-    )
-
-
 def feet_ahead(body: BodyModel, frames: PartFrames, points: FloatArray) -> list[float]:
-    """How far the data of each foot that has some lie in front of its ankle, metres.
-
-    Of points (N, 3) in a world whose z points up.
-    """
+    """Metres by which the data (N, 3), z up, of each foot that has some lie before its ankle."""
     forward, found = _on_floor(frames), []
     for _, shank in _LEGS:
         along = frames.rotations[shank, :, 2]
@@ -213,18 +169,12 @@ def away_cost(frames: PartFrames, cameras: FloatArray) -> float:
 def _on_floor(frames: PartFrames) -> FloatArray:
     """Horizontal unit vector (3,) along which the torso faces; 0 where it faces up or down."""
     ahead = frames.rotations[TORSO, :, 1] * np.array([1.0, 1.0, 0.0])
-    result: FloatArray = ahead / max(float(np.linalg.norm(ahead)), 1e-6)
-    return result
+    return np.asarray(ahead / max(float(np.linalg.norm(ahead)), 1e-6))
 
 
 @compiled()
 def _count_sight(
-    points: Any,
-    image: Any,
-    silhouette: Any,
-    pinhole: Any,
-    limits: Any,
-    seen: Any,
+    points: Any, image: Any, silhouette: Any, pinhole: Any, limits: Any, seen: Any
 ) -> None:
     """Add to the counters (M, 4) how one view judges every point.
 

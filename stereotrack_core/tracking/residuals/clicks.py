@@ -1,10 +1,8 @@
 """Landmarks that a person clicked, as measurements of the pose.
 
-A click is the projection of a landmark of the skeleton, which moves rigidly with its part. Clicks
-also tell where a body is that the tracker has lost: :func:`pose_by_clicks` needs no cloud.
+A click is the projection of a landmark, which moves rigidly with its part. Clicks also tell where a
+lost body is: :func:`pose_by_clicks` needs no cloud.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,28 +29,15 @@ from stereotrack_core.tracking.residuals.detections import DetectionResidual, re
 from stereotrack_core.tracking.residuals.limits import limit_rows
 from stereotrack_core.tracking.state import Belief, Setup
 
-_PARTS = (*UPPER_ARMS, *FOREARMS, *FOREARMS, HEAD, TORSO, TORSO)
-"""Part that each of the nine landmarks moves with, in their order."""
-
-_OFF = 0.012
-"""Metres by which a landmark may lie beside its place on the body: people differ."""
-
-_WIDENED = (60.0, 30.0, 15.0, 8.0, 4.0, 0.0, 0.0, 0.0)
-"""Pixels that are added to the clicks' standard deviations, step by step, from a pose far off."""
-
+_PARTS = (*UPPER_ARMS, *FOREARMS, *FOREARMS, HEAD, TORSO, TORSO)  # of the nine landmarks
+_OFF = 0.012  # metres by which a landmark may lie beside its place on the body: people differ
+_WIDENED = (60.0, 30.0, 15.0, 8.0, 4.0, 0.0, 0.0, 0.0)  # pixels, added to sigmas step by step
 _FROM = np.radians(60.0)
-_AWAY = 0.5
-"""Radians of every joint, and metres, by which a lost body may be elsewhere."""
-
-_WELL_SHOWN = 4.0
-"""Pixels by which clicks are missed on average that a pose shows well."""
-
+_AWAY = 0.5  # radians of every joint, and metres, by which a lost body may be elsewhere
+_WELL_SHOWN = 4.0  # pixels by which clicks are missed on average that a pose shows well
 _HEADINGS = tuple(np.radians((0.0, 90.0, 180.0, 270.0)))
-_LEANS = tuple(np.radians((0.0, 60.0)))
-"""Radians by which a lost body may face elsewhere and lean forward."""
-
-_LIMB, _TURN, _PLACE = np.radians(25.0), np.radians(20.0), 0.12
-"""Radians of a limb and of the trunk, and metres, from which clicks contradict a pose."""
+_LEANS = tuple(np.radians((0.0, 60.0)))  # radians that a lost body may face elsewhere, lean forward
+_LIMB, _TURN, _PLACE = np.radians(25.0), np.radians(20.0), 0.12  # from which clicks contradict
 
 
 @dataclass(frozen=True)

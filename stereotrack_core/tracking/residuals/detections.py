@@ -1,11 +1,8 @@
 """Detected landmarks as measurements of the pose, at a frame's instant and between frames.
 
-Single constraint at a time (Welch & Bishop 1997, DOI 10.1145/258734.258876): one that comes between
-two frames corrects the pose by itself. It does not determine the pose, but corrects it as far as
-it can, with the process noise of the time that has gone by since the last one.
+Single constraint at a time (Welch & Bishop 1997, DOI 10.1145/258734.258876): one between two frames
+corrects the pose by itself as far as it can, with the process noise since the last one.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,41 +19,29 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording import detections as kinds
 from stereotrack_core.recording.detections import Detection
 from stereotrack_core.tracking.correction import gathered, solved
-from stereotrack_core.tracking.residuals.projection import pinhole, pixel_gradients, undistorted
+from stereotrack_core.tracking.residuals.reprojection import pinhole, pixel_gradients, undistorted
 from stereotrack_core.tracking.state import Belief, Setup, State
 
+# Parts at whose ends a detected landmark may be.
 _PARTS_OF = {
     kinds.HEAD: (HEAD,),
     kinds.LEFT_HAND: (LEFT_FOREARM,),
     kinds.RIGHT_HAND: (RIGHT_FOREARM,),
     kinds.HAND: (LEFT_FOREARM, RIGHT_FOREARM),
 }
-"""Parts at whose ends a detected landmark may be."""
-
-_SURE = 3.0
-"""Standard deviations at which a detection has lost three quarters of its weight."""
-
+_SURE = 3.0  # standard deviations at which a detection has lost three quarters of its weight
 _ITERATIONS = 3
-
-_PROBABLE = 0.999
-"""Share of right detections that lie inside the gate by the pose's own uncertainty."""
+_PROBABLE = 0.999  # share of right detections inside the gate by the pose's uncertainty
 
 
 @dataclass(frozen=True, eq=False)
 class DetectionResidual:
-    """Place of a point of the body in space, or in the picture of a camera.
-
-    Pictures are those of an ideal camera without distortion: pixels of the raw picture are
-    undistorted once, and the prediction is a pinhole's.
-    """
+    """Place of a point of the body in space, or in the picture of a camera without distortion."""
 
     part: int
-    point: FloatArray
-    """(3,). In the frame of the part."""
-    measured: FloatArray
-    """(3,) or (2,). World, metres; or undistorted pixels seen from the principal point."""
-    variance: FloatArray
-    """(3,) or (2,)."""
+    point: FloatArray  # (3,). In the frame of the part.
+    measured: FloatArray  # (3,) world, metres; or (2,) pixels, see :func:`undistorted`
+    variance: FloatArray  # (3,) or (2,)
     camera: Camera | None = None
 
     def predicted(self, frames: PartFrames) -> FloatArray:
@@ -67,7 +52,10 @@ class DetectionResidual:
     def rows(self, frames: PartFrames) -> Rows:
         """Three rows in space or two of a pixel, linearised at one pose."""
         world = _placed(frames, self.part, self.point)
-        along = np.eye(3) if self.camera is None else _pixel_gradients(self.camera, world)
+        along = np.eye(3)
+        if self.camera is not None:
+            move, focal = self.camera.camera_from_world, float(self.camera.matrix[0, 0])
+            along = pixel_gradients(move.rotation, move.apply(world), focal)
         off = self.measured - self.predicted(frames), self.variance
         part = np.full(len(along), self.part, dtype=np.int64)
         kind = DETECTION if self.camera is None else PIXEL
@@ -79,15 +67,14 @@ class DetectionObservation:
     """Detections of one instant; given anew to the points of the body at every pose."""
 
     detections: tuple[Detection, ...]
-    gate: float
-    """Metres; farther from the point, a detection means something else."""
+    gate: float  # metres; farther from the point, a detection means something else
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[DetectionResidual, ...]:
         """Give every detection to the point of the body that it fits best, or to none.
 
-        A point of the body is given to one detection of each source at most: two hands whose side
-        is not known are two hands. The weight falls with the distance as that of the cloud's data
-        does: w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma.
+        A point is given to one detection of each source at most: two hands whose side is not known
+        are two hands. Weights are w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma, as of the cloud's
+        data.
         """
         frames = body.frames(pose)
         return tuple(
@@ -107,10 +94,7 @@ def _residual_of(
 def residual_at(
     detection: Detection, part: int, point: FloatArray, frames: PartFrames, widened: float = 0.0
 ) -> DetectionResidual:
-    """Residual of a detection of a point (3,) in the frame of a part, weighed at one pose.
-
-    `widened` is added to its standard deviation in quadrature, in the detection's unit.
-    """
+    """Residual of a point (3,) of a part, weighed at one pose; `widened` is added in quadrature."""
     measured, own = _undistorted(detection)
     sigma = float(np.hypot(own, widened))
     plain = DetectionResidual(part, point, measured, np.empty(0), detection.camera)
@@ -183,19 +167,10 @@ def _pinhole(camera: Camera, world: FloatArray) -> FloatArray:
     return pinhole(camera.camera_from_world.apply(world), float(camera.matrix[0, 0]))
 
 
-def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
-    """Derivatives (2, 3) of the undistorted pixel by the world point (3,)."""
-    move = camera.camera_from_world
-    return pixel_gradients(move.rotation, move.apply(world), float(camera.matrix[0, 0]))
-
-
 def predicted_by_detections(
     setup: Setup, state: State, since: float, time: float, due: Sequence[Detection]
 ) -> Belief:
-    """Predict up to a time; each detection on the way is one correction of its own.
-
-    Times are in frames: the state is of `since`; all `due` are later than it and before `time`.
-    """
+    """Predict up to a time, frames; each detection due on the way is one correction of its own."""
     belief: Belief = state
     for detection in sorted(due, key=lambda each: each.time):
         belief = setup.predicted(belief, since, detection.time)
@@ -206,8 +181,8 @@ def predicted_by_detections(
 def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:
     """Correct a pose, predicted for the detection's time, by one detection.
 
-    A hand whose side is not known is the hand that fits better. Farther than the parameters' gate
-    from where it could belong, or improbable, a detection changes nothing.
+    A hand whose side is not known is the hand that fits better. Farther than the gate from where it
+    could belong, or improbable, a detection changes nothing.
     """
     part = _best_part(detection, setup, prior)
     if part is None:

@@ -1,7 +1,5 @@
 """Limits of joints and collisions as soft rows of the correction (docs/method.md 4.8)."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any
@@ -28,57 +26,33 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.state import GIRDLE_REST
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
-
+# Of the limbs that no measure counts from straight; they only take data. Those of the clavicles are
+# least ones.
 _REST_SIGMA = {
     HEAD: np.radians(20.0),
     **dict.fromkeys(THIGHS, np.radians(45.0)),
     **dict.fromkeys(SHANKS, np.radians(60.0)),
     **dict.fromkeys(CLAVICLES, GIRDLE_REST),
 }
-"""Standard deviation of the limbs that no measure counts from straight; they only take data. Those
-of the clavicles are least ones."""
-
-LEAST_ELBOW_ANGLE = float(np.radians(30.0))
-"""Between upper arm and forearm."""
-
-_ELBOW_SIGMA = float(np.radians(3.0))
-"""How firmly an elbow is kept from folding farther than its limit."""
-
-_COLLISION_SIGMA = 0.03
-"""Metres; how firmly an arm is held off the torso."""
-
-_CHECKED = 4
-"""Places along a forearm, from elbow to hand, whose distance from the torso is checked."""
-
-_DEEPEST = 0.5
-"""Metres inside the torso beyond which a place is not moved out of it."""
+LEAST_ELBOW_ANGLE = float(np.radians(30.0))  # between upper arm and forearm
+_ELBOW_SIGMA = float(np.radians(3.0))  # how firmly an elbow is kept from folding farther
+_COLLISION_SIGMA = 0.03  # metres; how firmly an arm is held off the torso
+_CHECKED = 4  # places along a forearm, from elbow to hand, whose distance from the torso is checked
+_DEEPEST = 0.5  # metres inside the torso beyond which a place is not moved out of it
 
 # Where arms cross, data of the arm in front are near the surface of the one behind as well and
 # draw it into the first; nothing in the data speaks against that.
-PAIRS = (
-    (FOREARMS[0], FOREARMS[1]),
-    (UPPER_ARMS[0], FOREARMS[1]),
-    (FOREARMS[0], UPPER_ARMS[1]),
-)
-"""Parts of the left and of the right arm that may meet."""
-
-ROOM = (1.0, 2.0, 2.0)
-"""Least distances of the pairs' axes, in those of the forearms."""
-
-_APART_SIGMA = 0.02
-"""Metres; arms give way."""
-
-_MEETING = 1e-4
-"""Metres; axes that are nearer have no direction in which to part."""
-
+# Parts of the left and of the right arm that may meet.
+PAIRS = ((FOREARMS[0], FOREARMS[1]), (UPPER_ARMS[0], FOREARMS[1]), (FOREARMS[0], UPPER_ARMS[1]))
+ROOM = (1.0, 2.0, 2.0)  # least distances of the pairs' axes, in those of the forearms
+_APART_SIGMA = 0.02  # metres; arms give way
+_MEETING = 1e-4  # metres; axes that are nearer have no direction in which to part
+# A part that should rest, and an axis of its parent's frame that it should be square to; if it
+# `yields`, it is held the less the farther it is off.
 RESTING = np.dtype(
     [("part", "i8"), ("across", "f8", (3,)), ("variance", "f8"), ("yields", "?")], align=True
 )
-"""A part that should rest, and an axis of its parent's frame that it should be square to; `yields`:
-it is held the less the farther it is off."""
-
-Resting = np.ndarray[Any, np.dtype[np.void]]
-"""Records ``RESTING`` (m,)."""
+Resting = np.ndarray[Any, np.dtype[np.void]]  # records ``RESTING`` (m,)
 
 
 @cache
@@ -92,16 +66,11 @@ def resting(joints: tuple[int, ...]) -> Resting:
 
 
 def off_rest(limbs: Resting, rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distances of limbs (..., m) from their rest, and variances.
+    """Distances of limbs (..., m) from their rest, and variances, of rotations (..., P, 3, 3).
 
     The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
-    negative logarithm of a Cauchy density, by iterated weights. They rest most of the time, and
-    where they do not they may be anywhere; but nobody lowers them far.
-
-    Parameters
-    ----------
-    rotations : (..., P, 3, 3) float64
-        Of a pose, or of stacked ones.
+    negative logarithm of a Cauchy density, by iterated weights. Where they do not rest they may be
+    anywhere; but nobody lowers them far.
     """
     across = limbs["across"]
     off = np.einsum("mi,...mi->...m", across, rotations[..., 2][..., limbs["part"], :])
@@ -238,8 +207,8 @@ def _part_arms(pair: Any, placed: Any, lengths: Any, least: float, n: int, out_r
 def nearest_shares(a: Any, u: Any, c: Any, v: Any) -> Any:
     """Shares, 0 to 1, at which the segments a + s u and c + t v, all (3,), are nearest.
 
-    The nearest points are found on the lines, then moved into the segments one after the other
-    (Ericson, Real-Time Collision Detection, section 5.1.9).
+    Found on the lines, then moved into the segments one after the other (Ericson, Real-Time
+    Collision Detection, section 5.1.9).
     """
     uu = vv = uv = uw = vw = 0.0
     for i in range(3):

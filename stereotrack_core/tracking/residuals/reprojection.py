@@ -1,9 +1,9 @@
 """Keypoints of 2-D detectors as measurements: the body's points in the pictures of cameras.
 
 Gross errors are told by the other cameras where enough of them agree, and elsewhere by the pose:
-weights fall with the distance as those of the cloud's data do. A detector that takes left for right
-is recognised in each picture, by which of both fits the pose. One camera alone says nothing against
-the way that a body faces while it is followed; where that is in question, its sides stand.
+weights fall with the distance as those of the cloud's data do. Whether a detector takes left for
+right is told in each picture, by which of both fits the pose. One camera alone says nothing against
+the heading while it is followed; where that is in question, its sides stand.
 """
 
 from __future__ import annotations
@@ -15,37 +15,19 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.keypoint_places import keypoint_places
+from stereotrack_core.body.manifold import PIXEL, Rows, rows_of
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedKeypoints
-from stereotrack_core.tracking.residuals.projection import (
-    PinholePoints,
-    ReprojectionResidual,
-    pinhole,
-)
 
-_FLOOR = 2.0
-"""Pixels. No detector is more exact."""
-
-_LEAST_SURE = 0.2
-"""Confidence below which a keypoint is as uncertain as with it; standard deviations are divided by
-it."""
-
-MEETING_GATE = 0.15
-"""Metres by which a ray may miss the point in which others meet."""
-
-_SCALE, _SETTLED_SCALE = 0.25, 0.4
-"""Metres from the pose at which a keypoint loses three quarters of its weight, and one that enough
-cameras agree on."""
-
-_SIDE_SCALE = 0.25
-"""Metres beyond which a keypoint says no more about sides."""
-
-_SIDE_MARGIN = 0.2
-"""Cost for each keypoint by which the other way round must fit better."""
-
-_ARM_NAMES = ("elbow", "wrist", "hand")
-"""Keypoints whose sides detectors exchange while those of the trunk are right."""
+_FLOOR = 2.0  # Pixels. No detector is more exact.
+_LEAST_SURE = 0.2  # standard deviations are divided by the confidence, at least this
+MEETING_GATE = 0.15  # metres by which a ray may miss the point in which others meet
+_SCALE, _SETTLED_SCALE = 0.25, 0.4  # metres at which keypoints, and agreed ones, weigh a quarter
+_SIDE_SCALE = 0.25  # metres beyond which a keypoint says no more about sides
+_SIDE_MARGIN = 0.2  # cost for each keypoint by which the other way round must fit better
+_ARM_NAMES = ("elbow", "wrist", "hand")  # whose sides are exchanged while the trunk's are right
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,22 +35,17 @@ class PlacedKeypoints:
     """Points of the body that K keypoints measure; rows of keypoints that measure none are gone."""
 
     seen: SightedKeypoints
-    part: IntArray
-    """(K,)."""
-    point: FloatArray
-    """(K, 3), metres. In the frames of the parts."""
-    slack: FloatArray
-    """(K,), metres."""
-    arm: BoolArray
-    """(K,). Whether it is a point of an arm beyond the shoulder."""
+    part: IntArray  # (K,)
+    point: FloatArray  # (K, 3), metres. In the frames of the parts.
+    slack: FloatArray  # (K,), metres
+    arm: BoolArray  # (K,). Whether it is a point of an arm beyond the shoulder.
 
     def in_cameras(self, frames: PartFrames) -> FloatArray:
         """The points (K, V, 3) in the frames of the cameras, for one pose."""
         world = frames.apply(self.part, self.point)
         seen = self.seen
         turned = np.einsum("vij,kj->kvi", seen.rotation, world)
-        result: FloatArray = turned + seen.translation
-        return result
+        return np.asarray(turned + seen.translation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +53,7 @@ class KeypointObservation:
     """Keypoints of one instant; which of them count is told anew at every pose."""
 
     seen: SightedKeypoints | None
-    sigma: float
-    """Metres. Standard deviation of a sure keypoint, at the distance of the person."""
+    sigma: float  # Metres. Standard deviation of a sure keypoint, at the distance of the person.
     _meeting: dict[bytes, MeetingPoints] = field(default_factory=dict)
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[ReprojectionResidual, ...]:
@@ -86,11 +62,7 @@ class KeypointObservation:
         return () if fit is None else fit.residuals()
 
     def fitted(self, body: BodyModel, pose: Pose, *, follows: bool = False) -> KeypointFit | None:
-        """Sides and weights of the keypoints at a pose; None where nothing was predicted.
-
-        `follows`: the way that the pose faces is known, so that one camera may have exchanged
-        sides.
-        """
+        """Sides and weights at a pose; if it `follows`, one view may have exchanged sides."""
         if self.seen is None or not self.seen.count:
             return None
         placed = _placed(self.seen, body)
@@ -112,30 +84,22 @@ class KeypointFit:
     """How the keypoints of one instant fit a pose."""
 
     placed: PlacedKeypoints
-    seen: SightedKeypoints
-    """With sides as they fit the pose."""
-    predicted: FloatArray
-    """(K, V, 2), pixels."""
-    metre: FloatArray
-    """(K, V). Pixels of a metre at the distance of each point."""
+    seen: SightedKeypoints  # with sides as they fit the pose
+    predicted: FloatArray  # (K, V, 2), pixels
+    metre: FloatArray  # (K, V). Pixels of a metre at the distance of each point.
     meeting: MeetingPoints
     sigma: float
 
     @property
     def independence(self) -> float:
-        """From 1/3 to 1: how much it says about the way that the body faces.
-
-        A detector that takes left for right does so in a view again and again; three cameras seldom
-        are wrong together.
-        """
+        """From 1/3 to 1, how much it says of the heading: three views are seldom wrong together."""
         return min(int(np.count_nonzero(self.seen.confidence.any(axis=0))), 3) / 3.0
 
     @property
     def off(self) -> FloatArray:
         """Distances (K, V) of keypoints from the pose, metres at the point; NaN where unknown."""
         pixels = np.linalg.norm(self.seen.pixel - self.predicted, axis=2)
-        result: FloatArray = pixels / self.metre
-        return result
+        return np.asarray(pixels / self.metre)
 
     @property
     def sure(self) -> FloatArray:
@@ -150,14 +114,10 @@ class KeypointFit:
         squared = np.where(settled, _SETTLED_SCALE, _SCALE) ** 2
         weight = (squared / (squared + self.off**2)) ** 2
         used = (self.sure > 0.0) & (self.meeting.agreed | ~settled)
-        result: FloatArray = np.nan_to_num(np.where(used, weight, 0.0))
-        return result
+        return np.nan_to_num(np.where(used, weight, 0.0))
 
     def cost(self) -> float:
-        """What speaks against the pose, from 0 to 1: mean of e^2 / (g^2 + e^2) over what counts.
-
-        Means are weighted by the confidences.
-        """
+        """What speaks against the pose, 0 to 1: mean e^2 / (g^2 + e^2), by confidence."""
         known = np.isfinite(self.off) & ~(self.meeting.settled[:, None] & ~self.meeting.agreed)
         if not known.any():
             return 1.0
@@ -209,8 +169,8 @@ def _exchanged_sides(
 ) -> BoolArray:
     """Where (K, V) left and right are exchanged: of all keypoints in a picture, or of the arms.
 
-    Where most cameras say so, the pose is the other way round and not they. With one camera the
-    trunk tells it, which cannot have turned round since the frame before.
+    Where most cameras say so, the pose is the other way round. With one camera the trunk tells it,
+    which cannot have turned round since the frame before.
     """
     seen = placed.seen
     there: BoolArray = np.asarray(np.isfinite(seen.pixel).all(axis=2))
@@ -235,5 +195,71 @@ def _exchanged_sides(
 def _side_cost(off: FloatArray, metre: FloatArray) -> FloatArray:
     """From 0 to 1 (K, V); 1 where nothing is predicted."""
     distance = np.nan_to_num(np.linalg.norm(off, axis=2) / metre, nan=np.inf)
-    result: FloatArray = np.minimum(distance / _SIDE_SCALE, 1.0) ** 2
+    return np.asarray(np.minimum(distance / _SIDE_SCALE, 1.0) ** 2)
+
+
+_NEAREST = 0.05  # metres in front of a camera within which nothing is projected
+
+
+def undistorted(camera: Camera, pixels: FloatArray) -> FloatArray:
+    """Pixels (..., 2) of the ideal camera, from the principal point, of raw pixels (..., 2)."""
+    return float(camera.matrix[0, 0]) * camera.normalised(pixels)
+
+
+def pinhole(in_camera: FloatArray, focal: FloatArray | float) -> FloatArray:
+    """Pixels (..., 2) of points (..., 3) in the camera's frame; NaN behind the camera."""
+    depth = np.where(in_camera[..., 2:] > _NEAREST, in_camera[..., 2:], np.nan)
+    return np.asarray(focal)[..., None] * in_camera[..., :2] / depth
+
+
+def pixel_gradients(
+    rotation: FloatArray, in_camera: FloatArray, focal: FloatArray | float
+) -> FloatArray:
+    """Derivatives (..., 2, 3) of pixels by world points; `rotation`: camera_from_world."""
+    z = in_camera[..., 2:]
+    slope = in_camera[..., :2] / z
+    rows = rotation[..., :2, :] - slope[..., None] * rotation[..., 2:, :]
+    result: FloatArray = (np.asarray(focal)[..., None] / z)[..., None] * rows
     return result
+
+
+@dataclass(frozen=True, eq=False)
+class PinholePoints:
+    """m points of the body, each in the picture of a camera."""
+
+    part: IntArray  # (m,)
+    point: FloatArray  # (m, 3). In the frames of the parts.
+    rotation: FloatArray  # (m, 3, 3). camera_from_world
+    translation: FloatArray  # (m, 3), metres. camera_from_world
+    focal: FloatArray  # (m,), pixels
+
+    def in_camera(self, frames: PartFrames) -> FloatArray:
+        """The points (..., m, 3) in the frames of their cameras, for one pose or stacked ones."""
+        world = frames.apply(self.part, self.point)
+        return np.asarray(np.einsum("mij,...mj->...mi", self.rotation, world) + self.translation)
+
+    def pixels(self, frames: PartFrames) -> FloatArray:
+        """Their pixels (..., m, 2); NaN behind the camera."""
+        return pinhole(self.in_camera(frames), self.focal)
+
+
+@dataclass(frozen=True, eq=False)
+class ReprojectionResidual:
+    """Measured pixels of points of the body."""
+
+    points: PinholePoints
+    measured: FloatArray  # (2 m,), pixels, column and row of one point after the other
+    variance: FloatArray  # (2 m,), square pixels
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """The points' pixels (S, 2 m) for stacked poses."""
+        pixels = self.points.pixels(frames)
+        return pixels.reshape(len(pixels), -1)
+
+    def rows(self, frames: PartFrames) -> Rows:
+        """Columns and rows of the pixels in turn, linearised at one pose."""
+        points, at = self.points, self.points.in_camera(frames)
+        off = self.measured - pinhole(at, points.focal).reshape(-1), self.variance
+        along = pixel_gradients(points.rotation, at, points.focal).reshape(-1, 3)
+        world = np.repeat(frames.apply(points.part, points.point), 2, axis=0)
+        return rows_of(PIXEL, np.repeat(points.part, 2), world, along, off)

@@ -1,11 +1,9 @@
 """Silhouettes as residuals of the same kind as those of the cloud's points.
 
-Block matching widens thin limbs and pulls at their ranges; the edge of what differs from the
-empty scene is sharp to about a pixel. Where an outline of the model borders on background it is
-measured against the nearest edge in that view.
+Block matching widens thin limbs and pulls at their ranges; the edge of what differs from the empty
+scene is sharp to about a pixel. An outline of the model that borders on background is measured
+against the nearest edge in that view.
 """
-
-from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
@@ -19,24 +17,14 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import ClosestPoints, in_cone, parts_of_cones, places_for
 from stereotrack_core.compiled import compiled
-from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.depth.edges import EdgeMap
+from stereotrack_core.depth.cloud import Cloud, EdgeMap
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 
-FARTHEST = 0.15
-"""Metres from every edge beyond which a contour is not used: its edge is another part's."""
-
-EFFECTIVE = 120.0
-"""Effective sample size of the contours of a frame set: neighbours share their part's errors."""
-
-EFFECTIVE_WITHOUT_RANGE = 24.0
-"""The same where no view measures ranges, so that more contours are taken for another part's."""
-
-_LOSS_SCALE = 0.06
-"""Metres at which a contour loses three quarters of its weight, as the cloud's points do."""
-
-_DEPTH = 0.15
-"""Metres by which an edge's range may differ from the contour's; more is another part."""
+FARTHEST = 0.15  # metres from every edge; beyond, the contour's edge is another part's
+EFFECTIVE = 120.0  # sample size of a frame set's contours: neighbours share their errors
+EFFECTIVE_WITHOUT_RANGE = 24.0  # the same of views without ranges, which confuse parts
+_LOSS_SCALE = 0.06  # metres at which a contour weighs a quarter, as the cloud's points
+_DEPTH = 0.15  # metres by which an edge's range may differ from the contour's; more is another part
 
 
 def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
@@ -44,29 +32,16 @@ def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
     return tuple(depth.edges for depth in cloud.depths.values() if depth.edges is not None)
 
 
-_BESIDE = 0.04
-"""Metres beside an outline that no other part may cover."""
-
-_SLOPE = 1.5
-"""Pixels over which the slope of the distances is taken."""
-
-_OUTWARDS = 0.3
-"""Least cosine between the edge's and the outline's outward directions."""
-
-_SHARED = 2.5
-"""Pixels between an edge and an outline of the trunk, within which it is not an arm's alone."""
-
-_INSIDE = 3.0
-"""Pixels inside of an edge where its range is read."""
-
+_BESIDE = 0.04  # metres beside an outline that no other part may cover
+_SLOPE = 1.5  # pixels over which the slope of the distances is taken
+_OUTWARDS = 0.3  # least cosine between the edge's and the outline's outward directions
+_SHARED = 2.5  # pixels between an edge and an outline of the trunk, which may be its own
+_INSIDE = 3.0  # pixels inside of an edge where its range is read
+# Legs are left to the cloud: their cones are too rough to be measured at the edge.
 MEASURED_PARTS = (TORSO, *CLAVICLES, HEAD, *UPPER_ARMS, *FOREARMS)
-"""Legs are left to the cloud: their cones are too rough to be measured at the edge."""
-
 _MEASURED = np.isin(np.arange(len(PARTS)), MEASURED_PARTS)
 _LIMB = np.isin(np.arange(len(PARTS)), (*UPPER_ARMS, *FOREARMS))
-
-_ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
-"""Places along a cone where its outline is measured; 0 is the base."""
+_ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # along a cone where its outline is measured; 0: base
 
 
 def contours_of(
@@ -91,10 +66,8 @@ class SilhouetteObservation:
     """The edges of one instant, against which outlines are measured."""
 
     edges: tuple[EdgeMap, ...]
-    sigma: float
-    """Metres. Standard deviation of a contour's distance from its edge."""
-    effective: float = EFFECTIVE
-    """Effective sample size of all contours of a frame set."""
+    sigma: float  # Metres. Standard deviation of a contour's distance from its edge.
+    effective: float = EFFECTIVE  # effective sample size of all contours of a frame set
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[SurfaceResidual, ...]:
         """Distances between the outlines of a pose and the edges near them."""
@@ -206,10 +179,7 @@ def _at(image: Any, u: float, v: float) -> Any:
 
 @compiled(inline="always")
 def _edge_near(edge: Any, range_z: Any, u: float, v: float, depth: float, reach: float) -> Any:
-    """Distance from the edge nearest to a pixel and its outward direction (2), in pixels.
-
-    The direction is zero where there is no clear edge, or where its range is another part's.
-    """
+    """Distance to the nearest edge, pixels; outward direction (2), zero if that is unclear."""
     value = _at(edge, u, v)
     gu = _at(edge, u + _SLOPE, v) - _at(edge, u - _SLOPE, v)
     gv = _at(edge, u, v + _SLOPE) - _at(edge, u, v - _SLOPE)
@@ -241,8 +211,7 @@ def _measure_outline(placed: Any, view: Any, farthest: float, n: int, out_seen: 
     """Append the outlines of one view to the first n places that were seen, return their number.
 
     Edges at which the trunk ends as well say nothing about a limb. The outline lies outside of the
-    surface by a margin along the cones' x and y. `view` are distances, ranges, pinhole and
-    camera_from_world of an :class:`EdgeMap`.
+    surface by a margin along the cones' x and y. `view` are the fields of an :class:`EdgeMap`.
     """
     edge, range_z, pinhole, place = view
     out_cone, out_distance, out_point, out_direction = out_seen

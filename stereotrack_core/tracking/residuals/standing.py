@@ -1,7 +1,5 @@
 """What is known of people who stand, for the fit of the body's shape (docs/method.md 4.12)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,24 +10,20 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import SHANKS, THIGHS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.upright import Z_UP, Upright
 
+# Radians by which the line from hips to shoulders leans forward in people who stand, and their
+# spread: shoulder joints lie a little in front of hip joints.
 _LEAN, _LEAN_SIGMA = np.radians(2.0), np.radians(1.0)
-"""Radians by which the line from the hips to the shoulders leans forward in people who stand, and
-their spread: shoulder joints lie a little in front of hip joints."""
-
 _LEVEL = np.cos(np.radians(30.0))
-_ERECT = np.cos(np.radians(12.0))
-"""Cosines of the largest angles of arms from sideways and of the trunk from vertical."""
+_ERECT = np.cos(np.radians(12.0))  # of the largest angles: arms from sideways, trunk from vertical
 
 
 @dataclass(frozen=True, eq=False)
 class UprightResidual:
     """Components of the trunk's long axis along two horizontal directions."""
 
-    across: FloatArray
-    """(2, 3), world. Unit vectors to the person's right and forward."""
+    across: FloatArray  # (2, 3), world. Unit vectors to the person's right and forward.
     measured: FloatArray
-    variance: FloatArray
-    """`measured` and `variance`: (2,)."""
+    variance: FloatArray  # `measured` and `variance`: (2,)
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Components (S, 2) for stacked poses."""
@@ -37,15 +31,7 @@ class UprightResidual:
 
 
 def upright(pose: Pose, frames: int, world: Upright = Z_UP) -> tuple[UprightResidual, ...]:
-    """One row pair for a pose that is a T pose, none for any other.
-
-    Parameters
-    ----------
-    frames : int
-        Of the same person standing; all of them together count as one measurement.
-    world : Upright
-        Which way is up.
-    """
+    """One row pair for a T pose, none for any other; `frames` together count as one measurement."""
     torso = world.points(pose.torso.T).T
     sideways = np.abs([pose.rotations[part, 0, 2] for part in UPPER_ARMS])
     if torso[2, 2] < _ERECT or sideways.min() < _LEVEL:
@@ -59,18 +45,12 @@ def upright(pose: Pose, frames: int, world: Upright = Z_UP) -> tuple[UprightResi
     return (UprightResidual(across, measured, variance),)
 
 
-_SOLE_SIGMA = 0.03
-"""Metres by which the lower end of a leg's data is off the sole, in all frames alike."""
-
+_SOLE_SIGMA = 0.03  # metres of a leg's lower end from the sole, in all frames alike
+# Metres around a shank's axis in which data are its own, how many of them show where it ends, and
+# the percentile along it that does.
 _AROUND_SHANK, _LEAST_ON_SHANK, _LOWEST = 0.12, 15, 98.0
-"""Metres around a shank's axis in which data are its own, how many of them show where it ends, and
-the percentile along it that does."""
-
-_STRETCHED = np.cos(np.radians(25.0))
-"""Cosine of the largest bend of a knee with which the hips are known to be above the sole."""
-
-_UNCUT = 0.85
-"""Part of the expected leg that has to be seen: else an image's border or the volume ends it."""
+_STRETCHED = np.cos(np.radians(25.0))  # of a knee's largest bend with hips surely above the sole
+_UNCUT = 0.85  # share of a leg that must be seen: else image or volume ends it
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,13 +61,10 @@ class SoleResidual:
     too long; this does.
     """
 
-    part: IntArray
-    """(m,). Shanks."""
-    direction: FloatArray
-    """(m, 3), world. Along the shanks, held fixed."""
+    part: IntArray  # (m,). Shanks.
+    direction: FloatArray  # (m, 3), world. Along the shanks, held fixed.
     measured: FloatArray
-    variance: FloatArray
-    """`measured` and `variance`: (m,)."""
+    variance: FloatArray  # `measured` and `variance`: (m,)
 
     def predicted(self, body: BodyModel, frames: PartFrames) -> FloatArray:
         """Places of the soles along the directions (..., m)."""
@@ -95,19 +72,11 @@ class SoleResidual:
         sole = (
             frames.origins[..., self.part, :] + length * frames.rotations[..., 2][..., self.part, :]
         )
-        result: FloatArray = np.sum(sole * self.direction, axis=-1)
-        return result
+        return np.asarray(np.sum(sole * self.direction, axis=-1))
 
 
 def soles(data: FloatArray, body: BodyModel, pose: Pose, count: int) -> SoleResidual:
-    """Rows for the straight legs whose lower ends are seen.
-
-    Parameters
-    ----------
-    data : (N, 3) float64, world
-    count : int
-        Frames of the same person; all of them together count as one measurement.
-    """
+    """Rows for straight legs whose ends are seen in data (N, 3); all frames count as one."""
     frames, part, measured = body.frames(pose), list[int](), list[float]()
     for thigh, shank in zip(THIGHS, SHANKS, strict=True) if body.shape.legs else ():
         knee, along = frames.origins[shank], frames.rotations[shank, :, 2]

@@ -14,25 +14,13 @@ from stereotrack_core.body.surface import ClosestPoints, nearest_on_surface, par
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.parameters import TrackingParameters
 
-UNEXPLAINED_SCALE = 0.05
-"""Metres from the model at which a datum counts as half unexplained."""
-
-FIRST_LOSS = 2.0
-"""Factor on the scale of the loss in the first iterations."""
-
+UNEXPLAINED_SCALE = 0.05  # metres from the model at which a datum counts as half unexplained
+FIRST_LOSS = 2.0  # factor on the scale of the loss in the first iterations
 _MOST_POINTS = 1500
 
 
 def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> float:
-    """Share of the cloud that the model leaves unexplained: mean of d^2 / (d^2 + 50 mm^2).
-
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-        The cloud; evenly thinned out where it is large.
-    frames : PartFrames
-        Of one pose.
-    """
+    """:func:`unexplained_fraction` of a cloud (N, 3), world, thinned out where it is large."""
     thin = points[:: max(1, len(points) // _MOST_POINTS)]
     closest = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
     return unexplained_fraction(closest.distance)
@@ -55,22 +43,14 @@ def unexplained_fraction(distance: FloatArray) -> float:
 class SurfaceResidual:
     """Signed distances of data from the surface; closest points move rigidly with their parts."""
 
-    data: FloatArray
-    """(m, 3), world. Sorted by part."""
-    part: IntArray
-    """(m,)."""
-    point: FloatArray
-    """(m, 3), world."""
-    direction: FloatArray
-    """(m, 3), world. Along which the distance is measured, held fixed."""
-    distance: FloatArray
-    """(m,), metres."""
-    variance: FloatArray
-    """(m,), square metres."""
-    weight: FloatArray
-    """(m,)."""
-    frames: PartFrames
-    """Frames of the pose at which the data were paired."""
+    data: FloatArray  # (m, 3), world. Sorted by part.
+    part: IntArray  # (m,)
+    point: FloatArray  # (m, 3), world
+    direction: FloatArray  # (m, 3), world. Along which the distance is measured, held fixed.
+    distance: FloatArray  # (m,), metres
+    variance: FloatArray  # (m,), square metres
+    weight: FloatArray  # (m,)
+    frames: PartFrames  # frames of the pose at which the data were paired
     kind: int = SURFACE
 
     @property
@@ -81,8 +61,7 @@ class SurfaceResidual:
     @property
     def measured(self) -> FloatArray:
         """The data on their directions (m,): z = n . p."""
-        result: FloatArray = np.einsum("mi,mi->m", self.direction, self.data)
-        return result
+        return np.asarray(np.einsum("mi,mi->m", self.direction, self.data))
 
     def pairs(self) -> Correspondences:
         """What is compared with what."""
@@ -106,14 +85,10 @@ class SurfaceResidual:
 class Trust:
     """How data are weighted."""
 
-    reach: float
-    """Metres. Data farther from the model belong to nothing."""
-    scale: float
-    """Metres. Distance at which the weight has fallen to a quarter."""
-    sigma: float
-    """Metres. Standard deviation of one independent measurement."""
-    effective: float
-    """Independent measurements in the data."""
+    reach: float  # Metres. Data farther from the model belong to nothing.
+    scale: float  # Metres. Distance at which the weight has fallen to a quarter.
+    sigma: float  # Metres. Standard deviation of one independent measurement.
+    effective: float  # independent measurements in the data
 
     @staticmethod
     def of(p: TrackingParameters, *, wide: bool = False) -> Trust:
@@ -130,18 +105,10 @@ def surface_residual(
     trust: Trust,
     penalty: FloatArray | None = None,
 ) -> SurfaceResidual:
-    """Give every datum to the nearest cone and weigh it.
+    """Give every datum (N, 3), world, to the nearest cone of one pose and weigh it.
 
-    Weights are w = (g^2 / (g^2 + e^2))^2 and variances sigma^2 (m / N_eff) / w: neighbouring
-    pixels of a block matcher are one measurement, not many.
-
-    Parameters
-    ----------
-    data : (N, 3) float64, world
-    frames : PartFrames
-        Of one pose.
-    penalty : (N, C) float64, metres, optional
-        What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
+    Weights are w = (g^2 / (g^2 + e^2))^2 and variances sigma^2 (m / N_eff) / w: neighbouring pixels
+    of a block matcher are one measurement, not many. For `penalty` see :func:`nearest_on_surface`.
     """
     closest = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
     return residual_of_closest(data, parts_of_cones(body, closest.cone), closest, frames, trust)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -28,11 +28,8 @@ from stereotrack_core.tracking.clouds import Told
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
-_CHAINS = 4
-"""Chains that are kept with what they have learned of the empty scene."""
-
-_EMPTY_SCENE = -1
-"""Stands for the frame number of images without anybody."""
+_CHAINS = 4  # chains that are kept with what they have learned of the empty scene
+_EMPTY_SCENE = -1  # stands for the frame number of images without anybody
 
 
 @dataclass(frozen=True)
@@ -40,91 +37,22 @@ class CloudKey:
     """What clouds depend on, beside their frame."""
 
     depth: DepthParameters
-    learned_from: range
-    """Frames from which the background is learned where there are no images of the empty scene."""
-    detector: bool = False
-    """Whether the pose detector makes the empty scene of mono views without a picture of it."""
+    learned_from: range  # of the background, without images of the empty scene
+    detector: bool = False  # whether it makes the empty scene of mono views without one
 
     def until(self, stage: Stage) -> Hashable:
         """What the result of a stage depends on."""
-        learned = (
-            ()
-            if stage is Stage.MATCHING
-            else (self.learned_from.start, self.learned_from.stop, self.detector)
-        )
+        if stage is Stage.MATCHING:
+            return stage_key(self.depth, stage)
+        learned = self.learned_from.start, self.learned_from.stop, self.detector
         return stage_key(self.depth, stage), learned
-
-
-@dataclass(frozen=True)
-class Holdings:
-    """What a store keeps, in itself small; may be told to another process."""
-
-    views: tuple[str, ...] = ()
-    """That are matched."""
-    depth: bool = True
-    """Whether any view gives depth; else there are silhouettes at most."""
-    matched: Mapping[Hashable, set[int]] = field(default_factory=dict)
-    """Frames by view and parameters."""
-    measured: Mapping[Hashable, Mapping[int, frozenset[Hashable]]] = field(default_factory=dict)
-    """From parameters to frames, and to the parameters of fusion that have given a cloud."""
-    backgrounds: frozenset[Hashable] = frozenset()
-    """Frozenset. Parameters with which the background is known."""
-
-    def work(self, key: CloudKey, stretch: range, *, shape: bool = False) -> str:
-        """What a trial over a stretch computes beyond what is kept, in words; not exact.
-
-        Parameters
-        ----------
-        shape : bool
-            Whether it fits the body's shape.
-
-        Returns
-        -------
-        str
-            ``matching and points of 20 frames, the background and tracking``, ``tracking only``.
-        """
-        if not self.depth:
-            return "the body's shape and tracking" if shape else "tracking only"
-        known = self.measured.get(key.until(Stage.POINTS), {})
-        clouds, matching = key.until(Stage.FUSION), key.until(Stage.MATCHING)
-        unmeasured = [frame for frame in stretch if frame not in known]
-        unfused = [frame for frame in stretch if clouds not in known.get(frame, ())]
-        matches = any(
-            not self.matched.get((matching, view), set()).issuperset(unmeasured)
-            for view in self.views
-        )
-        parts = []
-        if unmeasured:
-            parts.append(f"{'matching and ' * matches}points of {_frames(unmeasured)}")
-        elif unfused:
-            parts.append(f"outliers of {_frames(unfused)}")
-        parts += ["the background"] * (key.until(Stage.BACKGROUND) not in self.backgrounds)
-        parts += ["the body's shape"] * shape
-        return f"{', '.join(parts)} and tracking" if parts else "tracking only"
 
 
 class CloudStore:
     """Keeps disparities and clouds of a recording by the parameters on which each depends.
 
-    Serves one thread at a time.
-
-    Parameters
-    ----------
-    reader : FrameReader
-        Of images in grey; may be shared, it is not closed.
-    limit : int, optional
-        Bytes that may be kept; see :class:`Memory`.
-    mono : sequence of str
-        Mono views that are tracked by keypoints, where no view gives depth.
-
-    Attributes
-    ----------
-    has_depth : bool
-        Whether any view gives depth; else clouds are empty, with silhouettes at most.
-    shapes : dict
-        Shapes that were fitted, by what they depend on.
-    rows : dict
-        By how much left images lie too low, by matching parameters, view and frames.
+    Serves one thread. The reader, in grey, is not closed; `limit` bytes are kept. `mono` views are
+    tracked without depth.
     """
 
     def __init__(
@@ -143,8 +71,10 @@ class CloudStore:
         self.memory = Memory(limit)
         self.pictures = _NumberedReader(self)
         self.shapes: dict[Hashable, BodyShape] = {}
+        """Shapes that were fitted, by what they depend on."""
         self.rows: dict[Hashable, float] = {}
-        self.cancelled: Callable[[], bool] = never
+        """By how much left images lie too low, by matching parameters, view and frames."""
+        self.cancelled: Callable[[], bool] = _never
         self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
         self._fitting: dict[Hashable, dict[str, Value]] = {}
@@ -167,33 +97,12 @@ class CloudStore:
         stretch: range | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> KeptClouds:
-        """Clouds for a run over `stretch`, whose frames are kept before all others.
-
-        Raises
-        ------
-        Cancelled
-            Where `cancelled` says so while the background is learned.
-        InputError
-            For views without depth, and stereo cameras that cannot be rectified.
-        """
-        wanted = cancelled or never
+        """Clouds for a run over `stretch`, kept before all others. Raises Cancelled, InputError."""
+        wanted = cancelled or _never
         if stretch is not None:
             self.memory.hold(_is_of(key, stretch))
         self.cancelled = wanted
         return KeptClouds(self, key, self.chain(key), wanted)
-
-    def holdings(self) -> Holdings:
-        """What is kept now."""
-        matched: dict[Hashable, set[int]] = {}
-        measured: dict[Hashable, dict[int, frozenset[Hashable]]] = {}
-        for (kind, of, frame), value in self.memory.items():
-            if kind == "points":
-                measured.setdefault(of, {})[frame] = frozenset(value.clouds)
-            else:
-                matched.setdefault(of, set()).add(frame)
-        views = tuple(view.name for view in self.recording.views if view.kind == "stereo")
-        known = frozenset(key.until(Stage.BACKGROUND) for key in self._chains)
-        return Holdings(views, self.has_depth, matched, measured, known)
 
     def chain(self, key: CloudKey) -> DepthChain:
         """What makes these clouds."""
@@ -220,7 +129,11 @@ class CloudStore:
         mono = silhouette_views(self.recording, self._mono, detector=key.detector)
         depth = self._settled(key)
         chain = DepthChain(self.recording, depth, views=views, mono=mono, sources=source)
-        learned = self._learned(key)
+        wanted = key.until(Stage.BACKGROUND)
+        # a chain that knows the same empty scene, once and for all
+        learned = next(
+            (c for k, c in self._chains.items() if k.until(Stage.BACKGROUND) == wanted), None
+        )
         try:
             if learned is not None:
                 chain.take_background(learned, self.pictures, key.learned_from)
@@ -239,14 +152,6 @@ class CloudStore:
             found = settled(self.recording, key.depth, self.pictures, self._deep).values()
             self._fitting[wanted] = {k: v for k, v in found.items() if v != before[k]}
         return key.depth.replaced(**self._fitting[wanted])
-
-    def _learned(self, key: CloudKey) -> DepthChain | None:
-        """A chain that knows the same empty scene, once and for all."""
-        wanted = key.until(Stage.BACKGROUND)
-        for other, chain in self._chains.items():
-            if other.until(Stage.BACKGROUND) == wanted:
-                return chain
-        return None
 
 
 @dataclass(eq=False)
@@ -273,21 +178,12 @@ class KeptClouds:
         self._went_on = False
 
     def learn(self, _frames: range, _told: Told) -> None:
-        """Forget what a background that goes on learning took from frames that come again.
-
-        All else the store's chains have learned already.
-        """
+        """Forget what a background that goes on learning took from frames that come again."""
         if self._went_on:
             self.chain, self._went_on = self._store.chain(self.key), False
 
     def take(self, frame: int) -> tuple[Cloud, float]:
-        """Cloud of a frame, and the seconds that reading its images took.
-
-        Raises
-        ------
-        Cancelled
-            Where the run is no longer wanted.
-        """
+        """Cloud of a frame, and the seconds that reading its images took. Raises Cancelled."""
         store = self._store
         store.cancelled = self._cancelled
         store.go_on()
@@ -411,10 +307,5 @@ def _is_of(key: CloudKey, stretch: range) -> Callable[[Any], bool]:
     return held
 
 
-def _frames(frames: list[int]) -> str:
-    return f"{len(frames)} frame{'' if len(frames) == 1 else 's'}"
-
-
-def never() -> bool:
-    """What asks nobody whether to stop."""
+def _never() -> bool:
     return False

@@ -1,7 +1,5 @@
 """Trials and step traces in a process of their own, which keeps the clouds for them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -30,8 +28,7 @@ class KeptRecording:
     """A recording whose clouds a process keeps from task to task, until another one comes."""
 
     recording: Recording
-    mono: tuple[str, ...] = ()
-    """Mono views that are tracked by keypoints, where no view gives depth."""
+    mono: tuple[str, ...] = ()  # mono views that are tracked by keypoints
     key: str = field(default_factory=lambda: uuid4().hex)
     """What tells it from others, also from itself before it was corrected."""
 
@@ -64,11 +61,9 @@ def forget(asker: Asker) -> None:
 
 @dataclass(frozen=True, eq=False)
 class TrialBegun:
-    """A trial, by its place among those of a task, is prepared, or its origin says more."""
+    """A trial is prepared, or its origin says more."""
 
-    place: int
-    body: BodyModel
-    """That is tracked."""
+    body: BodyModel  # that is tracked
     origin: Origin
 
 
@@ -76,55 +71,43 @@ class TrialBegun:
 class TrialFrame:
     """A frame of a trial is done."""
 
-    place: int
-    frame: TrackedFrame
-    """Without its cloud."""
-    seconds: float
-    """Since the trial began."""
+    frame: TrackedFrame  # without its cloud
+    seconds: float  # since the trial began
 
 
 @dataclass(frozen=True, eq=False)
-class TrackTrials:
-    """Tracks trials one after the other; tells at the end which clouds are kept."""
-
-    of: KeptRecording
-    trials: tuple[Trial, ...]
-
-    def __call__(self, asker: Asker) -> None:
-        """Do it in the process."""
-        store = self.of.store(asker)
-        try:
-            for place, trial in enumerate(self.trials):
-                begun = time.perf_counter()
-                with trial.begun(store, asker.cancelled) as (run, hooks):
-                    asker.tell(TrialBegun(place, run.body, run.origin()))
-                    for advance in trial.advances(run, hooks):
-                        run = advance.run
-                        for tracked in advance.gained.frames:
-                            seconds = time.perf_counter() - begun
-                            asker.tell(TrialFrame(place, tracked.without_cloud(), seconds))
-                    if run.look.changed:
-                        asker.tell(TrialBegun(place, run.body, run.origin()))
-        finally:
-            asker.tell(store.holdings())
-
-
-@dataclass(frozen=True, eq=False)
-class MakeClouds:
-    """Makes the clouds of a trial ahead; tells at the end which ones are kept."""
+class TrackTrial:
+    """Tracks a trial."""
 
     of: KeptRecording
     trial: Trial
 
     def __call__(self, asker: Asker) -> None:
         """Do it in the process."""
-        store = self.of.store(asker)
-        try:
-            clouds = store.clouds(self.trial.key, self.trial.reach, asker.cancelled)
-            for frame in self.trial.reach:
-                clouds.take(frame)
-        finally:
-            asker.tell(store.holdings())
+        store, begun = self.of.store(asker), time.perf_counter()
+        with self.trial.begun(store, asker.cancelled) as (run, hooks):
+            asker.tell(TrialBegun(run.body, run.origin()))
+            for advance in self.trial.advances(run, hooks):
+                run = advance.run
+                for tracked in advance.gained.frames:
+                    seconds = time.perf_counter() - begun
+                    asker.tell(TrialFrame(tracked.without_cloud(), seconds))
+            if run.look.changed:
+                asker.tell(TrialBegun(run.body, run.origin()))
+
+
+@dataclass(frozen=True, eq=False)
+class MakeClouds:
+    """Makes the clouds of a trial ahead."""
+
+    of: KeptRecording
+    trial: Trial
+
+    def __call__(self, asker: Asker) -> None:
+        """Do it in the process."""
+        clouds = self.of.store(asker).clouds(self.trial.key, self.trial.reach, asker.cancelled)
+        for frame in self.trial.reach:
+            clouds.take(frame)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +119,9 @@ class RecordStep:
     settings: Settings
     make: Callable[[], TrackModel]
     before: Estimate | None
-    here: Estimate | None
-    """`before` and `here`: what the run says of the frame before, and of the frame itself."""
-    keypoints: Keypoints | None = None
-    """That the run is tracked with."""
-    seen: Keypoints | None = None
-    """What the pose detector saw in the frame, instead of them."""
+    here: Estimate | None  # `before`, `here`: what the run says of both frames
+    keypoints: Keypoints | None = None  # that the run is tracked with
+    seen: Keypoints | None = None  # what the pose detector saw in the frame, instead of them
 
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""

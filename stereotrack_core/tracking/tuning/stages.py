@@ -1,7 +1,5 @@
 """Which parameters each stage depends on, from the images to the pose."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from enum import IntEnum
 from types import MappingProxyType
@@ -12,8 +10,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.parameters import Value
 from stereotrack_core.tracking.parameters import Settings
 
-StageKey: TypeAlias = tuple[tuple[str, Value], ...]
-"""Parameters on which a stage and all stages before it depend, with their values."""
+StageKey: TypeAlias = tuple[tuple[str, Value], ...]  # of a stage and all before it
 
 
 class Stage(IntEnum):
@@ -84,9 +81,7 @@ def stage_of(name: str) -> Stage:
 def stage_key(parameters: DepthParameters | Settings, stage: Stage) -> StageKey:
     """Parameters on which the result of a stage depends; those of depth suffice up to fusion.
 
-    What the body's shape is fitted to depends on the clouds, on the shape that the fit begins with,
-    and on how many frames it is fitted to. How these frames are followed acts on it only by a hair,
-    and does not count.
+    How the frames of a shape's fit are followed acts on it by a hair, and does not count.
     """
     return tuple(item for item in parameters.values().items() if stage_of(item[0]) <= stage)
 

@@ -1,7 +1,5 @@
 """A stretch tracked with other settings, from a pose that is known or from a first pose."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
@@ -27,33 +25,21 @@ from stereotrack_core.tracking.run import Advance, advances
 from stereotrack_core.tracking.run_spec import FirstPose, Hooks, RunSpec
 from stereotrack_core.tracking.second_look import SecondLook, last_settled
 from stereotrack_core.tracking.tracking import Tracking
-from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, Holdings
+from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 
 @dataclass(frozen=True, eq=False)
 class TrialStart(Start):
-    """Where a run was before a stretch; see :func:`start_before`.
+    """Where a run was before a stretch; without a shape it is fitted again if wanted."""
 
-    A shape of None has it fitted again where the settings want that, from the first pose of the
-    specification.
-    """
-
-    lengths: Proportions | None = None
-    """Of the body, where they were estimated from the sequence and stand; None has them
-    estimated again where the settings want that."""
-    frame: int | None = None
-    """Frame of the pose; the one before the stretch if not given. Frames from there to the stretch
-    are tracked with it and not shown."""
-    end: int | None = None
-    """Half-open end of the run, where a second look ends; the recording's if not given."""
-    unlike: tuple[str, ...] = ()
-    """What besides parameters makes the trial differ from the run; sentences."""
+    lengths: Proportions | None = None  # estimated in the run; None: again if wanted
+    frame: int | None = None  # of the pose; those up to the stretch are tracked and not shown
+    end: int | None = None  # of the run, half-open, where a second look ends
+    unlike: tuple[str, ...] = ()  # differences from the run besides parameters
 
 
-_LONGEST_LEAD = 150
-"""Frames that are tracked at most before a stretch: it takes as long as the stretch itself then."""
-
+_LONGEST_LEAD = 150  # frames tracked before a stretch: as long as the stretch itself
 _LEAD = "Before the stretch the run was lost, or looked at again, for longer than a trial repeats."
 _UNSTATED = "The run does not state the pose that it began with."
 
@@ -61,23 +47,7 @@ _UNSTATED = "The run does not state the pose that it began with."
 def start_before(
     frames: Mapping[int, TrackedFrame], first: int, began: FirstFrame | None = None
 ) -> TrialStart | None:
-    """Where a trial of the frames from `first` on starts, so that it goes the way of the run.
-
-    It starts at the last frame whose pose alone decides how the run went on, which may be some
-    frames before `first`.
-
-    Parameters
-    ----------
-    frames : mapping of int to TrackedFrame
-        Of the run.
-    began : FirstFrame, optional
-        Where the run began.
-
-    Returns
-    -------
-    TrialStart or None
-        None if the run was nowhere near.
-    """
+    """Where a trial from `first` on starts to go the way of the run that `began` there, or None."""
     end, place = max(frames, default=-1) + 1, last_settled(frames, first - 1)
     if place is not None and first - 1 - place <= _LONGEST_LEAD:
         at = frames[place]
@@ -98,10 +68,8 @@ def start_before(
 class Trial:
     """What shall be tracked."""
 
-    spec: RunSpec
-    """With the stretch as its frames."""
-    start: TrialStart | None = None
-    """None: as a run over the stretch alone begins."""
+    spec: RunSpec  # with the stretch as its frames
+    start: TrialStart | None = None  # None: as a run over the stretch alone begins
     learned_from: range | None = None
     """Frames from which the background is learned and the shape is fitted: those of the run that
     the trial is compared with. The stretch where not given."""
@@ -134,28 +102,11 @@ class Trial:
         """What its clouds depend on."""
         return CloudKey(self.settings.depth, self.known, self.settings.uses_detector)
 
-    def work(self, kept: Holdings) -> str:
-        """What it has to do beyond what is kept; see :meth:`Holdings.work`."""
-        return kept.work(self.key, self.reach, shape=self._fits_shape)
-
     @contextmanager
     def begun(
         self, store: CloudStore, cancelled: Callable[[], bool] = lambda: False
     ) -> Iterator[tuple[Tracking, Hooks]]:
-        """A run that is prepared for :meth:`advances`, and the hooks that stop it.
-
-        Parameters
-        ----------
-        store : CloudStore
-            Keeps the clouds and shapes; shared by successive trials.
-        cancelled : callable
-            Asked before every step; where it says so, :class:`Cancelled` is raised.
-
-        Raises
-        ------
-        Cancelled, InputError
-            See :meth:`CloudStore.clouds`.
-        """
+        """A run that is prepared, and the hooks that stop it. Raises Cancelled, InputError."""
 
         def ask(*_: object) -> None:
             if cancelled():
@@ -172,9 +123,8 @@ class Trial:
     def advances(self, run: Tracking, hooks: Hooks) -> Iterator[Advance]:
         """Frames of the stretch, and those that a second look replaces.
 
-        With the run's own settings they are the run's, bit by bit, unless
-        :attr:`TrialStart.unlike` says why not. Tracking goes on after the stretch until no second
-        look can change it, as the run did.
+        With the run's own settings they are the run's, bit by bit, unless :attr:`TrialStart.unlike`
+        says why not. It goes on until no second look can change them.
         """
         end = self.stretch.stop
         if self.start is not None:
@@ -201,11 +151,7 @@ class Trial:
         return p.fit_shape and p.matching == "data_to_model" and not stands
 
     def _continued(
-        self,
-        clouds: Clouds,
-        start: TrialStart,
-        shapes: dict[Hashable, BodyShape],
-        hooks: Hooks,
+        self, clouds: Clouds, start: TrialStart, shapes: dict[Hashable, BodyShape], hooks: Hooks
     ) -> Tracking:
         """Find out what is not known of the body, and begin where the run was."""
         run, shape = unprepared(clouds), start.shape

@@ -1,9 +1,5 @@
 """A person who moves in front of four cameras, and clicks on the landmarks."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
@@ -33,33 +29,19 @@ def pose(k: int):
 
 
 def places(k: int) -> np.ndarray:
-    """The nine landmarks (9, 3) at frame `k`."""
     return NINE.places(BODY, BODY.frames(pose(k)))
 
 
-def clicked(k, rng, sigma=2.0, seen_by=tuple(CAMERAS), names=NINE.names):
+def clicked(k, rng, sigma=2.0, seen_by=tuple(CAMERAS), names=NINE.names, rig=CAMERAS):
     """Clicks on the landmarks of a frame, with noise."""
-    points = places(k)
+    points = dict(zip(NINE.names, places(k), strict=True))
     return tuple(
-        Click(
-            k,
-            camera,
-            name,
-            tuple(
-                CAMERAS[camera].project(points[NINE.names.index(name)]) + rng.normal(0, sigma, 2)
-            ),
-            sigma=sigma,
-        )
+        Click(k, camera, name, tuple(pixel + rng.normal(0, sigma, 2)), sigma=sigma)
         for camera in seen_by
         for name in names
+        for pixel in [rig[camera].project(points[name])]
     )
 
 
-def moved_click(click: Click, by) -> Click:
-    """A click that is off by so many pixels."""
-    return replace(click, position=tuple(np.add(click.position, by)))
-
-
-def fitting(**changes) -> ClickFit:
-    """A fit of that person with that rig."""
-    return ClickFit(CAMERAS, NINE, AVERAGE, FitSettings().replaced(**changes))
+def fitting(rig=CAMERAS, **changes) -> ClickFit:
+    return ClickFit(rig, NINE, AVERAGE, FitSettings().replaced(**changes))

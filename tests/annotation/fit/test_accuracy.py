@@ -1,9 +1,5 @@
 """The figures of the documentation, on a recording with truth; seeds are fixed."""
 
-from __future__ import annotations
-
-from itertools import pairwise
-
 import pytest
 
 from benchmarks.annotation import CASES, annotated
@@ -42,9 +38,3 @@ def test_clicks_and_depth_are_as_good_as_documented(shared_recording):
     for found, wanted in zip(means(score), (4.5, 4.6, 2.6), strict=True):
         assert found < wanted
     assert 0.9 < score.inside < 0.98
-
-
-def test_the_cases_of_the_table_differ():
-    names = [case.name for case in CASES]
-    assert len(set(names)) == len(names)
-    assert all(one != other for one, other in pairwise(CASES))

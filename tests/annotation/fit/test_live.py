@@ -1,7 +1,5 @@
 """One frame fitted by itself: near the truth, honest about what it does not know."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,8 @@ from stereotrack_core.annotation.fit.results import PROBABLE
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
-from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, moved_click, places, pose
+from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, places, pose
+from tests.annotation.scenes import cameras, moved_click
 from tests.tracking.scenes import cloud_of, surface_points
 
 
@@ -17,8 +16,10 @@ def off(fit, k=0):
     return np.linalg.norm(fit.landmarks_world - places(k), axis=1)
 
 
-def test_exact_clicks_give_the_pose():
-    fit = fitting().frame(clicked(0, np.random.default_rng(0), sigma=0.05))
+@pytest.mark.parametrize("lens", ["barrel", "fisheye"])
+def test_exact_clicks_give_the_pose(lens):
+    rig = cameras(lens)
+    fit = fitting(rig).frame(clicked(0, np.random.default_rng(0), sigma=0.05, rig=rig))
     assert off(fit).max() < 1e-3
     assert np.abs(fit.residual_px).max() < 0.5
     assert (fit.outlier_probability < 0.1).all()
@@ -68,6 +69,7 @@ def test_few_clicks_and_none_give_the_usual_pose_without_certainty():
         found = fit.frame(clicks)
         assert np.isfinite(found.landmarks_world).all()
         assert (found.limb_sigma_deg > 30).all()
+        assert (found.outlier_probability < 0.05).all()
         assert any("not clicked in any camera" in line for line in found.words)
         assert found.limb_sigma_deg.shape == (len(LIMBS),)
 
@@ -78,8 +80,7 @@ def test_the_person_may_face_anywhere(turn):
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
     clicks = [
         moved_click(
-            one,
-            CAMERAS[one.camera].project(R @ point) - CAMERAS[one.camera].project(point),
+            one, CAMERAS[one.camera].project(R @ point) - CAMERAS[one.camera].project(point)
         )
         for one in clicked(0, np.random.default_rng(5))
         for point in [places(0)[NINE.names.index(one.landmark)]]
@@ -113,3 +114,26 @@ def test_a_frame_is_fitted_while_somebody_clicks(count, deep, monkeypatch):
     )
     fit.frame(clicks, cloud=cloud)
     assert 10 < len(looks) < 170
+
+
+NO_TRUNK = ("left_elbow", "right_elbow", "left_hand", "right_hand", "head")
+
+
+@pytest.mark.parametrize("k", [0, 5, 11])
+def test_clicks_without_a_trunk_are_met_all_the_same(k):
+    clicks = clicked(k, np.random.default_rng(k), names=NO_TRUNK)
+    found = fitting().frame(clicks)
+    assert np.median(np.linalg.norm(found.residual_px, axis=1)) < 4.0
+    assert (found.outlier_probability < 0.5).all()
+
+
+@pytest.mark.parametrize("k", [0, 5, 11])
+def test_rough_clicks_are_rough_and_no_outliers(k):
+    rng = np.random.default_rng(k)
+    rough = [moved_click(one, rng.normal(0.0, 12.0, 2)) for one in clicked(k, rng)]
+    found = fitting().frame(rough)
+    assert (found.outlier_probability < 0.5).mean() > 0.9
+    assert 3.0 < found.sigma_factor < 10.0
+    assert f"{found.sigma_factor:.1f} times" in found.words[0]
+    assert np.median(np.linalg.norm(found.residual_px, axis=1)) < 1.5 * 12.0
+    assert np.linalg.norm(found.landmarks_world - places(k), axis=1).mean() < 0.1

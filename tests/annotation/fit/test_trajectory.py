@@ -1,7 +1,5 @@
 """A whole trajectory: filled between clicked frames, never across a gap, honest everywhere."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,8 @@ from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import Cancelled
-from tests.annotation.fit.scenes import BODY, clicked, fitting, moved_click, places, pose
+from tests.annotation.fit.scenes import BODY, clicked, fitting, places, pose
+from tests.annotation.scenes import moved_click
 from tests.tracking.scenes import cloud_of, surface_points
 
 TRUTH = np.array([places(k) for k in range(24)])
@@ -22,7 +21,6 @@ def every(step, count=24, sigma=2.0, seed=0):
 
 @pytest.fixture(scope="module")
 def third():
-    """Every third frame clicked, clicks alone."""
     return fitting().trajectory(every(3), range(24))
 
 

@@ -1,38 +1,26 @@
 """Runs are compared over the frames they share, in the measures that ``evaluate`` prints."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.compare import (
-    Candidate,
-    compare,
-    how_it_is_made,
-    verdict,
-)
+from stereotrack_core.evaluation.compare import Candidate, compare, how_it_is_made, verdict
 from stereotrack_core.evaluation.summary import errors_against, summarise
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from tests.evaluation.test_errors import T_POSE
 
 FRAMES = 240
-STANDING = np.array(
-    [
-        *([-0.2, 0, 1.4], [0.2, 0, 1.4], [-0.5, 0, 1.4], [0.5, 0, 1.4], [-0.8, 0, 1.4]),
-        *([0.8, 0, 1.4], [0, 0, 1.6], [-0.1, 0, 0.95], [0.1, 0, 0.95]),
-    ]
-)
 
 
 def truth() -> LandmarkTrajectory:
-    return LandmarkTrajectory(np.arange(FRAMES), np.tile(STANDING, (FRAMES, 1, 1)))
+    return LandmarkTrajectory(np.arange(FRAMES), np.tile(T_POSE, (FRAMES, 1, 1)))
 
 
 def noisy(name: str, sigma: float, seed: int, first: int = 0, end: int = FRAMES) -> Candidate:
     rng = np.random.default_rng(seed)
-    points = np.tile(STANDING, (end - first, 1, 1))
+    points = np.tile(T_POSE, (end - first, 1, 1))
     points = points + sigma * rng.normal(size=points.shape)
     return Candidate(
         name, LandmarkTrajectory(np.arange(first, end), points), rng.random(end - first)

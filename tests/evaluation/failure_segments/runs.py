@@ -1,7 +1,5 @@
 """Runs made of numbers, in which the tracker loses limbs where it is told to."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -56,7 +54,6 @@ def made(frames=60, wrong=(), lost=(), fps=FPS, **changes) -> tuple[Run, Landmar
 
 
 def untracked(run: Run, first: int, last: int) -> Run:
-    """The run without a pose in some frames."""
     gone = (run.frame >= first) & (run.frame <= last)
 
     def blanked(values):

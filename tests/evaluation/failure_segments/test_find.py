@@ -30,6 +30,7 @@ def test_what_the_run_takes_for_lost_is_found_without_truth():
     run, _ = made(
         wrong=[(limb, 15, 30, 1.0) for limb in limbs], lost=[(limb, 15, 30, LOST) for limb in limbs]
     )
+    assert failures(made()[0]) == ()
     (failure,) = failures(run)
     assert failure.found == "signs"
     assert failure.limbs == ("right_upper_arm", "right_forearm")

@@ -1,15 +1,15 @@
 """A project of a recording of four views, and clicks of a person in it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
 
+from app.session.changes import Part
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.model import body_model
@@ -139,8 +139,9 @@ def stage(qtbot, project, make, shown, tmp_path):
     made.timeline.set_range(FRAMES, 10.0)
     recording = open_recording(project.find_recording().folder)
     made.edits.set_project(project)
-    made.context.session.project.changed.connect(made.panels.follow)
-    project.on_change(made.context.session.project.changed.emit)
+    changes = made.context.session.changes
+    changes.hear(Part.EDIT, made.panels.follow)
+    project.on_change(partial(changes.tell, Part.EDIT))
     made.panels.set_project(project, recording, FRAMES)
     shown(made, 1100, 900)
     yield made

@@ -1,7 +1,5 @@
 """In place of the status line and the messages over the views."""
 
-from __future__ import annotations
-
 from app.services.failures import Notifier
 
 

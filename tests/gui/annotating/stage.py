@@ -1,7 +1,5 @@
 """A window with nothing but the panels of annotation, and what a person does there."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 

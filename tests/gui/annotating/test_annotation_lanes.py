@@ -1,7 +1,5 @@
 """Lanes say what the project says, and follow it edit by edit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Clicks and references are written from the window in the formats of the export command."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -11,8 +9,8 @@ from app.widgets.forms.form_dialog import file_filter
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.project.exporting import formats
-from stereotrack_core.project.exporting.formats import format_named, names_of
+from stereotrack_core.project import exporting
+from stereotrack_core.project.exporting import format_named, formats_of
 from stereotrack_core.recording.landmarks import read_landmarks
 from tests.gui.annotating.stage import settled
 
@@ -36,12 +34,12 @@ def test_clicks_are_exported(qtbot, stage, tmp_path):
 def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch):
     stage.trigger("export")
     filters = stage.findChild(QFileDialog).nameFilters()
-    assert filters == [file_filter(format_named(name)) for name in names_of("clicks")]
+    assert filters == list(map(file_filter, formats_of("clicks")))
     choose(qtbot, stage, "coco", tmp_path / "out.json")
     assert str(tmp_path / "out.json") in stage.heard[-1]
     assert "COCO keypoints cannot store: annotators and times (216)." in stage.heard[-1]
     assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
-    monkeypatch.setattr(formats, "find_spec", lambda _module: None)
+    monkeypatch.setattr(exporting, "find_spec", lambda _module: None)
     assert "not installed" in file_filter(format_named("slp"))
 
 

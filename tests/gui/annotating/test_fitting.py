@@ -1,7 +1,5 @@
 """The fit of a whole recording in the background becomes the project's reference."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -30,8 +28,9 @@ def annotated(project, make):
 def work(qtbot, annotated, recording):
     problems = []
     tasks = TaskList(problems.append)
-    made = ReferenceWork(tasks)
-    made.tasks, made.problems = tasks, problems
+    shown = []
+    made = ReferenceWork(tasks, lambda: shown.append(made.now), lambda: None)
+    made.tasks, made.problems, made.shown = tasks, problems, shown
     made.set_project(annotated, recording, FRAMES)
     annotated.on_change(made.follow)
     yield made
@@ -40,8 +39,9 @@ def work(qtbot, annotated, recording):
 
 
 def fitted(qtbot, work, frames=None):
-    with qtbot.waitSignal(work.shown, timeout=60_000, check_params_cb=lambda now: now is not None):
-        work.fit(frames)
+    work.shown.clear()
+    work.fit(frames)
+    qtbot.waitUntil(lambda: any(now is not None for now in work.shown), timeout=60_000)
     qtbot.waitUntil(lambda: not work.fitting and not work.tasks.tasks, timeout=10_000)
     assert not work.problems
     return work.now
@@ -65,8 +65,9 @@ def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
 def test_it_can_be_undone(qtbot, annotated, work):
     fitted(qtbot, work)
     annotated.undo()
-    with qtbot.waitSignal(work.shown, timeout=5_000):
-        annotated.undo()
+    work.shown.clear()
+    annotated.undo()
+    qtbot.waitUntil(lambda: bool(work.shown), timeout=5_000)
     assert work.now is None
 
 

@@ -1,7 +1,5 @@
 """Landmarks are proposed over a selection through real pictures, and accepted by hand."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

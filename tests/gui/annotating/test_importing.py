@@ -1,7 +1,5 @@
 """What is imported goes into the project that was open when that was asked for."""
 
-from __future__ import annotations
-
 import threading
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """What to click next is ranked beside the window's thread, and gone to by a key or a click."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -43,10 +41,10 @@ def fit_between(make, clicked, *, unsure=0.05) -> TrajectoryFit:
 @pytest.fixture
 def presenter(qtbot, project, make, tasks):
     project.apply(PlaceClicks(make.clicks_at([0, 39])))
-    made = NextPresenter(tasks)
-    made.problems, made.heard = [], []
+    heard = []
+    made = NextPresenter(tasks, heard.append)
+    made.problems, made.heard = [], heard
     tasks.failed = made.problems.append
-    made.ranked.connect(made.heard.append)
     made.set_project(project, make.CAMERAS)
     project.on_change(made.follow)
     yield made
@@ -90,7 +88,7 @@ def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make, 
     ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
     after = ranking_after(qtbot, presenter, lambda: presenter.set_wanted(40.0))
     assert after.sign.reached
-    again = NextPresenter(tasks)
+    again = NextPresenter(tasks, lambda _ranking: None)
     again.set_project(project, make.CAMERAS)
     assert again.wanted_deg == 40.0
 
@@ -114,14 +112,15 @@ COLOURS = {one.name: one.colour for one in NINE.landmarks}
 
 @pytest.fixture
 def panel(shown):
-    made = shown(NextPanel(), 560, 300)
+    went = []
+    made = shown(NextPanel(lambda *where: went.append(where), lambda: went.append(())), 560, 300)
+    made.went = went
     made.show_ranking(ROWS, SIGN, COLOURS)
     return made
 
 
 def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
-    went = []
-    panel.visit_requested.connect(lambda *where: went.append(where))
+    went = panel.went
     for _ in range(4):
         qtbot.mouseClick(panel.next_button, LEFT)
     assert [where[0] for where in went] == [17, 30, 5, 17]
@@ -154,13 +153,11 @@ def test_nothing_fitted_offers_to_fit(qtbot, panel):
     assert panel.fit_button.isVisible()
     with qtbot.waitSignal(panel.fit_button.clicked):
         qtbot.mouseClick(panel.fit_button, LEFT)
-    went = []
-    panel.visit_requested.connect(lambda *where: went.append(where))
     with qtbot.waitSignal(panel.fit_button.clicked):
         panel.go_to_next()
     panel.show_ranking(ROWS, SIGN, COLOURS)
     panel.show_ranking(ROWS, SIGN, COLOURS)
-    assert went == [(17, "N", "left_hand")], "as soon as there is one, and once"
+    assert panel.went == [(17, "N", "left_hand")], "as soon as there is one, and once"
     panel.show_ranking((), SIGN, COLOURS)
-    with qtbot.waitSignal(panel.nothing_left):
-        panel.go_to_next()
+    panel.go_to_next()
+    assert panel.went[1:] == [()], "nothing is left to go to"

@@ -1,14 +1,11 @@
 """The panels of annotation together: an edit anywhere is seen everywhere, commands are edits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from app.features.annotate.exchange.agreement import AgreementDialog
-from app.features.annotate.exchange.click_files import ImportDialog
-from app.features.annotate.exchange.merging import TakeInDialog
+from app.features.annotate.exchange.merging import ImportDialog, TakeInDialog
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import WholeNumberField
@@ -73,7 +70,7 @@ def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
 
 def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage):
     went = []
-    stage.panels.next_panel.visit_requested.connect(lambda *where: went.append(where))
+    stage.panels.next_panel._visit = lambda *where: went.append(where)
     stage.book.refresh()
     qtbot.keyClick(stage, Qt.Key.Key_J)
     assert stage.heard[-1].startswith("Fitting the body to all clicks")

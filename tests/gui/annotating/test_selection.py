@@ -1,7 +1,5 @@
 """Commands on what is selected are edits, said in words, taken back at once."""
 
-from __future__ import annotations
-
 import pytest
 
 from stereotrack_core.errors import InputError

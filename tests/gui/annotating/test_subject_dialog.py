@@ -1,7 +1,5 @@
 """A subject's lengths are entered, measured from clicks, kept, and reused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Clicks from elsewhere are looked at before they are written, and written as decided."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Annotating again blindly, and how well two readings agree."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

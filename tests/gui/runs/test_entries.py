@@ -1,7 +1,5 @@
 """What a run of the list holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

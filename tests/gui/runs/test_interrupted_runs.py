@@ -1,7 +1,5 @@
 """A run that was under way when the window was killed is there when it is opened again."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -90,7 +88,7 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
 def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
     opened(window, qtbot, small_recording)
     window.context.session.track.choose("fast", preset("fast").replaced(fit_shape=False))
-    window.context.session.tracker.choose_first_pose("tpose")
+    window.context.session.tracker.first_pose = "tpose"
     place = place_for_run(window.context.session.project.path)
     window.context.view_state.select(range(2))
     window.context.session.tracker.run_selection()

@@ -1,7 +1,5 @@
 """Runs of the window go into the project by themselves and come back with it."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 
@@ -41,7 +39,7 @@ def finished(window, name, off=0.05, **changes) -> RunEntry:
 def track_quickly(window):
     settings = preset("fast").replaced(iterations=2, fit_shape=False)
     window.context.session.track.choose("fast", settings)
-    window.context.session.tracker.choose_first_pose("tpose")
+    window.context.session.tracker.first_pose = "tpose"
 
 
 def settle(window, qtbot):
@@ -124,7 +122,7 @@ def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, mon
         assert go.wait(300)
         return keep_run(name, run)
 
-    monkeypatch.setattr(keeper, "keep_run", slowly)
+    monkeypatch.setattr(keeper.project_runs, "keep_run", slowly)
     entry = finished(tracking, "run")
     qtbot.waitUntil(begun.is_set)
     assert entry.kept == "", "the project does not have it yet"

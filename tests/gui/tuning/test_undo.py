@@ -1,7 +1,5 @@
 """Undo by its keys, of all that a person does in the window, in the order in which it was done."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest

@@ -1,7 +1,5 @@
 """Every warning of Qt fails a test here; without a display Qt paints into memory."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

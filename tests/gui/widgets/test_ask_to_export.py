@@ -1,18 +1,12 @@
 """Files to be read are not hidden; the format, or the suffix, says how a file is written."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-from app.widgets.forms.form_dialog import (
-    ask_to_export,
-    ask_to_save,
-    file_filter,
-)
-from stereotrack_core.project.exporting.formats import format_named, formats_of
+from app.widgets.forms.form_dialog import ask_to_export, ask_to_save, file_filter
+from stereotrack_core.project.exporting import format_named, formats_of
 
 FORMATS = formats_of("run")
 

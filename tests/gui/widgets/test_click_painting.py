@@ -1,7 +1,5 @@
 """Names of clicks are written where they hide no other click."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, Qt

@@ -1,7 +1,5 @@
 """The name at the cursor can be read over any picture."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor

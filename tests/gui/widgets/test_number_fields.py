@@ -1,7 +1,5 @@
 """Fields for numbers: both decimal signs in every locale, and nothing is guessed or rounded."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QLocale, Qt
 from PySide6.QtTest import QTest
@@ -106,7 +104,7 @@ def test_a_whole_number_has_no_sign_in_it(form, locale, tracking):
 @pytest.mark.parametrize("digits", [0, 2])
 def test_a_stored_number_that_nobody_changes_is_kept_in_full(form, digits):
     field, stored = (
-        NumberField(form, digits=digits, per_unit=1000.0, maximum=1500.0),
+        NumberField(parent=form, digits=digits, per_unit=1000.0, maximum=1500.0),
         0.283451234567,
     )
     field.show_stored(stored)

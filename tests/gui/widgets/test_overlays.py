@@ -1,11 +1,9 @@
 """What is drawn over pictures is equally thick at every zoom and every scaling of the screen."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage, QPainter
+from PySide6.QtGui import QImage, QPainter, QTransform
 
 from app.widgets.camera.overlays import Overlay, PartShape, limb_paths, paint_overlay
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -20,8 +18,7 @@ def painted(overlay, shown, ratio, zoom):
     image.setDevicePixelRatio(ratio)
     image.fill(Qt.GlobalColor.transparent)
     painter = QPainter(image)
-    painter.scale(zoom, zoom)
-    paint_overlay(painter, overlay, frozenset(shown), "", zoom)
+    paint_overlay(painter, overlay, frozenset(shown), "", QTransform.fromScale(zoom, zoom))
     painter.end()
     data = np.frombuffer(image.constBits(), np.uint8).reshape(side, image.bytesPerLine() // 4, 4)
     return data[:, :side, 3].astype(float) / 255.0

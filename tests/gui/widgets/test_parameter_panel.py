@@ -46,12 +46,12 @@ class TestContent:
             assert part in text
         assert "Side of the window." in text, "without hovering"
 
-    def test_search_knows_what_a_person_calls_the_matter(self, qtbot, shown):
+    def test_search_finds_a_name_and_the_line_explains_itself(self, qtbot, shown):
         widget = ParameterPanel()
         widget.set_settings(preset("fast"), preset("fast"))
         widget.set_seen(True)
         shown(widget, 340, 500)
-        qtbot.keyClicks(widget.search, "cross")
+        qtbot.keyClicks(widget.search, "arms apart")
         assert widget.line("arms_apart").isVisible()
         assert not widget.line("matcher").isVisible()
         line = widget.line("arms_apart")
@@ -73,24 +73,29 @@ class TestContent:
             )
 
 
+def follow_link(_qtbot, panel):
+    labels = panel.line("window").findChildren(QLabel)
+    next(label for label in labels if "href" in label.text()).linkActivated.emit("thesis")
+
+
+GIVEN = {
+    "number": (lambda qtbot, panel: typed(qtbot, panel, "window", "21"), Example(window=21)),
+    "switch": (lambda _qtbot, panel: panel.line("edges").editor.click(), Example(edges=False)),
+    "choice": (
+        lambda qtbot, panel: qtbot.keyClick(panel.line("mode").editor, Qt.Key.Key_Down),
+        Example(mode="slow_one"),
+    ),
+    "thesis": (follow_link, Example(window=7)),
+}
+
+
 class TestEditing:
-    def test_number(self, qtbot, panel):
+    @pytest.mark.parametrize(("give", "settings"), GIVEN.values(), ids=GIVEN)
+    def test_what_is_given_is_told_and_shown(self, qtbot, panel, give, settings):
         with qtbot.waitSignal(panel.settings_changed) as caught:
-            typed(qtbot, panel, "window", "21")
-        assert caught.args == [Example(window=21)]
-        assert panel.settings == Example(window=21)
-
-    def test_switch(self, qtbot, panel):
-        with qtbot.waitSignal(panel.settings_changed) as caught:
-            panel.line("edges").editor.click()
-        assert caught.args == [Example(edges=False)]
-
-    def test_choice(self, qtbot, panel):
-        box = panel.line("mode").editor
-        box.setFocus()
-        with qtbot.waitSignal(panel.settings_changed) as caught:
-            qtbot.keyClick(box, Qt.Key.Key_Down)
-        assert caught.args == [Example(mode="slow_one")]
+            give(qtbot, panel)
+        assert caught.args == [settings]
+        assert panel.settings == settings
 
     @pytest.mark.parametrize(
         ("text", "sentence"),
@@ -112,14 +117,6 @@ class TestEditing:
         qtbot.keyClick(panel.line("window").editor, Qt.Key.Key_Escape)
         assert panel.line("window").editor.text() == "11"
         assert panel.line("window").refusal == ""
-
-    def test_link_takes_the_theses_value(self, qtbot, panel):
-        label = next(
-            label for label in panel.line("window").findChildren(QLabel) if "href" in label.text()
-        )
-        with qtbot.waitSignal(panel.settings_changed) as caught:
-            label.linkActivated.emit("thesis")
-        assert caught.args == [Example(window=7)]
 
 
 class TestRevert:

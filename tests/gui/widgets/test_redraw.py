@@ -1,7 +1,5 @@
 """What is drawn again is drawn one piece at a time, each once, in the order it was asked for."""
 
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QObject
 from PySide6.QtWidgets import QApplication, QWidget

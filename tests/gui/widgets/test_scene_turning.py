@@ -14,7 +14,7 @@ from tests.gui.widgets.test_scene_view import pixels, snapshot
 
 @pytest.fixture
 def scene(shown):
-    return shown(SceneView(), 640, 480)
+    return shown(SceneView(lambda _limb: None), 640, 480)
 
 
 class Written:

@@ -4,17 +4,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.widgets.style.theme import load_theme
-from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, TimelineScale, covered_columns
-from app.widgets.timeline.painting import heat_colours
+from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, TimelineScale
+from app.widgets.timeline.painting import heat_colours, strip_pixels
 
 THEME = load_theme("dark")
 
 
-@given(
-    length=st.integers(1, 3000),
-    columns=st.integers(1, 200),
-    seed=st.integers(0, 9),
-)
+@given(length=st.integers(1, 3000), columns=st.integers(1, 200), seed=st.integers(0, 9))
 @settings(max_examples=60, deadline=None)
 def test_no_value_is_lost_and_none_invented(length, columns, seed):
     rng = np.random.default_rng(seed)
@@ -36,12 +32,15 @@ def test_marks_of_a_column_are_all_kept():
     assert not bits[3:].any()
 
 
-def test_spans_cover_their_columns():
-    spans = (Span(10, 19), Span(55, 55), Span(90, 500))
-    covered = covered_columns(spans, np.linspace(0, 100, 11))
-    np.testing.assert_array_equal(np.flatnonzero(covered), [1, 5, 9])
-    assert not covered_columns((), np.linspace(0, 100, 11)).any()
-    assert not covered_columns((Span(200, 300),), np.linspace(0, 100, 11)).any()
+@pytest.mark.parametrize(
+    ("spans", "columns"),
+    [((Span(10, 19), Span(55, 55), Span(90, 500)), [1, 5, 9]), ((), []), ((Span(200, 300),), [])],
+)
+def test_spans_cover_their_columns(spans, columns):
+    lane = Lane("failures", "#0072B2", "bars", spans)
+    pixels = strip_pixels(lane, np.linspace(0, 100, 11), 12, THEME)
+    middle = pixels[6, :, :3].tolist()
+    assert [k for k in range(10) if middle[k] == [0x00, 0x72, 0xB2]] == columns
 
 
 def test_heat_becomes_lighter_with_the_value():

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
 
 from app.widgets.style.colours import LIMB_COLOURS
 from app.widgets.timeline.lanes import Lane, Mark, Span
@@ -9,6 +8,7 @@ from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.gui.hands import wheel_event
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -46,19 +46,8 @@ def drag(qtbot, view, start, end, y=RULER_HEIGHT + 5, modifier=Qt.KeyboardModifi
     qtbot.mouseRelease(port, LEFT, modifier, at(view, end, y))
 
 
-def wheel(view, x, steps, modifier=Qt.KeyboardModifier.NoModifier):
-    position = QPointF(x, 100)
-    event = QWheelEvent(
-        position,
-        view.viewport().mapToGlobal(position),
-        QPoint(),
-        QPoint(0, 120 * steps),
-        Qt.MouseButton.NoButton,
-        modifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    view.wheelEvent(event)
+def wheel(view, x, steps):
+    view.wheelEvent(wheel_event(view.viewport(), QPointF(x, 100), steps))
 
 
 def colour_at(view, position):

@@ -1,13 +1,11 @@
 """The rig of these tests in the layouts of other tools."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import tomli_w
 
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import completed, decide
@@ -105,9 +103,8 @@ def qualisys(cameras):
     parent = ET.SubElement(root, "cameras")
     for camera in cameras:
         one = ET.SubElement(parent, "camera", {"serial": camera.name, "model": "Miqus Video"})
-        ET.SubElement(
-            one, "fov_video", {"left": "10", "top": "20", "right": "649", "bottom": "499"}
-        )
+        seen = {"left": "10", "top": "20", "right": "649", "bottom": "499"}
+        ET.SubElement(one, "fov_video", seen)
         axes = camera.camera_from_world.rotation * np.array([[1], [-1], [-1]])
         place = 1000 * camera.position_world
         stated = {f"r{i + 1}{j + 1}": repr(float(axes[i, j])) for i in range(3) for j in range(3)}
@@ -148,61 +145,19 @@ def matlab(*, new):
         both["PoseCamera2"] = {"Dimensionality": 3, "A": full}
     else:
         both |= {"RotationOfCamera2": turned.T, "TranslationOfCamera2": offset}
-    expected = [left, right]
     places = [RigidTransform.identity(), RigidTransform(turned, np.array(offset) / 1000)]
-    return both, [
-        Camera(name, 640, 480, c.matrix, c.distortions, False, place)
-        for name, c, place in zip(("left", "right"), expected, places, strict=True)
-    ]
+    pairs = zip((left, right), ("left", "right"), places, strict=True)
+    return both, [replace(one, name=name, camera_from_world=place) for one, name, place in pairs]
 
 
-ZED = """[LEFT_CAM_HD]
-fx=700.1
-fy=700.2
-cx=640.5
-cy=360.25
-k1=-0.17
-k2=0.02
-p1=0.0001
-p2=-0.0002
-k3=-0.003
-
-[RIGHT_CAM_HD]
-fx=701
-fy=702
-cx=650
-cy=355
-
-[LEFT_CAM_VGA]
-fx=350
-fy=350
-cx=336
-cy=188
-
-[RIGHT_CAM_VGA]
-fx=351
-fy=351
-cx=337
-cy=189
-
-[RIGHT_DISTO]
-k1=0.5
-k2=-0.1
-p1=0
-p2=0
-k3=0.01
-k4=0.8
-k5=-0.06
-k6=0.02
-
-[STEREO]
-Baseline=119.9
-TY=0.05
-TZ=-0.4
-CV_HD=0.007
-CV_VGA=0.007
-RX_HD=0.002
-RX_VGA=0.002
-RZ_HD=-0.001
-RZ_VGA=-0.001
-"""
+_ZED = {
+    "LEFT_CAM_HD": "fx=700.1 fy=700.2 cx=640.5 cy=360.25 k1=-0.17 k2=0.02 p1=0.0001 p2=-0.0002 "
+    "k3=-0.003",
+    "RIGHT_CAM_HD": "fx=701 fy=702 cx=650 cy=355",
+    "LEFT_CAM_VGA": "fx=350 fy=350 cx=336 cy=188",
+    "RIGHT_CAM_VGA": "fx=351 fy=351 cx=337 cy=189",
+    "RIGHT_DISTO": "k1=0.5 k2=-0.1 p1=0 p2=0 k3=0.01 k4=0.8 k5=-0.06 k6=0.02",
+    "STEREO": "Baseline=119.9 TY=0.05 TZ=-0.4 CV_HD=0.007 CV_VGA=0.007 RX_HD=0.002 RX_VGA=0.002 "
+    "RZ_HD=-0.001 RZ_VGA=-0.001",
+}
+ZED = "\n\n".join("\n".join([f"[{name}]", *facts.split()]) for name, facts in _ZED.items())

@@ -1,7 +1,5 @@
 """A rig, a person who stands in it, and its calibration as other tools would hold it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -42,9 +40,8 @@ def rig(*, fisheye: bool = False) -> list[Camera]:
         distortions = np.array([-0.2, 0.05, 1e-3, -5e-4, 0.01 * i])
         cameras.append(Camera(name, 640, 480, matrix, distortions, False, looking_at(place)))
     if fisheye:
-        cameras[2] = replace(
-            cameras[2], distortions=np.array([0.02, -0.01, 0.003, -0.001]), fisheye=True
-        )
+        distortions = np.array([0.02, -0.01, 0.003, -0.001])
+        cameras[2] = replace(cameras[2], distortions=distortions, fisheye=True)
     return cameras
 
 
@@ -63,12 +60,8 @@ def foreign(cameras, convention="world-to-camera", metres=1.0, **keywords) -> Fo
     for camera in cameras:
         rotation, translation = WRITTEN[convention](camera.camera_from_world)
         size = camera.width, camera.height
-        written.append(
-            ForeignCamera(
-                camera.name, size, camera.matrix, camera.distortions, camera.fisheye,
-                rotation, translation / metres,
-            )
-        )  # fmt: skip
+        lens = (camera.matrix, camera.distortions, camera.fisheye)
+        written.append(ForeignCamera(camera.name, size, *lens, rotation, translation / metres))
     return ForeignCalibration("test", "file", tuple(written), **keywords)
 
 
@@ -76,9 +69,8 @@ def assert_same(read, cameras, *, tolerance=1e-9) -> None:
     """The same cameras in the same order."""
     assert [one.name for one in read] == [one.name for one in cameras]
     for one, camera in zip(read, cameras, strict=True):
-        assert (one.width, one.height, one.fisheye) == (
-            camera.width, camera.height, camera.fisheye,
-        )  # fmt: skip
+        for fact in ("width", "height", "fisheye"):
+            assert getattr(one, fact) == getattr(camera, fact)
         np.testing.assert_allclose(one.matrix, camera.matrix, atol=tolerance)
         np.testing.assert_allclose(one.distortions, camera.distortions, atol=tolerance)
         ours, theirs = one.camera_from_world, camera.camera_from_world

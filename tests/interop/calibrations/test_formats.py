@@ -12,8 +12,6 @@ from stereotrack_core.interop.calibrations.formats import WRITTEN, read_foreign,
 from tests.interop.calibrations.layouts import RIG, imported, qualisys, sections, toml, written
 from tests.interop.calibrations.rigs import assert_same, rig
 
-# ---- what is written is read again
-
 
 @pytest.mark.parametrize("form", WRITTEN)
 @pytest.mark.parametrize("fisheye", [False, True])
@@ -32,10 +30,8 @@ def test_aniposelib_by_another_reader(tmp_path, unit, metres):
     for section, camera in zip(content.values(), RIG, strict=False):
         rotation = cv2.Rodrigues(np.array(section["rotation"]))[0]
         point = np.array([0.3, -0.2, 1.1])
-        pixel, _ = cv2.projectPoints(
-            point / metres, rotation, np.array(section["translation"]),
-            np.array(section["matrix"]), np.array(section["distortions"]),
-        )  # fmt: skip
+        numbers = [np.array(section[name]) for name in ("translation", "matrix", "distortions")]
+        pixel, _ = cv2.projectPoints(point / metres, rotation, *numbers)
         np.testing.assert_allclose(pixel.ravel(), camera.project(point), atol=1e-6)
         assert section["size"] == [640, 480]
         assert "fisheye" not in section
@@ -71,9 +67,6 @@ def test_opencv_by_opencv(tmp_path):
         storage.release()
 
 
-# ---- as the tools write them
-
-
 def test_caliscope_with_matrices_without_names_and_beside_other_settings(tmp_path):
     cameras = sections()
     for section, camera in zip(cameras.values(), RIG, strict=True):
@@ -88,9 +81,8 @@ def test_caliscope_with_matrices_without_names_and_beside_other_settings(tmp_pat
     assert found.notes == ("cam_3 is left out: it is not calibrated",)
     assert [one.name for one in imported(path)] == ["cam_0", "cam_1", "cam_2"]
     for one, camera in zip(imported(path), RIG, strict=True):
-        np.testing.assert_allclose(
-            one.camera_from_world.rotation, camera.camera_from_world.rotation, atol=1e-12
-        )
+        rotations = (each.camera_from_world.rotation for each in (one, camera))
+        np.testing.assert_allclose(*rotations, atol=1e-12)
 
 
 def test_pose2sim_and_freemocap_are_told_apart(tmp_path):
@@ -103,9 +95,6 @@ def test_pose2sim_and_freemocap_are_told_apart(tmp_path):
     assert (freemocap.format, freemocap.unit, freemocap.square) == ("FreeMoCap", "mm", 58.0)
     anipose = read_foreign([toml(tmp_path / "a.toml", {**sections(), **extra})])
     assert (anipose.format, anipose.unit) == ("aniposelib", None)
-
-
-# ---- what is no calibration, or one that cannot be read
 
 
 @pytest.mark.parametrize(

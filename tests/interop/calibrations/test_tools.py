@@ -34,11 +34,10 @@ def test_a_stereo_pair_of_opencv_in_two_files(tmp_path, first, second):
     left, right, right_from_left = pair()
     lenses = dict(zip(first.split(), (left.matrix, left.distortions), strict=True))
     lenses |= dict(zip(second.split(), (right.matrix, right.distortions), strict=True))
-    inside = written(
-        tmp_path / "intrinsics.yml", opencv(image_width=640, image_height=480, **lenses)
-    )
+    inside = opencv(image_width=640, image_height=480, **lenses)
     outside = opencv(R=right_from_left.rotation, T=right_from_left.translation, R1=np.eye(3))
-    paths = inside, written(tmp_path / "extrinsics.yml", outside)
+    files = {"intrinsics.yml": inside, "extrinsics.yml": outside}
+    paths = [written(tmp_path / name, text) for name, text in files.items()]
     found = read_foreign(paths)
     assert [one.name for one in found.cameras] == ["left", "right"]
     np.testing.assert_allclose(found.cameras[0].matrix, left.matrix)
@@ -86,10 +85,8 @@ def test_easymocap_in_two_files(tmp_path):
         places[f"R_{camera.name}"] = vector_from_rotation(place.rotation)[:, None]
         places[f"Rot_{camera.name}"] = place.rotation
         places[f"T_{camera.name}"] = place.translation[:, None]
-    paths = [
-        written(tmp_path / "intri.yml", opencv(**lenses) + names),
-        written(tmp_path / "extri.yml", opencv(**places) + names),
-    ]
+    files = {"intri.yml": lenses, "extri.yml": places}
+    paths = [written(tmp_path / name, opencv(**file) + names) for name, file in files.items()]
     assert_same(imported(*paths, size=(640, 480)), RIG)
 
 
@@ -100,10 +97,8 @@ def test_a_stereo_pair_of_ros(tmp_path):
     offset = np.array([-0.12, 0.002, 0.004])
     lenses = (left.matrix, left.distortions, right.matrix, right.distortions)
     r1, r2, p1, p2, *_ = cv2.stereoRectify(*lenses, (640, 480), turned, offset[:, None])
-    paths = [
-        written(tmp_path / f"{name}.yaml", ros(name, camera, r, p))
-        for name, camera, r, p in (("l", left, r1, p1), ("r", right, r2, p2))
-    ]
+    texts = {"l": ros("l", left, r1, p1), "r": ros("r", right, r2, p2)}
+    paths = [written(tmp_path / f"{name}.yaml", text) for name, text in texts.items()]
     one, other = imported(*paths)
     assert (one.name, other.name) == ("l", "r")
     both = other.camera_from_world @ one.world_from_camera
@@ -152,9 +147,7 @@ def test_a_zed_has_a_pair_for_each_resolution(tmp_path):
     np.testing.assert_allclose(right.camera_from_world.translation, [-0.1199, 5e-5, -4e-4])
     turn = vector_from_rotation(right.camera_from_world.rotation)
     np.testing.assert_allclose(turn, [0.002, 0.007, -0.001], atol=1e-12)
-    assert right.position_world[0] == pytest.approx(
-        0.1199, abs=1e-4
-    )  # to the right of the left one
+    assert right.position_world[0] == pytest.approx(0.1199, abs=1e-4), "to the right"
     assert completed(found, size=(672, 376)).cameras[0].matrix[0, 0] == 350
     with pytest.raises(InputError, match=r"cameras for images of 1280x720, 672x376"):
         completed(found)

@@ -1,7 +1,5 @@
 """Keypoints from the files of the usual detectors."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 from pathlib import Path
@@ -10,38 +8,27 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.keypoints.json_files import write_results
 from stereotrack_core.interop.keypoints.reading import read_keypoints
 from stereotrack_core.interop.keypoints.source import KeypointSource, Who, identified
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
-from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.keypoint_names import (
-    BODY_25,
-    COCO_17,
-    MEDIAPIPE_33,
-)
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17, MEDIAPIPE_33
 from stereotrack_core.recording.keypoints import (
     changes_of_surest,
     keypoints_of,
     of_one_person,
     rows_of,
 )
-
-MATRIX = np.array([[50.0, 0, 31.5], [0, 50, 23.5], [0, 0, 1]])
+from tests.interop.coco_files import coco_file
+from tests.recording.small import filmless
 
 
 @pytest.fixture
-def recording(tmp_path) -> Recording:
-    cameras = {
-        name: Camera(name, 640, 480, MATRIX, np.zeros(5), False, RigidTransform.identity())
-        for name in ("cam1", "cam2")
-    }
-    views = tuple(View(n, "mono", Stream(n, f"{n}.mp4")) for n in cameras)
-    return Recording(tmp_path, "walk", 10.0, views, cameras)
+def recording(tmp_path):
+    return filmless(tmp_path, "cam1", "cam2", size=(640, 480))
 
 
 def read(path: Path, recording: Recording, frames=None, **said):
@@ -75,12 +62,10 @@ def test_openpose_folders_of_each_camera(recording, tmp_path):
 
 
 def test_results_of_coco_come_back(recording, tmp_path):
-    rows = [
-        (k, camera, name, *point(i), 0.25 + 0.125 * k, "rtm", 0)
-        for k in (0, 2)
-        for camera in ("cam1", "cam2")
-        for i, name in enumerate(COCO_17)
-    ]
+    rows = []
+    for k, camera in ((0, "cam1"), (0, "cam2"), (2, "cam1"), (2, "cam2")):
+        sure = 0.25 + 0.125 * k
+        rows += [(k, camera, n, *point(i), sure, "rtm", 0) for i, n in enumerate(COCO_17)]
     keypoints = keypoints_of([*rows, (0, "cam1", "neck", 1.0, 1.0, 1.0, "rtm", 0)])
     path = tmp_path / "results.json"
     assert write_results(path, keypoints, recording) == 1
@@ -100,38 +85,19 @@ def test_results_with_numbers_for_images_need_the_camera(recording, tmp_path):
 
 
 def test_annotations_of_coco(recording, tmp_path):
-    path = tmp_path / "annotations.json"
-    content = {
-        "images": [{"id": 5, "file_name": "cam1/000012.png"}],
-        "annotations": [
-            {"id": 1, "image_id": 5, "category_id": 1, "keypoints": [1, 2, 2, 3, 4, 1, 0, 0, 0]}
-        ],
-        "categories": [{"id": 1, "keypoints": ["left_wrist", "nose", "left_eye"]}],
-    }
-    path.write_text(json.dumps(content))
+    names, values = ["left_wrist", "nose", "left_eye"], [1, 2, 2, 3, 4, 1, 0, 0, 0]
+    path = coco_file(tmp_path / "a.json", names, values, {"file_name": "cam1/000012.png"})
     found = read(path, recording)
-    assert plain(found) == [
-        (12, "cam1", "left_wrist", 1.0, 2.0, 1.0),
-        (12, "cam1", "nose", 3.0, 4.0, 0.5),
-    ]
+    wrist, nose = plain(found)
+    assert wrist == (12, "cam1", "left_wrist", 1.0, 2.0, 1.0)
+    assert nose == (12, "cam1", "nose", 3.0, 4.0, 0.5)
     assert found.left_out == {"without confidence": 1}
 
 
 def test_confidences_of_coco_are_told_by_the_whole_file(recording, tmp_path):
-    path = tmp_path / "annotations.json"
-    content = {
-        "images": [{"id": 5, "file_name": "cam1/000012.png"}],
-        "annotations": [
-            {
-                "id": 1,
-                "image_id": 5,
-                "category_id": 1,
-                "keypoints": [1, 2, 1.0, 3, 4, 0.99],
-            }
-        ],
-        "categories": [{"id": 1, "keypoints": ["left_wrist", "nose"]}],
-    }
-    path.write_text(json.dumps(content))
+    values = [1, 2, 1.0, 3, 4, 0.99]
+    image = {"file_name": "cam1/000012.png"}
+    path = coco_file(tmp_path / "annotations.json", ["left_wrist", "nose"], values, image)
     assert [row[5] for row in plain(read(path, recording))] == [1.0, 0.99]
     results = tmp_path / "results.json"
     values = [v for i in range(17) for v in (*point(i), 2 if i % 2 else 1)]
@@ -184,10 +150,9 @@ def test_an_analysis_of_sleap(recording, tmp_path):
         stored["tracks"], stored["point_scores"] = places, scores
         stored["node_names"], stored["track_names"] = [b"nose", b"left_wrist"], [b"me", b"you"]
     found = read(path, recording)
-    assert plain(found) == [
-        (2, "cam2", "nose", 7.0, 8.0, 0.25),
-        (3, "cam2", "left_wrist", 5.0, 6.0, 0.25),
-    ]
+    nose, wrist = plain(found)
+    assert nose == (2, "cam2", "nose", 7.0, 8.0, 0.25)
+    assert wrist == (3, "cam2", "left_wrist", 5.0, 6.0, 0.25)
     assert [found.people[k] for k in found.keypoints.person.tolist()] == ["you", "me"]
 
 
@@ -205,20 +170,15 @@ def test_labels_of_deeplabcut_in_fixed_hdf5(recording, tmp_path):
                 group[f"{axis}_label{level}"] = np.array(codes, dtype=np.int8)
         group["block0_values"] = np.array([[1.0, 2.0], [np.nan, np.nan]])
     assert plain(read(path, recording)) == [(5, "cam2", "left_wrist", 1.0, 2.0, 1.0)]
-    labels = read_labels(LabelSource(path, recording, ("left_wrist",)))
-    assert [(one.frame, one.camera, one.position) for one in labels.clicks] == [
-        (5, "cam2", (1.0, 2.0))
-    ]
+    (label,) = read_labels(LabelSource(path, recording, ("left_wrist",))).clicks
+    assert (label.frame, label.camera, label.position) == (5, "cam2", (1.0, 2.0))
 
 
 @pytest.mark.parametrize("demo", [False, True])
 def test_mmpose(recording, tmp_path, demo):
     path = tmp_path / "cam1.json"
-    instance = {
-        "keypoints": [list(point(i)) for i in range(26)],
-        "keypoint_scores": [0.5] * 26,
-        "bbox": [[0, 0, 1, 1]],
-    }
+    points = [list(point(i)) for i in range(26)]
+    instance = {"keypoints": points, "keypoint_scores": [0.5] * 26, "bbox": [[0, 0, 1, 1]]}
     frames = [{"frame_id": k + demo, "instances": [instance]} for k in range(2)]
     content = {"meta_info": {"dataset_name": "halpe26"}, "instance_info": frames}
     path.write_text(json.dumps(content if demo else frames))
@@ -243,10 +203,8 @@ def test_an_array_of_freemocap(recording, tmp_path):
 
 def test_a_wide_table_with_shares_of_the_image(recording, tmp_path):
     path = tmp_path / "cam1.csv"
-    path.write_text(
-        "frame,left_wrist_x,left_wrist_y,left_wrist_visibility,LEFT_ELBOW_x,LEFT_ELBOW_y\n"
-        "4,0.5,0.25,0.75,,\n5,0.5,0.5,0.5,0.25,0.5\n"
-    )
+    header = "frame,left_wrist_x,left_wrist_y,left_wrist_visibility,LEFT_ELBOW_x,LEFT_ELBOW_y"
+    path.write_text(f"{header}\n4,0.5,0.25,0.75,,\n5,0.5,0.5,0.5,0.25,0.5\n")
     found = read(path, recording)
     assert plain(found) == [
         (4, "cam1", "left_wrist", 319.5, 119.5, 0.75),
@@ -284,10 +242,9 @@ def test_deeplabcut_in_hdf5(recording, tmp_path):
         rows = np.array([(0, (1.0, 2.0, 0.5)), (3, (4.0, 5.0, 0.75))], dtype=kinds)
         table = stored.create_group("df_with_missing").create_dataset("table", data=rows)
         table.attrs["values_block_0_kind"] = np.void(pickle.dumps(columns, 0))
-    assert plain(read(path, recording)) == [
-        (0, "cam1", "left_wrist", 1.0, 2.0, 0.5),
-        (3, "cam1", "left_wrist", 4.0, 5.0, 0.75),
-    ]
+    first, second = plain(read(path, recording))
+    assert first == (0, "cam1", "left_wrist", 1.0, 2.0, 0.5)
+    assert second == (3, "cam1", "left_wrist", 4.0, 5.0, 0.75)
     with h5py.File(path, "a") as stored:
         table = stored["df_with_missing"]["table"]
         table.attrs["values_block_0_kind"] = np.void(pickle.dumps(print, 0))
@@ -306,10 +263,8 @@ def test_the_own_table_comes_back_and_counts_what_is_left_out(recording, tmp_pat
     write_table(path, keypoints_of(rows), recording)
     found = read(path, recording, 5)
     assert list(rows_of(found.keypoints)) == rows[:2]
-    assert found.left_out == {
-        "of frames that the recording does not have (0:5)": 1,
-        "of keypoints that are no part of the body's layouts": 1,
-    }
+    late = "of frames that the recording does not have (0:5)"
+    assert found.left_out == {late: 1, "of keypoints that are no part of the body's layouts": 1}
     named = read(path, recording, 5, names={"tail": "left_hand"}, detector="own")
     assert "left_hand" in named.keypoints.keypoint
     assert set(named.keypoints.source.tolist()) == {"own"}

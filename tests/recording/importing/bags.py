@@ -70,10 +70,8 @@ class Bag:
         words = "16UC1; compressedDepth png" if topic.endswith("Depth") else "bgr8; png compressed"
         if topic.endswith("Depth"):
             content = np.concatenate([np.zeros(12, np.uint8), content])
-        message = self.new(
-            "sensor_msgs/msg/CompressedImage", self.header(at, frame), words, content
-        )
-        self.write(topic, message, at)
+        facts = (self.header(at, frame), words, content)
+        self.write(topic, self.new("sensor_msgs/msg/CompressedImage", *facts), at)
 
     def info(self, topic: str, frame: str, focal: float = 60.0, aside: float = 0.0) -> None:
         """The camera of images, whose rectified image lies `aside` pixels from the left one."""

@@ -1,12 +1,14 @@
 """Tiny videos and folders of images, with what the importer is to find in them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core.recording.importing.proposing import propose
+from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_png
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 12
@@ -55,3 +57,14 @@ def flashing(at):
         return np.full((HEIGHT, WIDTH), round(40 + 120 * share), np.uint8)
 
     return picture
+
+
+def chosen(*paths: Path, **changes):
+    """What is proposed for files, with changes."""
+    return replace(propose(look_at(paths)), **changes)
+
+
+def frames_of(recording) -> list:
+    """The images of all frames by view."""
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        return [reader.frame_set(k).views for k in range(reader.frame_count)]

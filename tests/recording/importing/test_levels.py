@@ -1,9 +1,6 @@
 """Pictures of more than 8 bits: one white for all pictures and both cameras of a pair."""
 
-from __future__ import annotations
-
 import zlib
-from dataclasses import replace
 from fractions import Fraction
 
 import av
@@ -15,13 +12,11 @@ from PIL import Image
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import doubts_about
 from stereotrack_core.recording.importing.making import make_recording
-from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import with_one_white
-from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
 from tests.recording.importing.bags import BEGIN, Bag
-from tests.recording.importing.clips import HEIGHT, WIDTH, clip, images, numbered
+from tests.recording.importing.clips import HEIGHT, WIDTH, chosen, clip, frames_of, images, numbered
 
 DARK, GREY, BRIGHT = 200, 1500, 4000  # of 12 bits
 
@@ -37,12 +32,8 @@ def sequence(folder, values, suffix=".png", channels=1):
 
 
 def made(folder, out):
-    choices = replace(propose(look_at([folder])), fps=10.0)
-    choices = with_one_white(choices)
-    recording = make_recording(choices, out)
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        frames = [reader.frame_set(k).views for k in range(reader.frame_count)]
-    return choices, frames
+    choices = with_one_white(chosen(folder, fps=10.0))
+    return choices, frames_of(make_recording(choices, out))
 
 
 def as_shown(value, bits=12):
@@ -91,11 +82,10 @@ def test_images_of_16_bits_in_a_bag(tmp_path, encoding):
             for side in ("left", "right"):
                 shown = picture(value, 3 if encoding == "bgr16" else 1)
                 bag.image(f"/{side}/image_raw", shown, encoding, at, f"{side}_optical")
-    choices = propose(look_at([tmp_path / "walk.bag"]))
+    choices = chosen(tmp_path / "walk.bag")
     assert [use.role for use in choices.uses] == ["left", "right"]
     recording = make_recording(choices, tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        shown = [reader.frame_set(k).views["stereo"].image.mean() for k in range(3)]
+    shown = [views["stereo"].image.mean() for views in frames_of(recording)]
     assert shown == pytest.approx([as_shown(one) for one in (DARK, GREY, BRIGHT)], abs=1.5)
 
 
@@ -118,10 +108,6 @@ def test_videos_of_more_than_8_bits(tmp_path, layout, values):
 
 
 EMPTY = np.tile(np.arange(WIDTH, dtype=np.uint8), (HEIGHT, 1))
-
-
-def chosen(*paths, **changes):
-    return replace(propose(look_at(paths)), **changes)
 
 
 def background_of(recording, view):
@@ -172,9 +158,7 @@ def test_depth_in_metres_as_floating_point_numbers(tmp_path):
         cv2.imwrite(str(folder / f"{k:04d}.tiff"), depth)
     choices = chosen(tmp_path / "in", fps=10.0)
     assert choices.uses[0].source.unit == 0.0005
-    recording = make_recording(choices, tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        shown = reader.frame_set(2).views["O"].depth
+    shown = frames_of(make_recording(choices, tmp_path / "out"))[2]["O"].depth
     assert np.allclose(shown[:, 8:], 2.7, atol=0.0003)
     assert np.isnan(shown[:, :8]).all()
 
@@ -185,11 +169,7 @@ def test_a_mask_goes_with_its_depth_map(tmp_path):
     for path in (tmp_path / "in" / "O_mask").iterdir():
         write_png(path, EMPTY > 20)
     choices = chosen(tmp_path / "in", fps=10.0)
-    assert [(use.role, use.view) for use in choices.uses] == [
-        ("depth", "O"),
-        ("mask", "O"),
-        ("unused", "P_mask"),
-    ]
-    recording = make_recording(choices, tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        assert np.array_equal(reader.frame_set(3).views["O"].mask, EMPTY > 20)
+    uses = [(use.role, use.view) for use in choices.uses]
+    assert uses == [("depth", "O"), ("mask", "O"), ("unused", "P_mask")]
+    shown = frames_of(make_recording(choices, tmp_path / "out"))
+    assert np.array_equal(shown[3]["O"].mask, EMPTY > 20)

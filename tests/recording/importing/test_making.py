@@ -1,7 +1,5 @@
 """Recordings that are made of videos and images: right frames, right sides, sources untouched."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,29 +9,23 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.importing.choices import problems_of
-from stereotrack_core.recording.importing.making import (
-    cameras_for,
-    make_recording,
-)
-from stereotrack_core.recording.importing.proposing import possible_units, propose
-from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.importing.making import cameras_for, make_recording
+from stereotrack_core.recording.importing.proposing import possible_units
 from stereotrack_core.recording.selection import usable_views
-from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, images, numbered
+from tests.recording.importing.clips import (
+    FRAMES,
+    HEIGHT,
+    WIDTH,
+    chosen,
+    clip,
+    frames_of,
+    images,
+    numbered,
+)
 
 
 def content(folder):
     return {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
-def chosen(*paths, **changes):
-    choices = propose(look_at(paths))
-    return replace(choices, **changes)
-
-
-def frame_of(recording, k):
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        return reader.frame_set(k).views
 
 
 def test_a_folder_of_videos_becomes_a_recording_where_it_is(tmp_path):
@@ -43,18 +35,13 @@ def test_a_folder_of_videos_becomes_a_recording_where_it_is(tmp_path):
     recording = make_recording(chosen(tmp_path), tmp_path)
     after = content(tmp_path)
     assert {path: after[path] for path in before} == before
-    assert {path.name for path in set(after) - set(before)} == {
-        "recording.toml",
-        "calibration.toml",
-    }
+    new = {path.name for path in set(after) - set(before)}
+    assert new == {"recording.toml", "calibration.toml"}
     assert recording.fps == 25.0
     (view,) = recording.views
-    assert (view.kind, view.image.frames, view.left.frames) == (
-        "stereo",
-        "N_right.mp4",
-        "N_left.mp4",
-    )
-    shown = frame_of(recording, 3)["N"]
+    assert view.kind == "stereo"
+    assert (view.image.frames, view.left.frames) == ("N_right.mp4", "N_left.mp4")
+    shown = frames_of(recording)[3]["N"]
     assert shown.left[0, 0] == numbered(3)[0, 0]
     assert shown.image[0, 0] == numbered(3)[0, 0] + 5
 
@@ -78,7 +65,7 @@ def test_files_from_elsewhere_are_copied(tmp_path):
     recording = make_recording(choices, tmp_path / "new")
     assert {path: path.read_bytes() for path in before} == before
     assert (tmp_path / "new" / "cam.mp4").read_bytes() == video.read_bytes()
-    shown = frame_of(recording, 7)
+    shown = frames_of(recording)[7]
     assert shown["cam"].image[0, 0] == shown["S"].image[0, 0] == numbered(7)[0, 0]
 
 
@@ -89,7 +76,7 @@ def test_side_by_side_videos_are_split(tmp_path, role, left_first):
     choices = chosen(tmp_path)
     choices = replace(choices, uses=(replace(choices.uses[0], role=role),))
     recording = make_recording(choices, tmp_path)
-    shown = frame_of(recording, FRAMES - 1)["zed"]
+    shown = frames_of(recording)[FRAMES - 1]["zed"]
     assert shown.left.shape[:2] == shown.image.shape[:2] == (HEIGHT, WIDTH)
     assert (shown.left.mean() < shown.image.mean()) == left_first
 
@@ -99,7 +86,7 @@ def test_mirror_images_are_turned_back(tmp_path):
     choices = chosen(tmp_path)
     choices = replace(choices, uses=(replace(choices.uses[0], mirrored=True),))
     recording = make_recording(choices, tmp_path / "new")
-    shown = frame_of(recording, 4)["kinect"].image.astype(int)
+    shown = frames_of(recording)[4]["kinect"].image.astype(int)
     assert abs(shown - numbered(4)[:, ::-1]).max() <= 3, "but for the coding"
 
 
@@ -109,7 +96,7 @@ def test_depth_alone_gets_a_picture_of_itself(tmp_path):
     unit = possible_units(choices.uses[0].source)[0][0]
     assert unit == 0.001
     recording = make_recording(replace(choices, depth_unit=unit), tmp_path)
-    shown = frame_of(recording, 2)["O"]
+    shown = frames_of(recording)[2]["O"]
     assert np.allclose(shown.depth[:, 8:-8], 2.98)
     assert np.isnan(shown.depth[:, :8]).all()
     assert (shown.image[:, :8] == 0).all(), "no value is black"
@@ -126,7 +113,7 @@ def test_later_starts_are_written_as_first_frames_with_the_rest_as_an_offset(tmp
     starts = {view.name: (view.image.first_frame, view.image.time_offset)
               for view in recording.views}  # fmt: skip
     assert starts == {"A": (0, 0.0), "B": (3, 0.01)}
-    shown = frame_of(recording, 0)
+    shown = frames_of(recording)[0]
     assert shown["A"].image[0, 0] == numbered(0)[0, 0]
     assert shown["B"].image[0, 0] == numbered(3)[0, 0]
 
@@ -170,13 +157,9 @@ def test_nothing_is_overwritten(tmp_path):
 def test_work_that_is_stopped_leaves_nothing(tmp_path):
     clip(tmp_path / "videos" / "zed.mp4", lambda k: numbered(k, 2 * WIDTH))
     seen = []
+    told = {"on_progress": lambda *_: seen.append(1), "cancelled": lambda: len(seen) >= 3}
     with pytest.raises(Cancelled):
-        make_recording(
-            chosen(tmp_path / "videos"),
-            tmp_path / "new",
-            on_progress=lambda share, _: seen.append(share),
-            cancelled=lambda: len(seen) >= 3,
-        )
+        make_recording(chosen(tmp_path / "videos"), tmp_path / "new", **told)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["videos"]
 
 

@@ -1,7 +1,5 @@
 """ROS bags become recordings with the right frames and depths."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
@@ -12,24 +10,17 @@ pytest.importorskip("rosbags")
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import problems_of
 from stereotrack_core.recording.importing.making import make_recording
-from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.ros import read_topics
 from stereotrack_core.recording.importing.sources import is_unmade, look_at
 from stereotrack_core.recording.importing.synchronise import at_one_rate
-from stereotrack_core.recording.reader import FrameReader
 from tests.recording.importing.bags import BEGIN, KINDS, Bag, depth_bag, stereo_bag
-from tests.recording.importing.clips import HEIGHT, WIDTH, numbered
+from tests.recording.importing.clips import HEIGHT, WIDTH, chosen, frames_of, numbered
 
 
 def made(path, out):
-    choices = at_one_rate(propose(look_at([path])))
+    choices = at_one_rate(chosen(path))
     assert not list(problems_of(choices))
     return make_recording(choices, out)
-
-
-def frame_of(recording, k):
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        return reader.frame_set(k).views
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -39,7 +30,7 @@ def test_a_stereo_camera(tmp_path, kind):
     recording = made(path, tmp_path / "out")
     (view,) = recording.views
     assert (view.kind, view.name, recording.fps, recording.guessed) == ("stereo", "stereo", 20, 1)
-    shown = frame_of(recording, 7)["stereo"]
+    shown = frames_of(recording)[7]["stereo"]
     assert shown.left[0, 0] == pytest.approx(numbered(7)[0, 0], abs=1)
     assert shown.image[0, 0] == pytest.approx(numbered(7)[0, 0] + 5, abs=2)
 
@@ -49,7 +40,7 @@ def test_a_depth_camera_with_its_image(tmp_path, metres):
     recording = made(depth_bag(tmp_path / "walk", metres=metres), tmp_path / "out")
     (view,) = recording.views
     assert (view.kind, recording.fps) == ("depth", 30)
-    shown = frame_of(recording, 4)[view.name]
+    shown = frames_of(recording)[4][view.name]
     assert np.allclose(shown.depth[:, 8:], 1.96, atol=1e-6)
     assert np.isnan(shown.depth[:, :8]).all()
     assert shown.image[0, 0] == pytest.approx(numbered(4)[0, 0], abs=1)
@@ -65,7 +56,7 @@ def test_topics_of_the_viewer_of_a_realsense_camera(tmp_path):
             bag.image("/device_0/sensor_0/Depth_0/image/data", counts, "mono16", at, "0")
             colour = np.repeat(numbered(k)[..., None], 3, axis=2)
             bag.image("/device_0/sensor_0/Color_0/image/data", colour, "rgb8", at, "0")
-    choices = propose(look_at([tmp_path / "walk.bag"]))
+    choices = chosen(tmp_path / "walk.bag")
     assert {use.source.name: (use.role, use.view) for use in choices.uses} == {
         "depth": ("depth", "depth"),
         "color": ("image", "depth"),

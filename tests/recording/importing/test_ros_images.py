@@ -1,7 +1,5 @@
 """Pictures in messages of ROS, in every encoding that is read."""
 
-from __future__ import annotations
-
 import struct
 from types import SimpleNamespace
 
@@ -70,9 +68,8 @@ def test_compressed_depth_of_floats_is_inverse():
     counts = np.round(a / metres + b).astype(np.uint16)
     counts[0, 0] = 0
     content = struct.pack("<iff", 0, a, b) + cv2.imencode(".png", counts)[1].tobytes()
-    one = SimpleNamespace(
-        format="32FC1; compressedDepth png", data=np.frombuffer(content, np.uint8)
-    )
+    data = np.frombuffer(content, np.uint8)
+    one = SimpleNamespace(format="32FC1; compressedDepth png", data=data)
     assert is_depth(one)
     shown = picture_in(one, "depth", 0.0005)
     assert np.allclose(shown[1:] * 0.0005, metres[1:], rtol=0.002)

@@ -1,7 +1,5 @@
 """What is found in folders and files that are no recording."""
 
-from __future__ import annotations
-
 import pytest
 
 from stereotrack_core.errors import InputError
@@ -68,11 +66,8 @@ def test_depth_is_proposed_with_its_image(tmp_path):
     images(tmp_path / "O_depth", depth=True)
     images(tmp_path / "O_rgb")
     images(tmp_path / "O_mask")
-    assert roles(tmp_path) == {
-        "O_depth": ("depth", "O"),
-        "O_rgb": ("image", "O"),
-        "O_mask": ("mask", "O"),
-    }
+    expected = {"O_depth": "depth", "O_rgb": "image", "O_mask": "mask"}
+    assert roles(tmp_path) == {name: (role, "O") for name, role in expected.items()}
 
 
 def test_what_cannot_be_read_is_said_and_the_rest_is_found(tmp_path):

@@ -1,8 +1,5 @@
 """Sources at other, uneven or stamped rates: frame k of the recording is the same instant."""
 
-from __future__ import annotations
-
-from dataclasses import replace
 from fractions import Fraction
 
 import av
@@ -12,12 +9,10 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import doubts_about
 from stereotrack_core.recording.importing.making import make_recording
-from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.importing.synchronise import at_one_rate
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
-from tests.recording.importing.clips import HEIGHT, WIDTH, clip, images
+from tests.recording.importing.clips import HEIGHT, WIDTH, chosen, clip, frames_of, images
 
 SECONDS_PER_LEVEL = 0.0125
 
@@ -48,10 +43,8 @@ def uneven_clip(path, times):
 
 
 def made(folder, out, **changes):
-    choices = at_one_rate(replace(propose(look_at([folder])), **changes))
-    recording = make_recording(choices, out)
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        shown = [reader.frame_set(k).views for k in range(reader.frame_count)]
+    choices = at_one_rate(chosen(folder, **changes))
+    shown = frames_of(make_recording(choices, out))
     return choices, [{name: taken(one.image) for name, one in views.items()} for views in shown]
 
 
@@ -76,7 +69,7 @@ def test_the_rate_of_an_uneven_video_is_that_of_its_usual_step(tmp_path):
     (source,) = look_at([tmp_path]).sources
     assert source.fps == 30.0
     assert source.uneven > 10
-    choices = at_one_rate(propose(look_at([tmp_path])))
+    choices = at_one_rate(chosen(tmp_path))
     assert choices.fps == choices.uses[0].source.rate == 30.0
     assert "has no frame for up to 0.70 s" in " ".join(doubts_about(choices))
 
@@ -104,19 +97,16 @@ def test_stamped_sources_of_other_times_are_refused(tmp_path):
     for view, begin in (("A", 1305031102), ("B", 1305031202)):
         images(tmp_path / view, lambda k, begin=begin: f"{(begin * 1000 + 50 * k)}.png")
     with pytest.raises(InputError, match=r"A ends 99\.\d s before B begins"):
-        at_one_rate(propose(look_at([tmp_path])))
+        at_one_rate(chosen(tmp_path))
 
 
 def test_a_number_that_is_missing_stays_a_frame_without_an_image(tmp_path):
     images(tmp_path / "in" / "A")
     images(tmp_path / "in" / "B", "{:04d}.png".format)
     (tmp_path / "in" / "B" / "0005.png").unlink()
-    choices = replace(propose(look_at([tmp_path / "in"])), fps=10.0)
+    choices = chosen(tmp_path / "in", fps=10.0)
     assert "B lacks 1 of 12 numbers" in " ".join(doubts_about(choices))
     for out in (tmp_path / "copied", tmp_path / "in"):
-        recording = make_recording(choices, out)
-        with FrameReader(recording, colour=False, read_ahead=0) as reader:
-            assert "B" not in reader.frame_set(5).views
-            assert np.array_equal(
-                reader.frame_set(6).views["A"].image, reader.frame_set(6).views["B"].image
-            )
+        shown = frames_of(make_recording(choices, out))
+        assert "B" not in shown[5]
+        assert np.array_equal(shown[6]["A"].image, shown[6]["B"].image)

@@ -1,9 +1,6 @@
 """Calibrations of upright images for videos that are stored lying: the same pixels are seen."""
 
-from __future__ import annotations
-
 import struct
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,9 +9,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.importing.making import as_stored, calibration_notes, make_recording
-from stereotrack_core.recording.importing.proposing import propose
-from stereotrack_core.recording.importing.sources import look_at
-from tests.recording.importing.clips import HEIGHT, WIDTH, clip
+from tests.recording.importing.clips import HEIGHT, WIDTH, chosen, clip
 
 POINTS = np.random.default_rng(1).uniform((-0.5, -0.5, 1.5), (0.5, 0.5, 4.0), (50, 3))
 
@@ -53,7 +48,7 @@ def test_a_telephone_with_a_calibration_of_its_upright_images(tmp_path):
     data[place : place + 36] = struct.pack(">9i", *quarter)
     path.write_bytes(bytes(data))
     write_calibration(tmp_path / "rig.toml", {"P": upright()})
-    choices = replace(propose(look_at([tmp_path / "in"])), calibration=tmp_path / "rig.toml")
+    choices = chosen(tmp_path / "in", calibration=tmp_path / "rig.toml")
     assert "the calibration of P is of upright images" in calibration_notes(choices)[0]
     recording = make_recording(choices, tmp_path / "out")
     (view,) = recording.views

@@ -1,7 +1,5 @@
 """Videos without a stated rate, in several chapters, or with several tracks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from fractions import Fraction
@@ -17,8 +15,7 @@ from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import first_picture, open_source, times_of
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.importing.synchronise import at_one_rate
-from stereotrack_core.recording.reader import FrameReader
-from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, numbered
+from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, chosen, clip, frames_of, numbered
 
 RAW = {"h264": "libx264", "hevc": "libx265", "mjpeg": "mjpeg"}
 
@@ -40,7 +37,7 @@ def raw_stream(path, codec, frames=FRAMES):
 @pytest.mark.parametrize("suffix", RAW)
 def test_a_stream_without_a_rate_is_asked_for_it(tmp_path, suffix):
     raw_stream(tmp_path / f"pi.{suffix}", RAW[suffix])
-    choices = at_one_rate(propose(look_at([tmp_path])))
+    choices = at_one_rate(chosen(tmp_path))
     assert (choices.uses[0].source.frames, choices.fps) == (FRAMES, None)
     assert "do not state their frame rate" in next(problems_of(choices)).what
 
@@ -48,7 +45,7 @@ def test_a_stream_without_a_rate_is_asked_for_it(tmp_path, suffix):
 def test_a_stream_without_a_rate_that_is_shorter_is_asked_for_it(tmp_path):
     raw_stream(tmp_path / "pi.h264", "libx264", frames=6)
     clip(tmp_path / "usb.mp4", lambda _k: numbered(0), frames=24, fps=20.0)
-    choices = propose(look_at([tmp_path]))
+    choices = chosen(tmp_path)
     with pytest.raises(InputError, match=r"its 6 frames last 0\.3 s, usb 1\.2 s"):
         at_one_rate(choices)
     uses = [replace(use, source=replace(use.source, fps=use.source.fps or 5.0))
@@ -60,24 +57,15 @@ def test_a_stream_without_a_rate_that_is_shorter_is_asked_for_it(tmp_path):
     reader.close()
 
 
-# ---- chapters
-
-
 def chapters(folder, names, frames=5, picture=numbered):
     for number, name in enumerate(names):
         first = number * frames
         clip(folder / name, lambda k, first=first: picture(first + k), frames=frames)
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        ("GX010042.MP4", "GX020042.MP4"),
-        ("GH010042.MP4", "GH020042.MP4"),
-        ("GOPR0042.MP4", "GP010042.MP4"),
-    ],
-)
-def test_chapters_of_a_camera_become_one_stream(tmp_path, names):
+@pytest.mark.parametrize("starts", ["GX01 GX02", "GH01 GH02", "GOPR GP01"])
+def test_chapters_of_a_camera_become_one_stream(tmp_path, starts):
+    names = [f"{start}0042.MP4" for start in starts.split()]
     chapters(tmp_path / "in", names)
     found = look_at([tmp_path / "in"])
     (source,) = found.sources
@@ -85,11 +73,10 @@ def test_chapters_of_a_camera_become_one_stream(tmp_path, names):
     assert ", ".join(names) in found.notes[0]
     assert np.allclose(times_of(source), np.arange(10) / 25, atol=1e-3)
     recording = make_recording(at_one_rate(propose(found)), tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        assert reader.frame_count == 10
-        shown = [reader.frame_set(k).views[source.name].image for k in (0, 4, 5, 9)]
-    for k, image in zip((0, 4, 5, 9), shown, strict=True):
-        assert np.array_equal(image, numbered(k))  # copied, not encoded again
+    shown = frames_of(recording)
+    assert len(shown) == 10
+    for k, views in enumerate(shown):
+        assert np.array_equal(views[source.name].image, numbered(k))  # not encoded again
 
 
 def dated(path, created, frames=50):
@@ -115,9 +102,6 @@ def test_files_that_begin_when_the_one_before_ends_are_joined(tmp_path):
     assert {one.name: one.frames for one in found.sources} == {"DJI_0001": 100, "DJI_0003": 50}
 
 
-# ---- tracks
-
-
 def several_tracks(path, frames=4):
     """Colour, depth and infrared in one file, as a Kinect's recorder writes them."""
     with av.open(str(path), "w", options={"allow_raw_vfw": "1"}) as out:
@@ -132,16 +116,12 @@ def several_tracks(path, frames=4):
             stream.metadata["title"] = title
             streams.append(stream)
         for k in range(frames):
-            pictures = [
-                av.VideoFrame.from_ndarray(numbered(k), format="gray").reformat(format="yuvj420p")
-            ]
+            colour = av.VideoFrame.from_ndarray(numbered(k), format="gray")
+            pictures = [colour.reformat(format="yuvj420p")]
             for value in (2000 + k, 300 + k):
                 values = np.full((24, 32), value, np.uint16)
-                pictures.append(
-                    av.VideoFrame.from_ndarray(values, format="gray16le").reformat(
-                        format="gray16be"
-                    )
-                )
+                frame = av.VideoFrame.from_ndarray(values, format="gray16le")
+                pictures.append(frame.reformat(format="gray16be"))
             for stream, frame in zip(streams, pictures, strict=True):
                 frame.pts = k
                 out.mux(stream.encode(frame))
@@ -161,20 +141,16 @@ def test_every_track_of_a_file_is_a_source(tmp_path):
         ("walk_depth", "depth", (32, 24)),
         ("walk_ir", "depth", (32, 24)),
     ]
-    assert [first_picture(one).shape[:2] for one in found.sources] == [
-        (HEIGHT, WIDTH),
-        *[(24, 32)] * 2,
-    ]
+    sizes = [first_picture(one).shape[:2] for one in found.sources]
+    assert sizes == [(HEIGHT, WIDTH), (24, 32), (24, 32)]
     choices = propose(found)
     assert {use.source.name: (use.role, use.view) for use in choices.uses} == {
         "walk_color": ("mono", "walk_color"),
         "walk_depth": ("depth", "walk"),
         "walk_ir": ("image", "walk"),
     }
-    recording = make_recording(choices, tmp_path / "out")
-    with FrameReader(recording, colour=False, read_ahead=0) as reader:
-        assert reader.frame_count == 4
-        shown = reader.frame_set(3).views
+    *_, shown = frames = frames_of(make_recording(choices, tmp_path / "out"))
+    assert len(frames) == 4
     assert np.allclose(shown["walk"].depth, 2.003)
     assert shown["walk"].image.max() == round(255 * 303 / 1023)
     assert shown["walk_color"].image.mean() == pytest.approx(numbered(3).mean(), abs=3)

@@ -11,16 +11,12 @@ from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
-from stereotrack_core.tracking.arm_search.picture import (
-    outline_cones,
-    seen_pictures,
-)
+from stereotrack_core.tracking.arm_search.picture import outline_cones, seen_pictures
 from tests.oracle.raycast import cast
 from tests.tracking.scenes import POSES
 from tests.tracking.views import HEIGHT, WIDTH, cloud_of_body, solids
 
 BODY = body_model(AVERAGE)
-LIKENESS = 0.5, 0.1
 OF_ARM = [np.isin(BODY.cones.part, [UPPER_ARMS[side], FOREARMS[side]]) for side in (0, 1)]
 
 
@@ -33,17 +29,16 @@ def _moved(pose, by):
     return Pose(pose.position + np.asarray(by, dtype=float), pose.rotations)
 
 
-def _unlike(pictures, pose, likeness=LIKENESS):
+def _unlike(pictures, pose):
     """Pixels of all views that speak against a pose."""
     frames = BODY.frames(pose)
     chosen = ~(OF_ARM[0] | OF_ARM[1]), *OF_ARM
     tables = [outline_cones(replace(BODY, cones=BODY.cones[which]), frames) for which in chosen]
-    return sum(unlike(likeness, seen, *(seen.drawn(t) for t in tables)) for seen in pictures)
-
-
-def unlike(likeness, seen, rest, left, right):
-    """Pixels in which one body does not look as measured."""
-    return seen.unlike_pairs(rest, left[None], right[None], *likeness)[0, 0]
+    total = 0.0
+    for seen in pictures:
+        rest, left, right = map(seen.drawn, tables)
+        total += seen.unlike_pairs(rest, left[None], right[None], 0.5)[0, 0]
+    return total
 
 
 def _pixels_drawn(pictures, pose):

@@ -8,11 +8,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.failure.features import (
-    FEATURES,
-    failure_probability,
-    limb_features,
-)
+from stereotrack_core.tracking.failure.features import FEATURES, failure_probability, limb_features
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
 

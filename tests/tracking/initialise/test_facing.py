@@ -22,6 +22,9 @@ NOBODY = np.empty((0, 3))
 ALL_AROUND = np.array([[0.0, 3.0, 2.1], [3.0, 0.0, 2.1], [0.0, -3.0, 2.1], [-3.0, 0.0, 2.1]])
 
 
+STANDING = hanging_pose(np.array([0.0, 0.0, 0.9]))
+
+
 def _lean(degrees: float) -> Pose:
     """Upright legs, the trunk bent to the front by so many degrees."""
     torso = rotation_from_vector(np.array([-np.radians(degrees), 0.0, 0.0]))
@@ -34,13 +37,12 @@ def _lean(degrees: float) -> Pose:
 
 def _knees(degrees: float) -> Pose:
     """Standing with both shanks swung back by so many degrees."""
-    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
-    rotations = pose.rotations.copy()
+    rotations = STANDING.rotations.copy()
     angle = np.radians(degrees)
     for shank, thigh in ((LEFT_SHANK, LEFT_THIGH), (RIGHT_SHANK, RIGHT_THIGH)):
         back = np.array([0.0, -np.sin(angle), -np.cos(angle)])
         rotations[shank] = rotation_towards(rotations[shank], rotations[thigh].T @ back)
-    return Pose(pose.position, rotations)
+    return Pose(STANDING.position, rotations)
 
 
 @pytest.mark.parametrize("name", POSES)
@@ -57,8 +59,7 @@ def test_bodies_bend_to_the_front_and_knees_to_the_back(pose):
 
 
 def test_toes_tell_the_front():
-    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
-    frames = BODY.frames(pose)
+    frames = BODY.frames(STANDING)
     rng = np.random.default_rng(0)
     ankles = [
         frames.origins[shank] + BODY.skeleton.lengths[shank] * frames.rotations[shank, :, 2]
@@ -66,15 +67,13 @@ def test_toes_tell_the_front():
     ]
     toes = [ankle + [0.0, 0.10, -0.03] + rng.normal(0, 0.02, (40, 3)) for ankle in ankles]
     points = np.concatenate(toes)
-    assert facing_cost(BODY, pose, points, ALL_AROUND) < 1.0
-    assert facing_cost(BODY, turned_round(pose), points, ALL_AROUND) > 5.0
+    assert facing_cost(BODY, STANDING, points, ALL_AROUND) < 1.0
+    assert facing_cost(BODY, turned_round(STANDING), points, ALL_AROUND) > 5.0
 
 
 def test_who_is_seen_by_one_camera_rather_faces_it():
-    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
-    before, behind = ALL_AROUND[:1], ALL_AROUND[2:3]
-    assert facing_cost(BODY, pose, NOBODY, before) < 0.1
-    assert facing_cost(BODY, pose, NOBODY, behind) > 10.0
+    assert facing_cost(BODY, STANDING, NOBODY, ALL_AROUND[:1]) < 0.1
+    assert facing_cost(BODY, STANDING, NOBODY, ALL_AROUND[2:3]) > 10.0
 
 
 @pytest.mark.parametrize("name", POSES)

@@ -6,19 +6,16 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.initialise.people import (
-    own_points,
-    people_in,
-    trunk_support,
-)
+from stereotrack_core.tracking.initialise.people import own_points, people_in, trunk_support
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from tests.tracking.scenes import CAMERAS, POSES, surface_points
 
 BODY = body_model(AVERAGE)
+POSE = POSES["t"]
 
 
 def _body(shift, count, rng):
-    return surface_points(BODY, POSES["t"], count, rng) + shift
+    return surface_points(BODY, POSE, count, rng) + shift
 
 
 def test_two_people_are_two_groups_and_strays_are_none(rng):
@@ -33,7 +30,7 @@ def test_two_people_are_two_groups_and_strays_are_none(rng):
 
 def test_the_own_points_are_kept_and_those_of_somebody_else_are_not(rng):
     own, other = _body([0, 0, 0], 2000, rng), _body([0.1, 1.0, 0], 2000, rng)
-    kept = own_points(np.concatenate([own, other]), BODY, POSES["t"])
+    kept = own_points(np.concatenate([own, other]), BODY, POSE)
     assert kept[:2000].all()
     assert kept[2000:].mean() < 0.05
 
@@ -41,10 +38,7 @@ def test_the_own_points_are_kept_and_those_of_somebody_else_are_not(rng):
 def test_a_small_group_in_reach_is_kept_for_it_may_be_a_hand(rng):
     own = _body([0, 0, 0], 2000, rng)
     hand = np.array([0.2, 0.8, 1.3]) + rng.normal(0, 0.03, (60, 3))
-    assert own_points(np.concatenate([own, hand]), BODY, POSES["t"])[2000:].all()
-
-
-POSE = POSES["t"]
+    assert own_points(np.concatenate([own, hand]), BODY, POSE)[2000:].all()
 
 
 def test_support_falls_with_what_is_cut_away(rng):

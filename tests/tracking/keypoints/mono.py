@@ -1,23 +1,20 @@
 """A recording of ordinary cameras, and where the person in it is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.body.manifold import displaced
-from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
-from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
-from tests.tracking.scenes import CAMERAS, POSES
+from tests.tracking.keypoints.cases import BODY, VIEWS
+from tests.tracking.recordings import rendered_depth
+from tests.tracking.scenes import POSES
 
-BODY = body_model(AVERAGE)
 FRAMES = 8
 
 
@@ -26,8 +23,7 @@ def mono_recording(folder: Path, *, seen: bool = False) -> Recording:
 
     Where the person is `seen`, they are grey, the person is white, and there is an empty scene.
     """
-    cameras = {n: camera_towards_the_middle(n, at) for n, at in zip("NOSW", CAMERAS, strict=True)}
-    for name, camera in cameras.items():
+    for name, camera in VIEWS.items():
         (folder / name).mkdir()
         for k in range(FRAMES):
             picture = np.full((camera.height, camera.width), 60 if seen else 0, np.uint8)
@@ -38,9 +34,9 @@ def mono_recording(folder: Path, *, seen: bool = False) -> Recording:
             write_png(folder / f"{name}.png", np.full((camera.height, camera.width), 60, np.uint8))
     views = tuple(
         View(name, "mono", Stream(name, f"{name}/%d.png", f"{name}.png" if seen else None))
-        for name in cameras
+        for name in VIEWS
     )
-    write_recording_description(Recording(folder, "mono", 10.0, views, cameras))
+    write_recording_description(Recording(folder, "mono", 10.0, views, VIEWS))
     return open_recording(folder)
 
 

@@ -1,7 +1,5 @@
 """Mono views are tracked by keypoints alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

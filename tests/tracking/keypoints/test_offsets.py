@@ -1,29 +1,22 @@
 """Keypoints that lie beside the landmarks of their names."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from stereotrack_core.body.keypoint_places import keypoint_places
-from stereotrack_core.body.model import body_model
-from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.recording.sighted_keypoints import sighted
 from stereotrack_core.tracking.keypoint_offsets import OFFSETS, fitted_offsets
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.state import Setup
-from tests.tracking.recordings import camera_towards_the_middle
+from tests.tracking.keypoints.cases import BODY, VIEWS
+from tests.tracking.keypoints.test_reprojection import predictions
 from tests.tracking.scenes import CAMERAS, POSES
 from tests.tracking.views import cloud_of_body
 
-BODY = body_model(AVERAGE, BodyShape())
 SETUP = Setup(BODY, TrackingParameters(), CAMERAS, 10.0, 0)
-WATCHING = {n: camera_towards_the_middle(n, at) for n, at in zip("NOSW", CAMERAS, strict=True)}
-SEEN = ("shoulder", "elbow", "wrist", "hip")
+SEEN = [name for name in COCO_17 if name.endswith(("shoulder", "elbow", "wrist", "hip"))]
 PLANTED = {
     "keypoint_shoulder_out": -0.03,
     "keypoint_shoulder_up": -0.025,
@@ -35,16 +28,8 @@ PLANTED = {
 
 def predicted(planted, pose):
     """Exact keypoints of a detector with planted offsets."""
-    other = BODY.with_shape(BODY.shape.replaced(**planted))
-    frames, rows = other.frames(pose), []
-    for name, place in keypoint_places(other).items():
-        if name.split("_")[-1] in SEEN:
-            world = frames.apply(np.array([place.part]), place.point[None])
-            rows += [
-                (0, camera.name, name, *camera.project(world)[0].tolist(), 1.0, "d", 0)
-                for camera in WATCHING.values()
-            ]
-    return sighted(keypoints_of(rows), WATCHING)
+    body = BODY.with_shape(BODY.shape.replaced(**planted))
+    return sighted(keypoints_of(predictions(pose, body=body, names=SEEN)), VIEWS)
 
 
 @pytest.fixture(scope="module")

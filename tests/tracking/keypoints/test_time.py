@@ -35,17 +35,6 @@ def thesis():
     return Stepping(ThesisModel(setup_of("thesis")))
 
 
-def with_detections(cloud, *detections):
-    return dataclasses.replace(cloud, detections=tuple(detections))
-
-
-def heard_before(frame, *, off=0.0, sigma=0.02):
-    """Detections at three instants between a frame and the one before."""
-    times = (frame - 0.8, frame - 0.5, frame - 0.5, frame - 0.1)
-    names = (*LANDMARKS, "head")
-    return [seen(n, TRUE, time=t, sigma=sigma, off=off) for n, t in zip(names, times, strict=True)]
-
-
 @pytest.mark.parametrize("kind", ["deaf", "listening", "thesis"])
 def test_a_gap_between_frames_and_the_way_back_have_the_noise_of_their_time(kind):
     tracker = thesis() if kind == "thesis" else filter_of(listens=kind == "listening")
@@ -61,7 +50,9 @@ def test_detections_between_frames_belong_to_the_frame_in_the_backward_pass():
     tracker = filter_of(prior_inflation_above=100.0)
     tracker.start(TRUE)
     first = tracker.step(cloud_of(POINTS, 0))
-    found = tracker.step(with_detections(cloud_of(POINTS, 1), *heard_before(1)))
+    times = {0.2: "head", 0.5: "left_hand", 0.9: "right_hand"}
+    heard = tuple(seen(name, TRUE, time=time, sigma=0.02) for time, name in times.items())
+    found = tracker.step(dataclasses.replace(cloud_of(POINTS, 1), detections=heard))
     np.testing.assert_allclose(found.prior.P, first.P + tracker.setup.Q, atol=1e-12)
 
 
@@ -76,10 +67,10 @@ def test_covariances_stay_positive_whatever_comes_and_goes(kind, data):
         points = NOBODY if data.draw(st.integers(0, 4)) == 0 else POINTS
         times = data.draw(st.lists(st.floats(frame - 2.0, frame + 1.0), max_size=3))
         off = data.draw(st.sampled_from([0.0, 3.0]))
-        detections = [
+        detections = tuple(
             seen(LANDMARKS[k], TRUE, time=time, sigma=0.01, off=off) for k, time in enumerate(times)
-        ]
-        found = tracker.step(with_detections(cloud_of(points, frame), *detections))
+        )
+        found = tracker.step(dataclasses.replace(cloud_of(points, frame), detections=detections))
         np.testing.assert_array_equal(found.P, found.P.T)
         assert np.linalg.eigvalsh(found.P).min() > 0.0
         frame += data.draw(st.sampled_from([-1, 0, 1, 1, 1, 2, 7]))

@@ -29,10 +29,7 @@ PLANTED = dict.fromkeys(NAMES, -0.004) | {
 def _seen(planted, poses, by=(0.0, 0.0, 0.0)):
     wide = body_model(AVERAGE, SHAPE.replaced(**planted))
     return [
-        (
-            Pose(pose.position + np.asarray(by), pose.rotations),
-            edge_maps(cloud_of_body(wide, pose)),
-        )
+        (Pose(pose.position + np.asarray(by), pose.rotations), edge_maps(cloud_of_body(wide, pose)))
         for pose in poses
     ]
 

@@ -7,8 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.manifold import columns_of, displaced, jacobian
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
@@ -71,43 +69,6 @@ def test_a_shift_is_seen_along_the_directions(edges, angle, length, name):
     if clear.sum() > 20:
         same = np.sign(found.distance[clear]) == np.sign(expected[clear])
         assert same.mean() > 0.9
-
-
-def test_the_jacobian_is_how_the_distance_to_the_edge_changes(edges):
-    """Whole body: finite differences of the distances, over steps of some pixels."""
-    pose = POSES["t"]
-    observation = SilhouetteObservation(edges["t"], SIGMA)
-    (residual,) = observation.residuals(BODY, pose)
-    columns = columns_of(ALL_JOINTS)
-    frames = BODY.frames(pose)
-    J = jacobian(residual.rows(frames), frames, columns)
-    step = 2.5 * PIXEL
-    for k in range(3):
-        delta = np.zeros(J.shape[1])
-        delta[k] = step
-        near, far = (
-            _matched(residual, observation, displaced(pose, sign * delta, ALL_JOINTS))
-            for sign in (-1.0, 1.0)
-        )
-        both = np.isfinite(near) & np.isfinite(far)
-        assert both.sum() > 100
-        change = (near - far)[both] / (2.0 * step)
-        off = abs(change - J[both, k])
-        assert np.median(off) < 0.12
-        assert np.quantile(off, 0.85) < 0.3
-
-
-def _matched(residual, observation, pose):
-    """Distances (m,) of the same outlines at another pose, which turns nothing; else NaN."""
-    (there,) = observation.residuals(BODY, pose)
-    result = np.full(len(residual.part), np.nan)
-    for i, (part, place) in enumerate(zip(residual.part, residual.point_in_part, strict=True)):
-        same = (there.part == part) & (abs(there.point_in_part - place).max(axis=1) < 0.003)
-        along = there.direction @ residual.direction[i] > 0.97
-        chosen = np.flatnonzero(same & along)
-        if len(chosen) == 1:
-            result[i] = there.distance[chosen[0]]
-    return result
 
 
 def _part_alone(part):

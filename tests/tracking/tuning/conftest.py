@@ -17,7 +17,6 @@ FRAMES = 8
 
 @pytest.fixture(scope="package")
 def cones(tmp_path_factory):
-    """Eight frames of four depth views."""
     body = body_model(AVERAGE, preset("fast").body)
     folder = tmp_path_factory.mktemp("tuning") / "cones"
     return write_depth_recording(folder, body, [moving_pose(k) for k in range(FRAMES)])
@@ -25,7 +24,6 @@ def cones(tmp_path_factory):
 
 @pytest.fixture(scope="package")
 def rendered(tmp_path_factory):
-    """Three frames of one stereo view."""
     folder = tmp_path_factory.mktemp("tuning") / "rendered"
     simulate(folder, Simulation(person="P2", motion="t-pose", frames=3, views="N", seed=3))
     return open_recording(folder)

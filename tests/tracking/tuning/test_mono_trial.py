@@ -1,7 +1,5 @@
 """Mono views with keypoints are tried, inspected and tracked together as stereo views are."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 
@@ -12,9 +10,7 @@ from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.model import cameras_of, model_for
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.tuning.clouds import Holdings
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep, forget
-from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
@@ -34,7 +30,6 @@ class Alone:
 
 @pytest.fixture(scope="module")
 def mono(tmp_path_factory):
-    """A recording with silhouettes, a run's specification, and its frames."""
     recording = mono_recording(tmp_path_factory.mktemp("mono"), seen=True)
     keypoints = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=1.0), seed=3)
     spec = RunSpec(preset("accurate"), "accurate", WHOLE, keypoints=keypoints)
@@ -56,7 +51,6 @@ def landmarks(frames):
 def test_a_trial_gives_the_run_again_and_fits_the_same_shape(mono, asker):
     recording, spec, frames, shape, _ = mono
     store = KeptRecording(recording, tuple("NOSW")).store(asker)
-    assert store.holdings().depth is False
     before = TrialStart(frames[4].pose, frames[4].estimate.P, shape)
     stretch = replace(spec, frames=range(5, 8))
     trial = Trial(stretch, before, WHOLE)
@@ -67,7 +61,6 @@ def test_a_trial_gives_the_run_again_and_fits_the_same_shape(mono, asker):
         assert run.body.shape == shape
     with Trial(spec).begun(store) as (run, _):
         np.testing.assert_array_equal(landmarks(go_on(run, WHOLE)[0]), landmarks(frames))
-    assert trial.work(Holdings(depth=False)) == "tracking only"
 
 
 def test_a_step_is_done_again_with_the_frame_s_keypoints(mono, asker):
@@ -91,30 +84,3 @@ def test_runs_go_forward_together(mono):
     runs = [one.run() for one in track_together(recording, (spec, other))]
     np.testing.assert_array_equal(runs[0].landmarks, landmarks(frames))
     assert np.abs(runs[1].landmarks - runs[0].landmarks).max() > 1e-4
-
-
-def other_values(row, value):
-    """A smaller and a larger value, or every other choice."""
-    if row.type is bool:
-        return [not value]
-    if row.choices:
-        return [choice for choice in row.choices if choice != value]
-    found = []
-    for factor in (0.5, 3.0):
-        other = row.type(value * factor) if value else row.type(factor > 1.0)
-        low = other if row.minimum is None else max(other, row.type(row.minimum))
-        found.append(low if row.maximum is None else min(low, row.type(row.maximum)))
-    return [other for other in found if other != value]
-
-
-@pytest.mark.slow
-def test_all_others_change_nothing(mono):
-    recording, spec, frames, _, _ = mono
-    settings = spec.settings
-    for row in settings.rows():
-        if acts_without_depth(row.name) or row.name in ("matching", "estimator"):
-            continue
-        for value in other_values(row, settings.values()[row.name]):
-            changed = replace(spec, settings=settings.replaced(**{row.name: value}))
-            found, _ = tracked_frames(recording, changed)
-            np.testing.assert_array_equal(landmarks(found), landmarks(frames), err_msg=row.name)

@@ -5,16 +5,10 @@ import pytest
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.tuning.stages import (
-    Stage,
-    changes_in_words,
-    stage_key,
-    stage_of,
-)
+from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key, stage_of
 
 
 def other_value(row):
-    """An accepted value that differs from the default."""
     if row.type is bool:
         return not row.default
     if row.choices:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import advances
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.tuning import trial as tuning_trial
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
 from tests.tracking.running import go_on, tracked_frames
 from tests.tracking.scenes import moving_pose
@@ -45,7 +47,6 @@ def equal(a, b):
 
 @pytest.fixture(scope="module")
 def run(cones):
-    """Settings, frames and shape of a run over the whole recording."""
     settings = quick()
     frames, done = tracked_frames(cones, RunSpec(settings, seed=3, init=moving_pose(0)), WHOLE)
     return settings, frames, done.body.shape
@@ -76,21 +77,13 @@ def test_a_trial_with_other_settings_is_a_pipeline_with_the_same_start(cones, st
     equal(tracked(trial(settings, range(2, 5), without_P), store_of(cones)), expected)
 
 
-def test_work_is_told_before_it_is_done(cones, store_of, run):
-    store, stretch, start = store_of(cones), range(5, 8), start_at(run, 5)
-    unknown = dataclasses.replace(start, shape=None)
-    made = trial(run[0], stretch, start)
-    held = store.holdings
-    assert made.work(held()) == "points of 3 frames, the background and tracking"
-    assert trial(run[0], stretch, unknown).work(held()) == (
-        "points of 3 frames, the background, the body's shape and tracking"
-    )
-    list(tracked(made, store))
-    assert made.work(held()) == "tracking only"
-    assert trial(run[0].replaced(sigma_joint=25.0), stretch, start).work(held()) == "tracking only"
-    assert trial(run[0], stretch, unknown).work(held()) == "the body's shape and tracking"
-    unfitted = trial(run[0].replaced(fit_shape=False), stretch, unknown)
-    assert unfitted.work(held()) == "tracking only"
+def test_clouds_and_shapes_serve_the_next_trial(cones, store_of, run, monkeypatch):
+    store, unknown = store_of(cones), dataclasses.replace(start_at(run, 5), shape=None)
+    list(tracked(trial(run[0], range(5, 8), unknown), store))
+    monkeypatch.delattr(DepthChain, "measured")
+    monkeypatch.delattr(tuning_trial, "with_fitted_shape")
+    for settings in (run[0], run[0].replaced(sigma_joint=25.0)):
+        assert len(list(tracked(trial(settings, range(5, 8), unknown), store))) == 3
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,12 @@
 """Commands about landmarks and clicks."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import chain
 
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
 
 from ....services.actions import Command, Menu
-from ....session.session import Session
+from ....session.session import Session, unless
 from .choosing import ADVANCES, Advance
 from .controller import ClickController
 
@@ -28,10 +26,8 @@ def commands(session: Session, annotate: ClickController) -> list[Command]:
 
 def _no_click(annotate: ClickController) -> str:
     chosen = annotate.annotating.choice.landmark.replace("_", " ")
-    there = annotate.annotating.at_hand() is not None
-    return annotate.why_no_annotating() or (
-        "" if there else f"The {chosen} has no click in this view. Click it first."
-    )
+    none = f"The {chosen} has no click in this view. Click it first."
+    return annotate.why_no_annotating() or unless(annotate.annotating.at_hand(), none)
 
 
 def _choosing(annotate: ClickController) -> list[Command]:
@@ -49,7 +45,7 @@ def _choosing(annotate: ClickController) -> list[Command]:
 
     def why_not(place: int) -> str:
         few = f"There are only {len(names())} landmarks."
-        return annotate.why_no_annotating() or ("" if place < len(names()) else few)
+        return annotate.why_no_annotating() or unless(place < len(names()), few)
 
     def is_chosen(place: int) -> bool:
         return place < len(names()) and names()[place] == annotating.choice.landmark
@@ -82,12 +78,12 @@ def _placing(annotate: ClickController) -> list[Command]:
     def nothing_predicted(everywhere: bool) -> str:
         where = "any view" if everywhere else "this view"
         none = f"No unclicked landmark has a prediction in {where}."
-        return no_view(everywhere) or ("" if annotate.predictions(everywhere=everywhere) else none)
+        return no_view(everywhere) or unless(annotate.predictions(everywhere=everywhere), none)
 
     def nothing_proposed(everywhere: bool) -> str:
         where = "this frame" if everywhere else "this view"
         none = f"Nothing is proposed in {where}. Click landmarks in another frame first."
-        return no_view(everywhere) or ("" if annotate.proposed(everywhere=everywhere) else none)
+        return no_view(everywhere) or unless(annotate.proposed(everywhere=everywhere), none)
 
     command = Menu(_MENU, annotate.why_no_annotating).command
     return [
@@ -131,9 +127,6 @@ def _marking(annotate: ClickController) -> list[Command]:
         click = annotating.at_hand()
         return click is not None and click.flag == UNCERTAIN
 
-    def no_image() -> str:
-        return annotate.why_no_annotating() or annotate.why_no_camera()
-
     command = Menu(f"{_MENU}/Mark as", partial(_no_click, annotate)).command
     return [
         command("mark_seen", "Seen", "The landmark is visible.",
@@ -145,7 +138,8 @@ def _marking(annotate: ClickController) -> list[Command]:
                 checked=partial(seen_as, Visibility.GUESSED)),
         command("mark_outside", "Outside the image", "The selected click, or the next one to be "
                 "placed, lies outside this image.", partial(annotating.mark, Visibility.OUTSIDE),
-                "X", why_not=no_image, checked=partial(seen_as, Visibility.OUTSIDE)),
+                "X", why_not=lambda: annotate.why_no_annotating() or annotate.why_no_camera(),
+                checked=partial(seen_as, Visibility.OUTSIDE)),
         command("mark_uncertain", "Uncertain", "You are not certain of this click. It gets less "
                 "weight in fits.", annotating.toggle_doubt, "U", "warning", checked=doubted,
                 section=True),
@@ -158,10 +152,8 @@ def _nudging(annotate: ClickController) -> list[Command]:
     annotating = annotate.annotating
 
     def not_held() -> str:
-        held = annotating.held() is not None
-        return annotate.why_no_annotating() or (
-            "" if held else "No click is in hand. Click on one, or press E."
-        )
+        none = "No click is in hand. Click on one, or press E."
+        return annotate.why_no_annotating() or unless(annotating.held(), none)
 
     command = Menu(f"{_MENU}/Nudge", not_held).command
     nudges = [
@@ -191,9 +183,8 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
         return annotate.annotating.advance == name
 
     def no_depth() -> str:
-        there = session.clouds.available
-        none = "" if there else "No view of this recording provides depth."
-        return annotate.why_no_annotating() or none
+        none = "No view of this recording provides depth."
+        return annotate.why_no_annotating() or unless(session.clouds.available, none)
 
     return [
         *(after(f"advance_{name}", text, tip, partial(annotate.choose_advance, name),

@@ -1,72 +1,55 @@
 """Which landmark is being clicked, and what a click, a key or a drag does to the project."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Literal
-
-from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.project import clicks as click_edits
 from stereotrack_core.project.blind_repeats import ROUND, BlindRepeats
-from stereotrack_core.project.clicks import (
-    AcceptPredictions,
-    BlindRepeat,
-    DeleteClicks,
-    MarkClicks,
-    MoveClicks,
-    SwapLandmarks,
-    place,
-)
 from stereotrack_core.project.edit import Edit, Together
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accept
 
 from ....context import Context
+from ....session.changes import PROJECT, Part
+from ....session.edits import Moved
 from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 
 _CLICKS = frozenset({"click", "repeat_click"})
 
 
-class Annotating(QObject):
+class Annotating:
     """The clicks of the frame that is shown, the choice, and the edits of both.
 
     `camera`: name of the camera whose image keys act on, empty if none; `cameras`: of all that are
     shown and take clicks.
     """
 
-    clicks_changed = Signal()
-    """Emitted when other clicks are to be shown; the choice may have changed too."""
-    choice_changed = Signal()
-    """Emitted when only the choice has changed."""
-
     def __init__(
         self, context: Context, camera: Callable[[], str], cameras: Callable[[], Sequence[str]]
     ) -> None:
-        super().__init__()
-        document, project = context.session.document, context.session.project
-        self._document, self._project, self._say = document, project, context.notifier.say
+        session, self._say = context.session, context.notifier.say
+        self._changes, self._document, self._project = (
+            session.changes, session.document, session.project,
+        )  # fmt: skip
         self._camera, self.shown_cameras = camera, cameras
         self.repeats: BlindRepeats | None = None
-        """Blind repeats of the open project."""
         self.landmark_set = NINE
         """Landmarks that are clicked in this project."""
         self._facts: tuple[int, dict[ClickKey, Click]] | None = None
         self._nudged: ClickKey | None = None
-        self._untold: set[str] | None = None
+        self._untold: Part | None = None
         self._reading = (0, False)
         self.advance: Advance = "landmark"
         self.goes_on = False
         """Whether another frame is shown when this one is clicked in all views."""
         self.choice = Choice(NINE.names[0])
-        document.frame_changed.connect(self.reread)
-        project.changed.connect(self._on_changed)
-        project.opened.connect(self._on_project)
-        project.closed.connect(self._on_project)
+        self._changes.watch(Part.FRAME, self.reread)
+        self._changes.hear(Part.EDIT, self._on_changed)
+        self._changes.watch(PROJECT, self._on_project)
 
     # ---- facts
 
@@ -84,8 +67,7 @@ class Annotating(QObject):
     def blind(self) -> bool:
         return self.repeats is not None and self.repeats.active == self._document.frame
 
-    @Slot()
-    def reread(self, _what: object = None) -> None:
+    def reread(self) -> None:
         """Read the clicks again; a blind repeat that begins or ends releases the held click."""
         with self._as_one():
             self._facts = None
@@ -94,7 +76,7 @@ class Annotating(QObject):
                 self._reading = reading
                 self._begin_reading()
             self._follow()
-            self._tell("clicks")
+            self._tell(Part.CLICKS)
 
     def click_here(self) -> Click | None:
         key = ClickKey(self._document.frame, self._camera(), self.choice.landmark)
@@ -119,7 +101,6 @@ class Annotating(QObject):
         """The landmark that the next click in a camera's image places; None: it places none."""
         return next_landmark(self.choice, self.advance, self._annotated(), camera)
 
-    @Slot()
     def follow(self) -> None:
         with self._as_one():
             self._follow()
@@ -128,7 +109,7 @@ class Annotating(QObject):
         self.advance = advance
         with self._as_one():
             self._follow()
-            self._tell("clicks")
+            self._tell(Part.CLICKS)
 
     def choose(self, landmark: str) -> None:
         """Let the next click place this landmark, in whichever image."""
@@ -150,7 +131,6 @@ class Annotating(QObject):
             self.pick(click.key)
 
     def let_go(self) -> None:
-        """Let arrow keys step through frames again."""
         with self._as_one():
             self._choose(Choice(self.choice.landmark))
             self._follow()
@@ -183,7 +163,7 @@ class Annotating(QObject):
         self._nudged = None
         if choice != self.choice:
             self.choice = choice
-            self._tell("choice")
+            self._tell(Part.CHOICE)
 
     # ---- edits
 
@@ -206,7 +186,7 @@ class Annotating(QObject):
                 return
             # the same click again changes nothing, and is as good
             same = before is not None and before.says_the_same(click)
-            if self._edit(place(click)) or same:
+            if self._edit(click_edits.place(click)) or same:
                 self._advance_from(click.key, new=before is None)
 
     def _click_of(self, key: ClickKey) -> Click | None:
@@ -222,20 +202,20 @@ class Annotating(QObject):
         if click is not None and click.position is not None:
             by = (position[0] - click.position[0], position[1] - click.position[1])
             with self._as_one():
-                self._edit(MoveClicks((key,), by))
+                self._edit(click_edits.MoveClicks((key,), by))
                 self.pick(key)
 
     def nudge(self, x: float, y: float) -> None:
         key = self.held()
         if key is not None:
             again = self._nudged == key
-            self._edit(MoveClicks((key,), (x, y)), continues=again)
+            self._edit(click_edits.MoveClicks((key,), (x, y)), continues=again)
             self._nudged = key
 
     def delete(self) -> None:
         with self._as_one():
             click = self.at_hand()
-            if click is not None and self._edit(DeleteClicks((click.key,))):
+            if click is not None and self._edit(click_edits.DeleteClicks((click.key,))):
                 self._choose(Choice(click.landmark, again=click.key))
                 self._follow()
 
@@ -244,7 +224,7 @@ class Annotating(QObject):
             click = self.at_hand()
             landmark = click.landmark if click is not None else self.choice.landmark
             keys = tuple(key for key in self.clicks() if key.landmark == landmark)
-            if keys and self._edit(DeleteClicks(keys)):
+            if keys and self._edit(click_edits.DeleteClicks(keys)):
                 self.choose(landmark)
 
     def mark(self, visibility: Visibility) -> None:
@@ -253,7 +233,7 @@ class Annotating(QObject):
             if visibility != Visibility.OUTSIDE:
                 click = self.at_hand()
                 if click is not None:
-                    self._edit(MarkClicks((click.key,), visibility=visibility))
+                    self._edit(click_edits.MarkClicks((click.key,), visibility=visibility))
                 return
             key = self.choice.touched if self._is_picked() else None
             if key is None:
@@ -265,21 +245,21 @@ class Annotating(QObject):
             click = self.clicks().get(key)
             if click is None or click.position is None:
                 self.place(key, None, Visibility.OUTSIDE)
-            elif self._edit(MarkClicks((key,), visibility=visibility)):
+            elif self._edit(click_edits.MarkClicks((key,), visibility=visibility)):
                 self._advance_from(key)
 
     def toggle_doubt(self) -> None:
         click = self.at_hand()
         if click is not None:
             flag = "" if click.flag == UNCERTAIN else UNCERTAIN
-            self._edit(MarkClicks((click.key,), flag=flag))
+            self._edit(click_edits.MarkClicks((click.key,), flag=flag))
 
     def set_sigma(self, sigma: float | None) -> None:
         """Say to how many pixels the click that keys act on is good; None: as usual."""
         click = self.at_hand()
         if click is not None:
             keys = (click.key,)
-            self._edit(MarkClicks(keys, sigma=sigma, usual_sigma=sigma is None))
+            self._edit(click_edits.MarkClicks(keys, sigma=sigma, usual_sigma=sigma is None))
 
     def accept(self, predictions: Sequence[Prediction]) -> None:
         """Let predictions be clicks that are certain enough, where nobody has clicked."""
@@ -289,7 +269,9 @@ class Annotating(QObject):
             accepted = accept(project, free, recording.cameras)
             taken = accepted.predictions
             with self._as_one():
-                if taken and self._edit(AcceptPredictions(taken, even_deleted=len(free) == 1)):
+                if taken and self._edit(
+                    click_edits.AcceptPredictions(taken, even_deleted=len(free) == 1)
+                ):
                     self._advance_from(taken[-1].key, new=True)
             if accepted.left_open:
                 self._say(accepted.words())
@@ -297,7 +279,7 @@ class Annotating(QObject):
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""
         frame, first, second = found.frame, found.first, found.second
-        edits = [SwapLandmarks(frame, name, first, second) for name in found.cameras]
+        edits = [click_edits.SwapLandmarks(frame, name, first, second) for name in found.cameras]
         names = f"{first} and {second}".replace("_", " ")
         words = f"swap {names} in {len(edits)} cameras, frame {frame}"
         if edits:
@@ -305,28 +287,26 @@ class Annotating(QObject):
 
     @contextmanager
     def _as_one(self) -> Iterator[None]:
-        """Emit one signal for all changes within the block."""
+        """Tell all changes within the block at once; new clicks say that the choice may be too."""
         if self._untold is not None:
             yield
             return
-        self._untold = set()
+        self._untold = Part(0)
         try:
             yield
         finally:
             untold, self._untold = self._untold, None
-            if "clicks" in untold:
-                self.clicks_changed.emit()
-            elif "choice" in untold:
-                self.choice_changed.emit()
+            if untold:
+                self._changes.tell(Part.CLICKS if Part.CLICKS in untold else Part.CHOICE)
 
-    def _tell(self, what: Literal["clicks", "choice"]) -> None:
+    def _tell(self, part: Part) -> None:
         with self._as_one():
             if self._untold is not None:
-                self._untold.add(what)
+                self._untold |= part
 
     def _edit(self, edit: Edit, *, continues: bool = False) -> bool:
         self._nudged = None
-        edit = BlindRepeat(ROUND, edit) if self.blind() else edit
+        edit = click_edits.BlindRepeat(ROUND, edit) if self.blind() else edit
         return self._project.apply(edit, continues=continues) is not None
 
     def _advance_from(self, key: ClickKey, *, new: bool = False) -> None:
@@ -365,7 +345,6 @@ class Annotating(QObject):
 
     # ---- following
 
-    @Slot(object)
     def _on_changed(self, changed: Changed) -> None:
         if changed.tables & {"choice", "landmark_set"}:
             self._read_set()
@@ -374,25 +353,22 @@ class Annotating(QObject):
         if changed.tables & {*_CLICKS, "choice", "landmark_set"}:
             with self._as_one():
                 self._follow()
-                self._tell("clicks")
+                self._tell(Part.CLICKS)
 
-    @Slot()
     def _on_project(self) -> None:
         project = self._project.project
         self.repeats = BlindRepeats(project) if project is not None else None
         with self._as_one():
             self._facts = None
             self._read_set()
-            self._tell("clicks")
+            self._tell(Part.CLICKS)
 
-    @Slot()
     def end_nudging(self) -> None:
-        """Make the next nudge an edit of its own."""
         self._nudged = None
 
-    def choose_changed(self, changed: Changed) -> None:
-        """Choose the landmark of an edit that was undone or redone."""
-        rows = [change.key[-3:] for change in changed.changes if change.table.name in _CLICKS]
+    def choose_moved(self, moved: Moved) -> None:
+        changes = () if moved.changed is None else moved.changed.changes
+        rows = [change.key[-3:] for change in changes if change.table.name in _CLICKS]
         keys = [ClickKey(int(row[0] or 0), str(row[1]), str(row[2])) for row in rows]
         if len({key.landmark for key in keys}) == 1:
             one = keys[0] if len(keys) == 1 else None

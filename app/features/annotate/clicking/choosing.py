@@ -1,7 +1,5 @@
 """Which landmark the next click is: what the person chose, else what a view has not yet."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -30,8 +28,7 @@ ADVANCES: dict[Advance, tuple[str, str]] = {
 class Choice:
     """What keys and clicks are about."""
 
-    landmark: str
-    """The landmark that keys act on, and clicks as far as :func:`next_landmark` says."""
+    landmark: str  # the landmark that keys act on, and clicks as far as `next_landmark` says
     touched: ClickKey | None = None
     """The click in hand: placed, picked or moved last, until another landmark is chosen."""
     picked: bool = False
@@ -46,13 +43,11 @@ class Choice:
 class Annotated:
     """What the choice depends on."""
 
-    names: Sequence[str]
-    """All landmarks, in the person's order."""
+    names: Sequence[str]  # all landmarks, in the person's order
     clicks: Collection[ClickKey]
     """What a person has said of a frame; also that something is outside an image."""
     frame: int
     cameras: Sequence[str]
-    """Cameras whose images are shown."""
 
     def missing(self, landmark: str, cameras: Sequence[str]) -> bool:
         return any(ClickKey(self.frame, camera, landmark) not in self.clicks for camera in cameras)

@@ -1,11 +1,7 @@
 """Clicking in the window: from what a person does in the views to edits, and back to marks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
-
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.click import Prediction, Visibility
 from stereotrack_core.annotation.doubts import Swap
@@ -15,8 +11,9 @@ from stereotrack_core.recording.description import Stream
 
 from ....context import Context
 from ....services.layout import stored_text
-from ....session.edits import Moved
+from ....session.changes import PROJECT, Part
 from ....session.pictures import FittedBody
+from ....session.session import unless
 from ....widgets.camera.click_marks import ClickAct
 from ....widgets.camera.overlays import LEADING
 from ....widgets.camera.picture import PictureKind, camera_of
@@ -81,14 +78,14 @@ _ASKS = "annotate/asks"
 _DEPTH = "annotate/depth"
 
 
-class ClickController(QObject):
+class ClickController:
     """Brings views, panels and the presenters of clicking together."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         self._views = context.docks.views
-        self.landmarks, self.body = LandmarksPanel(), BodyPanel()
+        self.landmarks = LandmarksPanel(lambda landmark: self.annotating.choose(landmark))
+        self.body = BodyPanel()
         context.docks.add("landmarks", "Landmarks", self.landmarks)
         context.docks.add("body", "Body fit", self.body)
         self.annotating = Annotating(context, self.camera_at_hand, self._cameras)
@@ -108,25 +105,18 @@ class ClickController(QObject):
         context, session, views = self._context, self._session, self._views
         views.clicked.connect(self._on_clicked)
         views.refused.connect(self._say)
-        views.space_tapped.connect(session.document.toggle_playing)
         views.at_hand_changed.connect(self._on_view_at_hand)
-        context.view_state.wanted_changed.connect(self.facts.ask)
-        context.view_state.wanted_changed.connect(self.annotating.follow)
-        context.docks.workspace_changed.connect(self._on_workspace)
-        session.project.opened.connect(self._on_workspace)
-        session.project.closed.connect(self._on_workspace)
-        session.instant.ready.connect(self.show)
-        session.document.playing_changed.connect(self.facts.ask)
-        session.cameras.changed.connect(self.show)
-        session.closing.connect(self.facts.close)
-        self.landmarks.chosen.connect(self.annotating.choose)
+        watch = session.changes.watch
+        watch(Part.PICTURES | Part.PLAYING, self.facts.ask)
+        watch(Part.PICTURES, self.annotating.follow)
+        watch(Part.WORKSPACE | PROJECT, self._on_workspace)
+        watch(Part.INSTANT | Part.DOUBTS | Part.HINTS | Part.PROPOSALS, self.show)
+        watch(Part.CLICKS | Part.CHOICE, self._on_annotated)
+        watch(Part.EDITS, self.annotating.end_nudging)
+        session.changes.hear(Part.MOVED, self.annotating.choose_moved)
+        watch(Part.WINDOW_CLOSING, self.facts.close)
         self.body.with_depth.toggled.connect(self._on_depth)
-        session.edits.changed.connect(self.annotating.end_nudging)
-        session.edits.moved.connect(self._on_moved)
-        self.annotating.clicks_changed.connect(self._on_annotated)
-        self.annotating.choice_changed.connect(self._on_annotated)
-        self.facts.changed.connect(self.show)
-        context.notifier.dismissed.connect(self._on_dismissed)
+        context.notifier.dismissed.connect(self._offers.decline)
 
     # ---- state, computed from facts
 
@@ -149,8 +139,7 @@ class ClickController(QObject):
 
     # ---- showing
 
-    @Slot()
-    def show(self, _what: object = None) -> None:
+    def show(self) -> None:
         """Draw the clicks of the frame, when its pictures are there; fill the panels."""
         told, document = self._session.instant.told, self._session.document
         recording = document.recording
@@ -171,7 +160,6 @@ class ClickController(QObject):
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
 
-    @Slot()
     def _on_annotated(self) -> None:
         self.show()
         told = self._session.instant.told
@@ -179,11 +167,6 @@ class ClickController(QObject):
             return  # another frame is on its way
         # keys that follow a click at once find their commands ready
         self._context.actions.refresh("&Annotate")
-
-    @Slot(object)
-    def _on_dismissed(self, message: Message) -> None:
-        self._offers.decline(message)
-        self._show_offers()
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None
@@ -195,7 +178,6 @@ class ClickController(QObject):
 
     # ---- what a person does
 
-    @Slot(object)
     def _on_clicked(self, act: ClickAct) -> None:
         match act.what:
             case "move":
@@ -222,7 +204,7 @@ class ClickController(QObject):
 
     def why_no_camera(self) -> str:
         remedy = "Show the reference image (Shift+F2) or the left image (F2)."
-        return "" if self.camera_at_hand() else f"This view shows no camera image. {remedy}"
+        return unless(self.camera_at_hand(), f"This view shows no camera image. {remedy}")
 
     def predictions(self, *, everywhere: bool) -> tuple[Prediction, ...]:
         facts, clicks = self.facts.now(), self.annotating.clicks()
@@ -291,7 +273,6 @@ class ClickController(QObject):
             if held is not None and camera == held.camera:
                 self._focus(name)
 
-    @Slot(int, str, str)
     def go_to(self, frame: int, camera: str, landmark: str) -> None:
         """Show a frame, make the view active in which to click, and choose the landmark."""
         self._session.document.visit(frame)
@@ -310,7 +291,6 @@ class ClickController(QObject):
 
     # ---- following
 
-    @Slot()
     def _on_workspace(self) -> None:
         why_not = self._session.project.why_no_edit() if self.active else ""
         self._views.set_clicking(self.active, why_not)
@@ -319,24 +299,16 @@ class ClickController(QObject):
         self.annotating.follow()
         self.show()
 
-    @Slot()
     def _on_view_at_hand(self) -> None:
         if self.active:
             self.annotating.follow()
             self.show()
 
-    @Slot(bool)
     def _on_depth(self, wanted: bool) -> None:
         self.facts.use_depth = wanted
         self._context.settings.setValue(_DEPTH, wanted)
         self.facts.ask()
 
-    @Slot(object)
-    def _on_moved(self, moved: Moved) -> None:
-        if moved.changed is not None:
-            self.annotating.choose_changed(moved.changed)
-
-    @Slot(str)
     def _say(self, words: str) -> None:
         notifier, what = self._context.notifier, "Editing is not possible now"
         if words == self._session.project.why_no_edit():

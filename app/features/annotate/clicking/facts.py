@@ -1,24 +1,13 @@
 """What is known about the clicks of the frame that is shown: hints, fit, kept predictions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
-
+from stereotrack_core.annotation import frame_clicks
 from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, guessed_if_hidden
 from stereotrack_core.annotation.click import Prediction
-from stereotrack_core.annotation.frame_clicks import (
-    ClickHints,
-    FitQuestion,
-    HintQuestion,
-    ShownFit,
-    fit_elsewhere,
-    hints_of,
-)
 from stereotrack_core.annotation.predict import volume_in_sight
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
@@ -31,6 +20,8 @@ from stereotrack_core.worker_processes import TaskProcess
 
 from ....context import Context
 from ....services.tasks.newest import NewestAnswer
+from ....session.changes import Part
+from ....widgets.redraw import later
 from .annotating import Annotating
 from .marks import FEWEST, FrameMarks
 from .proposing import ProposalPresenter
@@ -40,14 +31,11 @@ _REST_MS = 60
 _PAUSE_MS = 250
 
 
-class AnnotationFacts(QObject):
+class AnnotationFacts:
     """Asks for hints and the fit whenever clicks change; gathers what marks are made of.
 
     `cameras`: names of the cameras in whose images clicks are looked for, one for each view.
     """
-
-    changed = Signal()
-    """More is known than before."""
 
     def __init__(
         self,
@@ -56,7 +44,6 @@ class AnnotationFacts(QObject):
         cameras: Callable[[], Sequence[str]],
         proposals: ProposalPresenter,
     ) -> None:
-        super().__init__()
         session = context.session
         document, project, clouds = session.document, session.project, session.clouds
         self._document, self._project, self._clouds = document, project, clouds
@@ -68,48 +55,43 @@ class AnnotationFacts(QObject):
         self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
         """Whether the body is fitted to measured points too."""
-        told = self.changed.emit, context.notifier.error
-        self._hints: NewestAnswer[ClickHints] = NewestAnswer(
-            self._hint_question, hints_of, "click hints", *told
+        told = partial(session.changes.tell, Part.HINTS), context.notifier.error
+        self._hints: NewestAnswer[frame_clicks.ClickHints] = NewestAnswer(
+            self._hint_question, frame_clicks.hints_of, "click hints", *told
         )
         self._fitters = (_FitProcess(), _FitProcess())
-        self._fit: NewestAnswer[ShownFit] = NewestAnswer(
+        self._fit: NewestAnswer[frame_clicks.ShownFit] = NewestAnswer(
             lambda: self._question(None), self._fitters[0].fit, "live fit", *told
         )
-        self._deep: NewestAnswer[ShownFit] = NewestAnswer(
+        self._deep: NewestAnswer[frame_clicks.ShownFit] = NewestAnswer(
             self._deep_question, self._fitters[1].fit, "fit with depth", *told
         )
         # curves and predictions come after the click or the picture is painted
-        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self._hints.ask)
+        self._soon = later(session, self._hints.ask, _SOON_MS)
         # frames that are only passed by are not fitted
-        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
-        self._rest.timeout.connect(self._fit.ask)
+        self._rest = later(session, self._fit.ask, _REST_MS)
         # measured points take longer, so they wait until somebody looks at what was clicked
-        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
-        self._pause.timeout.connect(self._deep.ask)
+        self._pause = later(session, self._deep.ask, _PAUSE_MS)
         self._timers = (self._soon, self._rest, self._pause)
         self._sources = (self._hints, self._fit, self._deep)
-        proposals.changed.connect(self.changed)
-        annotating.clicks_changed.connect(self.ask)
-        annotating.choice_changed.connect(self._soon.start)
-        clouds.measured.connect(self._on_measured)
-        project.changed.connect(self._on_changed)
-        project.opened.connect(self._forget)
-        session.closed.connect(self._forget)
+        watch = session.changes.watch
+        watch(Part.CLICKS, self.ask)
+        watch(Part.CHOICE, self._soon.start)
+        watch(Part.CLOUD, self._on_measured)
+        session.changes.hear(Part.EDIT, self._on_changed)
+        watch(Part.PROJECT_OPENED | Part.RECORDING_CLOSED, self._forget)
 
     def set_active(self, active: bool) -> None:
         self._active = active
         self.proposals.set_active(active)
         self.ask()
 
-    @Slot()
-    def ask(self, _what: object = None) -> None:
+    def ask(self) -> None:
         self._predictions = None
         for timer in self._timers:
             timer.start()
 
-    def hints(self) -> ClickHints | None:
+    def hints(self) -> frame_clicks.ClickHints | None:
         return self._hints.at(self._document.frame)
 
     def now(self) -> FrameMarks:
@@ -152,14 +134,12 @@ class AnnotationFacts(QObject):
         for source in self._sources:
             source.close()
 
-    @Slot(object)
     def _on_changed(self, changed: Changed) -> None:
         if "repeat_click" in changed.tables:
             self._measured = None
         if changed.tables & {"choice", "subject"}:
             self.ask()
 
-    @Slot()
     def _forget(self) -> None:
         """Forget what is known of another project, and whatever still comes."""
         self._measured = None
@@ -176,12 +156,12 @@ class AnnotationFacts(QObject):
             self._volume_of = (known, volume)
         return self._volume_of[1]
 
-    def _hint_question(self) -> HintQuestion | None:
+    def _hint_question(self) -> frame_clicks.HintQuestion | None:
         recording = self._document.recording
         clicks = tuple(self._annotating.clicks().values())
         if recording is None or recording.guessed or not self._active or not clicks:
             return None
-        return HintQuestion(
+        return frame_clicks.HintQuestion(
             **self._known(recording),
             cameras=recording.cameras,
             landmark=self._annotating.choice.landmark,
@@ -202,7 +182,7 @@ class AnnotationFacts(QObject):
             "sigmas": self._measured,
         }
 
-    def _best_fit(self) -> ShownFit | None:
+    def _best_fit(self) -> frame_clicks.ShownFit | None:
         """The fit with measured points if it is of the present clicks, else the quick one."""
         frame = self._document.frame
         deep, clicks = self._deep.at(frame), tuple(self._annotating.clicks().values())
@@ -210,17 +190,17 @@ class AnnotationFacts(QObject):
             return deep
         return self._fit.at(frame)
 
-    def _deep_question(self) -> FitQuestion | None:
+    def _deep_question(self) -> frame_clicks.FitQuestion | None:
         cloud = self._cloud()
         return self._question(cloud) if cloud is not None else None
 
-    def _question(self, cloud: Cloud | None) -> FitQuestion | None:
+    def _question(self, cloud: Cloud | None) -> frame_clicks.FitQuestion | None:
         recording = self._document.recording
         if recording is None or recording.guessed or not self._worth_fitting():
             return None
         names = {view.image.camera for view in recording.views}
         names |= {click.camera for click in self._annotating.clicks().values()}
-        return FitQuestion(
+        return frame_clicks.FitQuestion(
             **self._known(recording),
             cameras={name: one for name, one in recording.cameras.items() if name in names},
             views=self.view_names(),
@@ -247,8 +227,7 @@ class AnnotationFacts(QObject):
         frame, clouds = self._document.frame, self._clouds
         return self._wants_depth() and clouds.cloud(frame) is None and not clouds.given_up(frame)
 
-    @Slot(object)
-    def _on_measured(self, _cloud: object) -> None:
+    def _on_measured(self) -> None:
         if self._worth_fitting() and self.use_depth:
             self._deep.ask()
 
@@ -265,9 +244,11 @@ class AnnotationFacts(QObject):
 class _FitProcess(TaskProcess):
     """Fits the body to the clicks of one frame in another process."""
 
-    def fit(self, question: FitQuestion) -> ShownFit:
+    def fit(self, question: frame_clicks.FitQuestion) -> frame_clicks.ShownFit:
         cloud = question.cloud
         if cloud is not None:  # the fit takes points alone
             cloud = replace(cloud, depths={})
-        shown: ShownFit = self(partial(fit_elsewhere, replace(question, cloud=cloud)))
+        shown: frame_clicks.ShownFit = self(
+            partial(frame_clicks.fit_elsewhere, replace(question, cloud=cloud))
+        )
         return replace(shown, question=question)

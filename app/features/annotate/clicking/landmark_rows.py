@@ -1,7 +1,5 @@
 """Facts about the clicks of a frame become rows of the landmarks and body panels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import isfinite, sqrt
 

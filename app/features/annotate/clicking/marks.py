@@ -1,7 +1,5 @@
 """Facts about the clicks of a frame become what is drawn over the pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -27,23 +25,11 @@ from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreement
 
-from ....widgets.camera.click_marks import (
-    ClickMark,
-    ClickMarks,
-    CurveMark,
-    LimbMark,
-    Offer,
-    PredictionMark,
-    ResidualMark,
-)
+from ....widgets.camera import click_marks
 from ....widgets.camera.overlays import limb_paths, part_shapes
 
-TRIANGULATED = "other views"
-"""Source of predictions from the clicks of the same frame."""
-
-FEWEST = 3
-"""Clicks from which on a body is fitted; fewer would only show the usual pose."""
-
+TRIANGULATED = "other views"  # source of predictions from the clicks of the same frame
+FEWEST = 3  # clicks from which on a body is fitted; fewer would only show the usual pose
 _SURE_DEG, _FAINTEST = 5.0, 0.15  # standard deviation up to which a limb is opaque; opacity
 _FAINTEST_PREDICTION = 0.35
 _KEYS = 9
@@ -58,20 +44,16 @@ class FrameMarks:
     clicks: tuple[Click, ...]
     landmark_set: LandmarkSet
     chosen: str
-    """The landmark that keys act on."""
     at_hand: ClickKey | None = None
-    held: ClickKey | None = None
-    """The click that keys act on; that arrow keys move."""
+    held: ClickKey | None = None  # the click that keys act on; that arrow keys move
     predictions: tuple[Prediction, ...] = ()
-    """Kept in the project."""
     hints: ClickHints | None = None
     fit: ShownFit | None = None
     views: Mapping[str, str] = field(default_factory=dict)
     """Names that people know the cameras by, by camera."""
     offers: Mapping[str, str | None] = field(default_factory=dict)
     """The landmark that the next click in an image that is shown places; None: it places none."""
-    doubtful: Disagreement | None = None
-    """A camera that contradicts the others over all clicks."""
+    doubtful: Disagreement | None = None  # A camera that contradicts the others over all clicks
     residuals: tuple[CameraResidual, ...] = ()
     """How far the clicks of each camera lie from the points that the cameras agree on."""
     accepted_sigma: float = ACCEPTED_SIGMA
@@ -101,7 +83,7 @@ class FrameMarks:
         return frozenset(own_outliers(self.flagged, self.doubtful, self.clicks, cameras))
 
 
-def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMarks]:
+def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, click_marks.ClickMarks]:
     """Marks for every camera whose image is shown, by its name."""
     return {camera.name: _marks(facts, camera) for camera in cameras}
 
@@ -127,11 +109,11 @@ def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
     return tuple(found[name] for name in known if name in found)
 
 
-def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
+def _marks(facts: FrameMarks, camera: Camera) -> click_marks.ClickMarks:
     own = [click for click in facts.clicks if click.camera == camera.name]
     clicks = [mark for click in own if (mark := _click_mark(facts, click)) is not None]
     said = {click.key for click in own}
-    return ClickMarks(
+    return click_marks.ClickMarks(
         frame=facts.frame,
         camera=camera.name,
         clicks=tuple(clicks),
@@ -152,15 +134,15 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
     )
 
 
-def _offer(facts: FrameMarks, camera: str, own: Iterable[Click]) -> Offer:
+def _offer(facts: FrameMarks, camera: str, own: Iterable[Click]) -> click_marks.Offer:
     there = {click.landmark: click for click in own}
     landmark = facts.offers.get(camera)
     if landmark is None:
-        return Offer(words=_nothing_to_place(facts, set(there)))
+        return click_marks.Offer(words=_nothing_to_place(facts, set(there)))
     label, click = facts.label(landmark), there.get(landmark)
     moves = click is not None and click.position is not None
     words = f"move {label} here" if moves else label
-    return Offer(landmark, words, facts.colour(landmark), moves)
+    return click_marks.Offer(landmark, words, facts.colour(landmark), moves)
 
 
 def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
@@ -177,38 +159,32 @@ def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
     return f"all {number} are clicked here: drag to move, 1-{min(count, _KEYS)} to select one"
 
 
-def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
+def _click_mark(facts: FrameMarks, click: Click) -> click_marks.ClickMark | None:
     if click.position is None:
         return None
     x, y = click.position
-    return ClickMark(
-        landmark=click.landmark,
-        label=facts.label(click.landmark),
-        colour=facts.colour(click.landmark),
-        x=x,
-        y=y,
-        guessed=click.visibility == Visibility.GUESSED,
-        doubted=click.flag == UNCERTAIN,
-        accepted=click.origin == ACCEPTED,
-        outlier=click.key in facts.outliers,
-        chosen=click.landmark == facts.chosen,
-        at_hand=click.key == facts.at_hand,
+    return click_marks.ClickMark(
+        landmark=click.landmark, label=facts.label(click.landmark),
+        colour=facts.colour(click.landmark), x=x, y=y,
+        guessed=click.visibility == Visibility.GUESSED, doubted=click.flag == UNCERTAIN,
+        accepted=click.origin == ACCEPTED, outlier=click.key in facts.outliers,
+        chosen=click.landmark == facts.chosen, at_hand=click.key == facts.at_hand,
         held=click.key == facts.held,
-    )
+    )  # fmt: skip
 
 
 def _prediction_marks(
     facts: FrameMarks, camera: Camera, clicked: set[str]
-) -> tuple[PredictionMark, ...]:
+) -> tuple[click_marks.PredictionMark, ...]:
     """Predictions where nobody has clicked; of the chosen landmark everywhere, with its error."""
     points = facts.hints.points if facts.hints is not None else {}
-    found, limit = list[PredictionMark](), facts.accepted_sigma * pixel_scale(camera)
+    found, limit = list[click_marks.PredictionMark](), facts.accepted_sigma * pixel_scale(camera)
     for one in predictions_in(facts, camera.name):
         name, chosen = one.landmark, one.landmark == facts.chosen
         if (name in clicked and not chosen) or one.visibility == Visibility.OUTSIDE:
             continue
         errors = points[name].error_px if name in points else {}
-        mark = PredictionMark(
+        mark = click_marks.PredictionMark(
             name, facts.label(name), facts.colour(name), *one.position,
             error_px=errors.get(camera.name, float("nan")),
             spread_px=float("nan") if one.sigma is None else one.sigma,
@@ -220,20 +196,20 @@ def _prediction_marks(
     return tuple(found)
 
 
-def _curve_marks(facts: FrameMarks, camera: str) -> tuple[CurveMark, ...]:
+def _curve_marks(facts: FrameMarks, camera: str) -> tuple[click_marks.CurveMark, ...]:
     """Curves of the chosen landmark; those of the one before it are out of date."""
     if facts.hints is None or facts.hints.question.landmark != facts.chosen:
         return ()
     found = []
     for curve in facts.hints.curves.get(camera, ()):
         view = facts.views.get(curve.from_camera, curve.from_camera)
-        found.append(CurveMark(facts.colour(curve.landmark), view, curve.pixels))
+        found.append(click_marks.CurveMark(facts.colour(curve.landmark), view, curve.pixels))
     return tuple(found)
 
 
 def _residual_marks(
     facts: FrameMarks, clicks: Iterable[Click], camera: Camera
-) -> tuple[ResidualMark, ...]:
+) -> tuple[click_marks.ResidualMark, ...]:
     """Lines from the clicks to the model, which may be of the fit before the last click."""
     if facts.fit is None:
         return ()
@@ -245,16 +221,20 @@ def _residual_marks(
         end = camera.project(place)
         if np.isfinite(end).all():
             colour = facts.colour(click.landmark)
-            found.append(ResidualMark(colour, click.position, (float(end[0]), float(end[1]))))
+            found.append(
+                click_marks.ResidualMark(colour, click.position, (float(end[0]), float(end[1])))
+            )
     return tuple(found)
 
 
-def _model(facts: FrameMarks, camera: Camera) -> tuple[LimbMark, ...]:
+def _model(facts: FrameMarks, camera: Camera) -> tuple[click_marks.LimbMark, ...]:
     if facts.fit is None:
         return ()
     shapes = part_shapes(facts.fit.meshes, camera.project, camera.position_world, wire=False)
     sigma = dict(zip(LIMBS, facts.fit.fit.limb_sigma_deg.tolist(), strict=True))
-    return tuple(LimbMark(limb, path, _opacity(sigma[limb])) for limb, path in limb_paths(shapes))
+    return tuple(
+        click_marks.LimbMark(limb, path, _opacity(sigma[limb])) for limb, path in limb_paths(shapes)
+    )
 
 
 def _certainty(sigma: float | None, limit: float) -> float:

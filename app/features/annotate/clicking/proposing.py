@@ -1,7 +1,5 @@
 """Proposals for the frame that is shown and, one step ahead, for the one that follows it."""
 
-from __future__ import annotations
-
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -10,7 +8,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
@@ -28,12 +25,13 @@ from stereotrack_core.recording.reader import FrameReader
 
 from ....context import Context
 from ....services.tasks.newest import LatestOnly, NewestAnswer, Shared
+from ....session.changes import PROJECT, RECORDING, Part
 from ....session.runs import RunEntry
+from ....widgets.redraw import later
 from .annotating import Annotating
 
 _SOON_MS = 20
-_CHAIN = 4
-"""Clicked frames before and after from which the body is followed, one to the next."""
+_CHAIN = 4  # clicked frames before and after from which the body is followed, one to the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +54,13 @@ def _follow(way: _Way) -> tuple[Prediction, ...] | BodyStep | None:
     return None if stopped() else found
 
 
-class ProposalPresenter(QObject):
+class ProposalPresenter:
     """Proposes beside the window's thread whenever clicks or the frame change."""
 
-    changed = Signal()
-    """Other landmarks are proposed, in the frame that is shown or one step ahead."""
-
     def __init__(self, context: Context, annotating: Annotating) -> None:
-        super().__init__()
-        document, project = context.session.document, context.session.project
-        self._document, self._project, self._annotating = document, project, annotating
+        session, self._annotating = context.session, annotating
+        self._document, self._project = session.document, session.project
+        self._tell = partial(session.changes.tell, Part.PROPOSALS)
         self._active = False
         self.asks = False
         self._run: RunEntry | None = None
@@ -77,20 +72,16 @@ class ProposalPresenter(QObject):
         self._way: _Way | None = None
         self._tell_failure = context.notifier.error
         self.answer: NewestAnswer[Proposals] = NewestAnswer(
-            self._question, Proposer(), "proposals", self.changed.emit, context.notifier.error
+            self._question, Proposer(), "proposals", self._tell, context.notifier.error
         )
-        """Proposals for the frame that is shown."""
         self._following = LatestOnly(
             _follow, "follow clicks", self._on_followed, self._on_not_followed
         )
         # the click or the picture is painted first
-        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self._ask)
-        annotating.clicks_changed.connect(self._soon.start)
-        project.changed.connect(self._on_changed)
-        for signal in (project.opened, project.closed, document.opened, document.closed):
-            signal.connect(self._forget)
-        document.playing_changed.connect(self._soon.start)
+        self._soon = later(session, self._ask, _SOON_MS)
+        session.changes.watch(Part.CLICKS | Part.PLAYING, self._soon.start)
+        session.changes.hear(Part.EDIT, self._on_changed)
+        session.changes.watch(PROJECT | RECORDING, self._forget)
 
     # ---- what is known
 
@@ -142,13 +133,11 @@ class ProposalPresenter(QObject):
         self.answer.close()
         self._following.close()
 
-    @Slot()
-    def _forget(self, _what: object = None) -> None:
+    def _forget(self) -> None:
         self.close()
         self._around, self._followed, self._steps = None, {}, {}
         self._soon.start()
 
-    @Slot(object)
     def _on_changed(self, changed: Changed) -> None:
         if changed.tables & {"choice", "landmark_set", "frame_flag"}:
             self._around = None
@@ -164,12 +153,11 @@ class ProposalPresenter(QObject):
         there = self._project.project is not None and document.recording is not None
         return there and self._active and not document.playing and not self._annotating.blind()
 
-    @Slot()
     def _ask(self) -> None:
         self._overtake()
         self.answer.ask()
         self._follow_next()
-        self.changed.emit()
+        self._tell()
 
     def _overtake(self) -> None:
         if self._way is not None:
@@ -289,7 +277,6 @@ class ProposalPresenter(QObject):
 
     # ---- answers
 
-    @Slot(object, object)
     def _on_followed(self, way: _Way, found: tuple[Prediction, ...] | BodyStep | None) -> None:
         if way is not self._way or way.overtaken.is_set():
             return
@@ -305,9 +292,8 @@ class ProposalPresenter(QObject):
         self._follow_next()
         if way.frame == self._document.frame or way.start is not None:
             self.answer.ask()
-        self.changed.emit()
+        self._tell()
 
-    @Slot(object, object)
     def _on_not_followed(self, _way: object, error: Exception) -> None:
         self._way = None
         self._tell_failure(error)

@@ -1,7 +1,5 @@
 """How well two readings agree, in words and numbers: the same person again, or another project."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -29,9 +27,7 @@ from ....widgets.tables.table import RIGHT, Cell, CellRow, CellTable, Column
 GOOD_PX, FAIR_PX = 3.0, 8.0
 """Up to these standard deviations of a click two readings agree well, or well enough."""
 
-FEW = 20
-"""Fewer pairs than this say little."""
-
+FEW = 20  # fewer pairs than this say little
 _BIASED = 0.7
 """Share of the median distance that the mean difference has where both mean another place."""
 
@@ -58,11 +54,8 @@ class AgreementReport:
     """What is said about two readings."""
 
     verdict: str
-    """In words first: how well they agree."""
     remedy: str
-    """What to do about it; empty where nothing needs to be done."""
     rows: tuple[CellRow, ...]
-    """All landmarks together, then each of them."""
 
 
 def agreement_report(

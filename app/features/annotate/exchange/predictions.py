@@ -1,19 +1,16 @@
 """Keypoints of a 2-D detector come from files into the project and go from it; both are edits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSignalBlocker, Qt, QTimer, Slot
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
     QComboBox,
     QFormLayout,
     QHeaderView,
-    QInputDialog,
     QTableWidget,
     QTableWidgetItem,
     QWidget,
@@ -31,14 +28,17 @@ from stereotrack_core.recording.keypoint_names import LAYOUTS
 
 from ....services.actions import Command, Menu
 from ....services.tasks.newest import LatestOnly
+from ....session.changes import Part
 from ....widgets.forms.form_dialog import (
     FormDialog,
     ask_for_folder,
+    ask_for_text,
     ask_to_open_several,
     files_of,
     line_edit,
     push_button,
 )
+from ....widgets.redraw import later
 from ....widgets.style.building import choice, hbox, label
 from ..panels import AnnotationPanels
 
@@ -78,8 +78,7 @@ class PredictionsDialog(FormDialog):
             lambda plan: plan(), "read predictions", self._on_read, self._on_failed
         )
         self.finished.connect(self._reading.close)
-        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self._read)
+        self._soon = later(self, self._read, _SOON_MS)
         self._make_fields()
         self._lay_out()
         self.read_again()
@@ -105,9 +104,7 @@ class PredictionsDialog(FormDialog):
             "are told apart by a body's proportions.",
         )
         self.person = choice(
-            "Person",
-            [("", _SUREST)],
-            "Of several people, the one who is kept over all frames.",
+            "Person", [("", _SUREST)], "Of several people, the one who is kept over all frames."
         )
         self.person.setEnabled(False)
         self.names = line_edit(
@@ -175,8 +172,7 @@ class PredictionsDialog(FormDialog):
 
     # ---- reading
 
-    @Slot()
-    def read_again(self, _what: object = None) -> None:
+    def read_again(self) -> None:
         """Read the files with what the form says now, when it has stood for a moment."""
         self._plan = self._asked = None
         self.accept_button.setEnabled(False)
@@ -188,7 +184,6 @@ class PredictionsDialog(FormDialog):
             self._soon.stop()
             self.preview.setText("Add the files of a detector to see what they contain.")
 
-    @Slot()
     def _read(self) -> None:
         def ask() -> None:
             self._asked = self._to_plan()
@@ -211,9 +206,8 @@ class PredictionsDialog(FormDialog):
             box = self.files.cellWidget(row, 1)
             camera = box.currentData() if isinstance(box, QComboBox) else None
             layout = self.layout_box.currentData() or None
-            sources.append(
-                KeypointSource(path, self._recording, camera or None, layout, names, detector)
-            )
+            said = path, self._recording, (), camera or None, names
+            sources.append(KeypointSource(*said, layout=layout, detector=detector))
         everybody = self.all_people.isChecked()
         return partial(
             plan_import, self._project, tuple(sources), self._frames,
@@ -221,7 +215,6 @@ class PredictionsDialog(FormDialog):
             all_people=everybody, propose=self.propose.isChecked(),
         )  # fmt: skip
 
-    @Slot(object, object)
     def _on_read(self, asked: object, plan: DetectorImport) -> None:
         if asked is self._asked:
             self._plan = plan
@@ -229,7 +222,6 @@ class PredictionsDialog(FormDialog):
             self.preview.setText(_told(plan, propose=self.propose.isChecked()))
             self.accept_button.setEnabled(True)
 
-    @Slot(object, object)
     def _on_failed(self, asked: object, error: Exception) -> None:
         if asked is self._asked:
             self.preview.setText("")
@@ -272,14 +264,13 @@ def _told(plan: DetectorImport, *, propose: bool) -> str:
     return "\n".join(lines)
 
 
-class PredictionExchange(QObject):
+class PredictionExchange:
     """Asks which files, or which detector."""
 
     def __init__(self, panels: AnnotationPanels, export: Callable[[], None]) -> None:
-        super().__init__(panels)
         self._panels, self._export = panels, export
         self._keypoints = panels.context.session.keypoints
-        self._keypoints.changed.connect(panels.read_kept)
+        panels.context.session.changes.watch(Part.KEYPOINTS, panels.read_kept)
         panels.context.tasks.watch(self._settled)
 
     def commands(self) -> list[Command]:
@@ -309,7 +300,7 @@ class PredictionExchange(QObject):
         dialog = PredictionsDialog(
             panels.project, panels.recording, count, self._bring, panels.window
         )
-        self._keypoints.changed.connect(dialog.read_again)
+        panels.context.session.changes.watch(Part.KEYPOINTS, dialog.read_again)
         panels.show_dialog(dialog)
 
     def _bring(self, project: Project, plan: DetectorImport) -> None:
@@ -322,14 +313,11 @@ class PredictionExchange(QObject):
             f"{name} ({counted(count, 'keypoint')})": name
             for name, count in self._keypoints.sources.items()
         }
-        dialog = QInputDialog(self._panels.window)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.setWindowTitle("Remove predictions")
-        dialog.setLabelText("Detector whose keypoints and proposals are removed:")
+        words = "Detector whose keypoints and proposals are removed:"
+        remove = lambda chosen: self.remove(known[chosen])  # noqa: E731
+        dialog = ask_for_text(self._panels.window, "Remove predictions", words, remove)
         dialog.setComboBoxItems(list(known))
         dialog.setOkButtonText("Remove")
-        dialog.textValueSelected.connect(lambda words: self.remove(known[words]))
-        dialog.open()
 
     def remove(self, detector: str) -> None:
         said = f"Predictions of {detector} removed. Undo brings them back."

@@ -1,12 +1,8 @@
 """Predictions that a person asks for over a selection: proposals, from the fit, from a run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal, TypeAlias
-
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.detected_body import body_predictions
@@ -17,19 +13,9 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.installation import is_installed
+from stereotrack_core.project import prefilling
 from stereotrack_core.project.detectors import DetectorFill, plan_fill
 from stereotrack_core.project.predictions import DetectorState
-from stereotrack_core.project.prefilling import (
-    FIT,
-    Filling,
-    accept_predictions,
-    detector_filling,
-    fill_in,
-    fit_filling,
-    propose_selection,
-    run_filling,
-    source_of_run,
-)
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
@@ -37,6 +23,7 @@ from stereotrack_core.recording.keypoints import Keypoints
 
 from ....services.actions import Command
 from ....services.tasks.task import Task
+from ....session.changes import Part
 from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
@@ -44,30 +31,25 @@ Source: TypeAlias = Literal["proposed", "fit", "run", "detector"]
 
 _Detected: TypeAlias = tuple[Keypoints, Sequence[Prediction]]
 
-_DETECTING = 0.5
-"""Share of the time that detecting takes; fitting bodies takes the rest."""
-
+_DETECTING = 0.5  # share of the time that detecting takes; fitting bodies takes the rest
 NO_DETECTOR = "The pose detector is not installed. Choose Track, Install pose detector … first."
 NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
 
-class PredictionWork(QObject):
+class PredictionWork:
     """Fills in the selection beside the window's thread, one source after the other."""
 
     def __init__(self, panels: AnnotationPanels) -> None:
-        super().__init__(panels)
         self._p, self._tasks = panels, panels.context.tasks
         self._keypoints = panels.context.session.keypoints
-        panels.context.session.project.closing.connect(self._cancel)
+        panels.context.session.changes.watch(Part.PROJECT_CLOSING, self._cancel)
         self._task: Task | None = None
         self.run: RunEntry | None = None
-        """Finished run to fill in from."""
 
     @property
     def busy(self) -> bool:
         return self._task in self._tasks.tasks
 
-    @Slot()
     def _cancel(self) -> None:
         if self._task is not None:
             self._task.cancel()
@@ -89,13 +71,12 @@ class PredictionWork(QObject):
         def work(task: Task) -> str:
             how = (selection, task.report, task.token.cancelled)
             if make is None:
-                return propose_selection(project, recording, *how)
-            return fill_in(project, make(), *how)
+                return prefilling.propose_selection(project, recording, *how)
+            return prefilling.fill_in(project, make(), *how)
 
         title = "proposing landmarks" if make is None else "filling predictions"
         self._task = self._tasks.begin(title, work, self._tell)
 
-    @Slot(object)
     def _tell(self, done: str) -> None:
         self._p.say(done)
         self._p.read_kept()
@@ -150,20 +131,20 @@ class PredictionWork(QObject):
 
     def _filling(
         self, source: Source, project: Project, recording: Recording
-    ) -> Callable[[], Filling]:
+    ) -> Callable[[], prefilling.Filling]:
         """Function that makes the source of the predictions in the worker thread."""
         cameras, now, entry = click_cameras(recording), self._p.reference.now, self.run
         proportions = proportions_of(project.subject() or recording.subject)
         name, held = ("", None) if entry is None else (entry.name, entry.now())
 
-        def make() -> Filling:
+        def make() -> prefilling.Filling:
             if source == "fit" and now is not None and now.fit is not None:
-                return fit_filling(now.fit, cameras)
+                return prefilling.fit_filling(now.fit, cameras)
             if source == "detector":
-                return detector_filling(project, cameras, proportions)
+                return prefilling.detector_filling(project, cameras, proportions)
             run = held.run() if source == "run" and held is not None else None
             if run is not None:
-                return run_filling(run, name, cameras, project)
+                return prefilling.run_filling(run, name, cameras, project)
             raise InputError(
                 "no source for predictions",
                 remedy="Choose a run that was tracked here or read from a file.",
@@ -181,13 +162,15 @@ class PredictionWork(QObject):
 
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
-        run = source_of_run(self.run.name) if self.run is not None else ""
-        kept = {"proposed": (PROPOSED,), "fit": (FIT,), "run": (run,)}
+        run = prefilling.source_of_run(self.run.name) if self.run is not None else ""
+        kept = {"proposed": (PROPOSED,), "fit": (prefilling.FIT,), "run": (run,)}
         sources = kept.get(source, tuple(self._keypoints.sources))
         called, recording = _SOURCES[source][3].replace("active ", ""), self._p.recording
         cameras = {} if recording is None else recording.cameras
         self._p.edit_selection(
-            lambda project, chosen: accept_predictions(project, sources, chosen, called, cameras)
+            lambda project, chosen: prefilling.accept_predictions(
+                project, sources, chosen, called, cameras
+            )
         )
 
 

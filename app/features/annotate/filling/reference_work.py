@@ -1,13 +1,9 @@
 """The trajectory that is fitted to a project's clicks: made in the background, kept, shown."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-
-from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -26,30 +22,29 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.worker_processes import TaskProcess
 
-from ....services.tasks.task import Task, TaskList
+from ....services.tasks.task import CancelToken, Task, TaskList
 
 _TAKING_IN_SECONDS = 1.5
 
 
-class ReferenceWork(QObject):
-    """Fits, saves the result as an edit, and shows the reference that the project uses."""
+class ReferenceWork:
+    """Fits, saves the result as an edit, and reads the reference that the project uses.
 
-    shown = Signal(object)
-    aged = Signal()
-    """Other frames of the reference are old: their clicks have changed since the fit."""
+    `shown` is called when that is another one; `aged` when other frames of it are old: their
+    clicks have changed since the fit.
+    """
 
-    def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._tasks = tasks
+    def __init__(
+        self, tasks: TaskList, shown: Callable[[], None], aged: Callable[[], None]
+    ) -> None:
+        self._tasks, self._shown, self._aged = tasks, shown, aged
         self._project: Project | None = None
         self._recording: Recording | None = None
         self._frames = 0
         self._fitting: Task | None = None
-        self._reading: Task | None = None
+        self._reading: CancelToken | None = None
         self.now: ShownReference | None = None
-        """The reference that is shown."""
         self.settings = FitSettings()
-        """Of the next fit."""
         self._process = TaskProcess()
 
     @property
@@ -101,7 +96,6 @@ class ReferenceWork(QObject):
 
         self._fitting = self._tasks.begin("fitting the body to the clicks", work, keep)
 
-    @Slot()
     def cancel(self) -> None:
         if self._fitting is not None:
             self._fitting.cancel()
@@ -112,17 +106,12 @@ class ReferenceWork(QObject):
         elif "click" in changed.tables:
             self._look_what_is_old(sorted(changed.frames()))
 
-    def is_old(self, frame: int) -> bool:
-        """Whether the reference was fitted before the last click that it hangs on in a frame."""
-        known = self.now.clicks if self.now is not None else None
-        return known is not None and known.is_old(frame)
-
     def _look_what_is_old(self, frames: list[int]) -> None:
         if self._project is None or self.now is None or self.now.clicks is None:
             return
         clicks = [click for frame in frames for click in self._project.clicks.at(frame)]
         self.now = replace(self.now, clicks=self.now.clicks.after_edit(frames, clicks))
-        self.aged.emit()
+        self._aged()
 
     def _show_stored(self) -> None:
         """Read the reference that the project uses; beside the window's thread."""
@@ -133,17 +122,18 @@ class ReferenceWork(QObject):
             self._take(None)
             return
         read = partial(read_reference, project, recording, name)
-        self._reading = self._tasks.begin("reading the reference", lambda _: read(), self._on_read)
 
-    @Slot(object)
-    def _on_read(self, found: ShownReference) -> None:
-        if self.sender() is self._reading:  # else another one was asked for since
-            self._reading = None
-            self._take(found)
+        def take(found: ShownReference) -> None:
+            if token is self._reading:  # else another one was asked for since
+                self._reading = None
+                self._take(found)
+
+        reading = self._tasks.begin("reading the reference", lambda _: read(), take)
+        self._reading = token = reading.token
 
     def _take(self, found: ShownReference | None) -> None:
         self.now = found
-        self.shown.emit(found)
+        self._shown()
 
 
 def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:

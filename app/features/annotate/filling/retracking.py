@@ -1,18 +1,15 @@
 """Re-track around the clicks: a stretch in which a run fails is tracked again with the clicks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import Any
-
-from PySide6.QtCore import QObject, QTimer, Slot
 
 from stereotrack_core.annotation.click import click_detections
 from stereotrack_core.counting import frames_in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
+from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.prepare import Start
@@ -24,38 +21,60 @@ from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 from ....context import Context
 from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
+from ....session.changes import PROJECT, Part
 from ....session.runs import RunEntry
+from ....session.session import Session
+from ....widgets.redraw import later
 from ....widgets.tables.panels import BodyPanel
-from ..clicking.clicked_frames import ClickedFrames
 
-_MARGIN_S = 0.5
-"""Seconds before and after a failure that are tracked again too."""
-_ALONE_S = 1.0
-"""The same around a clicked frame in which no failure was detected."""
+_MARGIN_S = 0.5  # seconds before and after a failure that are tracked again too
+_ALONE_S = 1.0  # the same around a clicked frame in which no failure was detected
 _SOON_MS = 200
 
 
-class Retracking(QObject):
+class ClickedFrames:
+    """Which frames of the project have a click; read once between edits of clicks."""
+
+    def __init__(self, session: Session) -> None:
+        self._project = session.project
+        self._frames: set[int] | None = None
+        session.changes.hear(Part.EDIT, self._on_edited)
+        session.changes.watch(PROJECT, self._forget)
+
+    def frames(self) -> set[int]:
+        project = self._project.project
+        if project is None:
+            return set()
+        if self._frames is None:
+            self._frames = set(map(int, project.clicks.frames()))
+        return self._frames
+
+    def within(self, frames: range) -> bool:
+        return not self.frames().isdisjoint(frames)
+
+    def _on_edited(self, changed: Changed) -> None:
+        if "click" in changed.tables:
+            self._forget()
+
+    def _forget(self) -> None:
+        self._frames = None
+
+
+class Retracking:
     """Knows in which failure the frame that is shown lies, and has it tracked again.
 
     `body`: the panel that shows a hint on the failure.
     """
 
     def __init__(self, context: Context, clicked: ClickedFrames, body: BodyPanel) -> None:
-        super().__init__(context.session)
         self._context, self._session, self._clicked = context, context.session, clicked
         self._body = body
         self._task: Task | None = None
         self._known: tuple[object, tuple[FailureSegment, ...]] = None, ()
-        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
-        self._soon.timeout.connect(self._show_hint)
-        session = context.session
-        for signal in (
-            session.project.changed, session.project.opened, session.project.closed,
-            session.document.frame_changed, session.judging.judged,
-        ):  # fmt: skip
-            signal.connect(self._look_soon)
-        session.leaving.connect(self.cancel)
+        self._soon = later(context.session, self._show_hint, _SOON_MS)
+        watch = context.session.changes.watch
+        watch(PROJECT | Part.EDIT | Part.FRAME | Part.JUDGEMENT, self._soon.start)
+        watch(Part.LEAVING, self.cancel)
 
     # ---- what there is
 
@@ -101,11 +120,6 @@ class Retracking(QObject):
         first = max(frames.start - margin, int(numbers[0]))
         return range(first, min(frames.stop + margin, int(numbers[-1]) + 1))
 
-    @Slot()
-    def _look_soon(self) -> None:
-        self._soon.start()
-
-    @Slot()
     def _show_hint(self) -> None:
         found, hint = self.failure(), ""
         if found is not None:
@@ -191,7 +205,6 @@ class Retracking(QObject):
             f"backwards from clicks. The run as it was is hidden: {before.name}."
         )
 
-    @Slot()
     def cancel(self) -> None:
         if self._task is not None:
             self._task.cancel()

@@ -1,11 +1,7 @@
 """A personalised body from a few clicked frames: estimated in the background, used as one edit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
-
-from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.personal_subject import (
@@ -22,27 +18,24 @@ from stereotrack_core.tracking.frame import Run
 from ....context import Context
 from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
+from ....session.changes import Part
 from ....widgets.forms.message import Message
-from ..clicking.clicked_frames import ClickedFrames
-from ..filling.retracking import in_process
+from ..filling.retracking import ClickedFrames, in_process
 
-ORIGIN = "personalised"
-"""What the project says of where such a subject comes from."""
+ORIGIN = "personalised"  # what the project says of where such a subject comes from
 
 
-class Personalising(QObject):
+class Personalising:
     """Has the subject's offsets estimated, and lets the project use them."""
 
     def __init__(
         self, context: Context, clicked: ClickedFrames, fit_settings: Callable[[], FitSettings]
     ) -> None:
-        super().__init__(context.session)
         self._context, self._session = context, context.session
         self._clicked, self._settings = clicked, fit_settings
         self._task: Task | None = None
-        context.session.project.closing.connect(self.cancel)
+        context.session.changes.watch(Part.PROJECT_CLOSING, self.cancel)
 
-    @Slot()
     def cancel(self) -> None:
         if self._task is not None:
             self._task.cancel()
@@ -69,7 +62,7 @@ class Personalising(QObject):
         if self.why_not() or recording is None or project is None:
             return
         todo = Personalise(
-            replace(recording, reference=None, subject=self._session.subject()),
+            replace(recording, reference=None, subject=self._session.project.subject()),
             project.clicks.all(), project.click_sigmas(), self._settings(), project.path.name,
             self._run(),
         )  # fmt: skip

@@ -1,14 +1,11 @@
 """Enter the subject's lengths, measure them from clicks, keep them in a file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from stereotrack_core.annotation.click_points import MeasuredLength, lengths_of_clicks, subject_of
@@ -44,7 +41,6 @@ _LENGTHS: Mapping[str, tuple[str, str]] = {
     "hand_length": ("Hand", "from the wrist to the tip of the middle finger"),
     "shoulder_to_head": ("Head", "from the middle of the shoulders to the head's landmark"),
 }
-"""What each length is called, and what it lies between."""
 
 _LEAST, _MOST = 0.5, 1.8
 """Against an average person of the same size; what lies outside is probably a slip."""
@@ -145,7 +141,6 @@ class SubjectDialog(FormDialog):
             box.show_stored(getattr(subject, key) or 0.0)
         self._check()
 
-    @Slot()
     def _check(self) -> None:
         draft = self.draft()
         average = _average_of(draft)
@@ -177,7 +172,6 @@ class SubjectDialog(FormDialog):
         self.measure_button.setEnabled(False)
         self._tasks.begin("measuring segment lengths", work, self._on_measured)
 
-    @Slot(object)
     def _on_measured(self, found: _Measured | InputError) -> None:
         self.measure_button.setEnabled(True)
         if isinstance(found, InputError):

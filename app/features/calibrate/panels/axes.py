@@ -1,7 +1,5 @@
 """Last step: what says where up, north and the origin are, and where the calibration goes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ from stereotrack_core.calibrate.report import place_table
 
 from ....widgets.forms.form_dialog import ask_to_save, push_button
 from ....widgets.forms.numbers import WholeNumberField
-from ....widgets.style.building import choice, hbox, label, label_of, vbox
+from ....widgets.style.building import allow, choice, hbox, label, label_of, vbox
 from ....widgets.tables.table import PlainTable
 from ..controller import CalibrationController
 from ..saving import why_not_into
@@ -118,9 +116,7 @@ class AxesPage(QWidget):
         self.about["first"].setText(about)
         for way, button in self.ways.items():
             button.setChecked(way == state.axes.way)
-            why_not = _why_no_way(way, state)
-            button.setEnabled(not why_not)
-            button.setToolTip(f"Unavailable: {why_not}" if why_not else "")
+            allow(button, _why_no_way(way, state))
         for way, fields in self.fields.items():
             fields.setVisible(way == state.axes.way)
         self.ways["recording"].setVisible(not state.of_recording)

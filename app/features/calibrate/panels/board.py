@@ -1,10 +1,8 @@
 """First step: where the pictures of each camera are, and what board they show."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt, Slot
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QFormLayout, QGroupBox, QTreeWidget, QTreeWidgetItem, QWidget
 
 from stereotrack_core.calibrate.board import DICTIONARIES, Board, charuco, chessboard
@@ -154,8 +152,7 @@ class BoardPage(QWidget):
         self._form.setRowVisible(self.dictionary, kind == "charuco")
         self._form.setRowVisible(4, kind == "charuco")
 
-    @Slot()
-    def _on_board(self, _value: object = None) -> None:
+    def _on_board(self) -> None:
         kind = str(self.kind.currentData())
         self._show_fields(kind)
         square = self.square.stored()

@@ -1,23 +1,123 @@
 """The page of the calibration: steps, verdict, what a step shows, and a picture or the scene."""
 
-from __future__ import annotations
-
-from PySide6.QtCore import Qt, Slot
-from PySide6.QtWidgets import QSplitter, QStackedWidget, QWidget
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QSplitter, QStackedWidget, QTabWidget, QWidget
 
 from stereotrack_core.calibrate.align import Alignment
+from stereotrack_core.calibrate.lens import LENS_MODELS
+from stereotrack_core.calibrate.report import world_tables
 
+from ....session.changes import Part
 from ....widgets.camera.board_picture import ENLARGED, BoardPicture
 from ....widgets.forms.form_dialog import push_button
 from ....widgets.forms.step_list import StepList, VerdictBox
 from ....widgets.scene.scene_view import SceneView
-from ....widgets.style.building import ElidedLabel, hbox, label, scrolled, thin_progress, vbox
+from ....widgets.style.building import (
+    ElidedLabel,
+    allow,
+    choice,
+    hbox,
+    label,
+    label_of,
+    scrolled,
+    thin_progress,
+    vbox,
+)
+from ....widgets.tables.table import RIGHT, STRETCH, Column, PlainTable
+from ....widgets.tables.trees import CellTree
 from ..controller import CalibrationController
-from ..shown import coverage_shown, scene_shown, shot_shown, steps_shown, verdict_shown
+from ..shown import (
+    camera_rows,
+    coverage_shown,
+    scene_shown,
+    short_lens_table,
+    shot_shown,
+    steps_shown,
+    verdict_shown,
+)
 from ..state import STEPS, Calibration, StepName
 from .axes import AxesPage
 from .board import BoardPage
-from .results import LensesPage, PicturesPage, WorldPage
+
+_ABOUT_MODEL = (
+    "Automatic: all models are fitted, and the simplest is taken that none of the others clearly "
+    "improves on"
+)
+
+
+_PICTURES = (
+    Column("Picture", "Untick a picture to calculate without it", width=150),
+    Column("Corners", align=RIGHT, width=64),
+    Column("Error (px)", "Root mean square error of its corners in pixels", RIGHT, width=80),
+    Column("Remark", width=STRETCH),
+)
+
+
+class PicturesPage(CellTree):
+    """A row with a tick for each picture, under a row for each camera."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__(
+            "Pictures of the board",
+            _PICTURES,
+            lambda key, on, _name: calibration.tick(key, on=on),
+            lambda key: calibration.choose(*key),
+        )
+        self.setAlternatingRowColors(True)
+
+    def show_state(self, state: Calibration) -> None:
+        self.show_rows(camera_rows(state))
+        if state.shot is not None and state.busy != "pictures":
+            with QSignalBlocker(self):
+                self.choose(state.shot)
+
+
+class LensesPage(QWidget):
+    """A row per lens above the pictures."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self._calibration = calibration
+        self.table = PlainTable("Lenses", choose=self._on_camera)
+        self.tree = PicturesPage(calibration)
+        models = [("auto", "automatic"), *((name, name) for name in LENS_MODELS)]
+        self.model = choice("Lens model", models, _ABOUT_MODEL)
+        self.model.activated.connect(lambda: calibration.set_model(self.model.currentData()))
+        row = hbox(label_of(self.model, "Lens model"), self.model, None)
+        self.setLayout(vbox(row, self.table, (self.tree, 1)))
+
+    def show_state(self, state: Calibration) -> None:
+        self.model.setCurrentIndex(self.model.findData(state.model))
+        self.table.show_table(short_lens_table(state))
+        self.tree.show_state(state)
+
+    def _on_camera(self, camera: str) -> None:
+        fit = self._calibration.state.fits.get(camera)
+        if fit is not None and len(fit.sightings):
+            self._calibration.choose(camera, int(fit.sightings.frames[0]))
+
+
+class WorldPage(QWidget):
+    """Cameras, distances between them, and the pictures."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=24)
+        self.tree = PicturesPage(calibration)
+        errors = QWidget()
+        errors.setLayout(vbox(self.cameras, self.whole, None, margins=(0, 6, 0, 0)))
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.addTab(scrolled(errors, "Errors of the cameras"), "Cameras")
+        self.tabs.addTab(self.tree, "Pictures")
+        self.setLayout(vbox((self.tabs, 1)))
+
+    def show_state(self, state: Calibration) -> None:
+        tables = world_tables(state.world.result)[-2:] if state.world is not None else [None, None]
+        for widget, table in zip((self.cameras, self.whole), tables, strict=True):
+            widget.show_table(table)
+        self.tree.show_state(state)
+
 
 _DO: dict[StepName, tuple[str, str]] = {
     "pictures": ("Find the board", "Search again"),
@@ -50,7 +150,7 @@ class CalibrationPage(QWidget):
             "the board was never there, so that the distortion is a guess.",
             "Calculate the lenses to see where in the image the board was.",
         )
-        self.scene = SceneView()
+        self.scene = SceneView(lambda _limb: None)
         self.board, self.pictures = BoardPage(calibration), PicturesPage(calibration)
         self.lenses = LensesPage(calibration)
         self.world, self.axes = WorldPage(calibration), AxesPage(calibration)
@@ -59,8 +159,8 @@ class CalibrationPage(QWidget):
             "world": self.world, "axes": self.axes,
         }  # fmt: skip
         self._lay_out()
-        calibration.changed.connect(self.show_state)
-        calibration.progressed.connect(self._on_progress)
+        calibration.changes.watch(Part.CALIBRATION, self.show_state)
+        calibration.changes.hear(Part.CALIBRATING, self._on_progress)
         self.show_state()
 
     def _lay_out(self) -> None:
@@ -104,7 +204,6 @@ class CalibrationPage(QWidget):
 
     # ---- following
 
-    @Slot()
     def show_state(self) -> None:
         state, calibration = self._calibration.state, self._calibration
         self.steps.show_steps(steps_shown(state), state.step)
@@ -118,11 +217,11 @@ class CalibrationPage(QWidget):
         made = state.is_done(state.step) or state.is_stale(state.step)
         self.do_button.setVisible(bool(do))
         self.do_button.setText(again if made else do)
-        _enable(self.do_button, calibration.why_not_calculate(), "Calculate this step")
+        allow(self.do_button, calibration.why_not_calculate(), "Calculate this step")
         step = state.next_step()
         self.next_button.setVisible(state.step != "axes")
         self.next_button.setText("Next" if step is None else f"Next: {STEPS[step].lower()}")
-        _enable(self.next_button, calibration.why_no_next(), "Go to the next step")
+        allow(self.next_button, calibration.why_no_next(), "Go to the next step")
         busy = state.busy is not None
         self.stop_button.setVisible(busy)
         for widget in (self.said, self.progress):
@@ -150,13 +249,8 @@ class CalibrationPage(QWidget):
             self._world = place
             self.scene.set_view("home")
 
-    @Slot(float, str)
-    def _on_progress(self, share: float, words: str) -> None:
+    def _on_progress(self, news: tuple[float, str]) -> None:
+        share, words = news
         self.said.set_words(words)
         self.progress.setMaximum(1000 if share > 0.0 else 0)
         self.progress.setValue(round(1000 * share))
-
-
-def _enable(button: QWidget, why_not: str, tip: str) -> None:
-    button.setEnabled(not why_not)
-    button.setToolTip(f"Unavailable: {why_not}" if why_not else tip)

@@ -1,11 +1,9 @@
 """Third step: the calibration of the cameras, of this program or another tool, or a guess."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Slot
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QFormLayout, QRadioButton, QWidget, QWizardPage
 
 from stereotrack_core.errors import InputError
@@ -116,7 +114,6 @@ class CalibrationPage(QWizardPage):
 
         ask_to_open(self, "Choose a calibration", self._folder, _FILES, use)
 
-    @Slot()
     def _on_changed(self) -> None:
         for field in (self.path, self.browse):
             field.setEnabled(self.from_file.isChecked())
@@ -162,7 +159,6 @@ class CalibrationPage(QWizardPage):
             self._form.addRow(name, box)
             self._cameras[name] = box
 
-    @Slot()
     def _check(self) -> None:
         problem = self._problem()
         unsaid = [name for name, box in self._cameras.items() if not box.currentData()]

@@ -1,14 +1,12 @@
 """First step, what each source shows, and last step, the name and the folder of the recording."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt, Slot
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPixmap, QTransform
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -60,11 +58,9 @@ class Looked:
     pictures: Mapping[str, ImageArray]
     """First picture by the source's name; absent where it cannot be decoded."""
     problems: tuple[InputError, ...]
-    """Errors of the files that could not be read."""
     middle_m: float
     """Metres to the middle of the depth scene for each metre of a count; NaN without depth."""
-    place: Path
-    """Where the recording goes unless the person chooses another folder."""
+    place: Path  # where the recording goes unless the person chooses another folder
 
 
 def look(paths: Sequence[Path]) -> Looked:
@@ -207,7 +203,6 @@ class SourcesPage(QWizardPage):
         choices = self.chosen(replace(self._proposed, fps=self._proposed.fps or 1.0))
         return [str(problem) for problem in problems_of(choices)]
 
-    @Slot()
     def _on_changed(self) -> None:
         for row in self.rows:
             used = row.role.currentData() != "unused"
@@ -269,7 +264,6 @@ class PlacePage(QWizardPage):
         title, start = "Folder of the recording", self.place().parent
         ask_for_folder(self, title, start, lambda path: self.folder.setText(str(path)))
 
-    @Slot()
     def _on_changed(self) -> None:
         problem = self._problem()
         say_in(self.words, problem, error=True)

@@ -1,10 +1,7 @@
 """Second step: frame rate, the frames of the same instant, and the unit of depth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
-from PySide6.QtCore import Slot
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QWizardPage
 
 from stereotrack_core.errors import InputError
@@ -112,14 +109,12 @@ class TimingPage(QWizardPage):
             self._work.cancel()
             self._work = None
 
-    @Slot()
     def _say_distance(self) -> None:
         metres = self._middle * self.unit.stored()
         self.distance.setText(
             f"Guessed from the scene, whose middle is then {metres:.1f} m away. Check it."
         )
 
-    @Slot()
     def _forget(self) -> None:
         """Offsets of other settings are not kept."""
         self.stop()
@@ -162,12 +157,10 @@ class TimingPage(QWizardPage):
         )
         self._work.progressed.connect(self._on_progress)
 
-    @Slot(float, str)
     def _on_progress(self, _share: float, words: str) -> None:
         if self.sender() is self._work:
             say_in(self.words, words)
 
-    @Slot(object)
     def _on_found(self, found: tuple[Choices, tuple[Lead, ...]]) -> None:
         if self.sender() is not self._work:  # other settings since
             return
@@ -177,7 +170,6 @@ class TimingPage(QWizardPage):
         self.offsets.setText("\n".join(lead.says(self.fps.stored()) for lead in leads))
         self._say()
 
-    @Slot(object)
     def _on_failed(self, error: Exception) -> None:
         if self.sender() is not self._work:
             return

@@ -1,11 +1,9 @@
 """The steps from videos to a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Slot
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget, QWizard
 
 from stereotrack_core.recording.importing.choices import Choices
@@ -15,7 +13,8 @@ from stereotrack_core.recording.importing.synchronise import at_one_rate
 
 from ....context import Context
 from ....services.failures import message_of
-from ....services.tasks.task import Task, TaskList
+from ....services.tasks.task import CancelToken, Task, TaskList
+from ....session.changes import Part
 from ....widgets.forms.form_dialog import ask_for_folder, say_in
 from ....widgets.forms.numbers import refusal_in
 from ..files import recent_folder
@@ -60,7 +59,6 @@ class ImportWizard(QWizard):
             choices = page.chosen(choices)
         return with_one_white(at_one_rate(choices))
 
-    @Slot(int)
     def _on_page(self, number: int) -> None:
         page = self.page(number)
         if isinstance(page, TimingPage):
@@ -107,12 +105,10 @@ class ImportWizard(QWizard):
         for field in (self.place.name, self.place.folder):
             field.setEnabled(not working)
 
-    @Slot(float, str)
     def _on_progress(self, share: float, words: str) -> None:
         self.place.progress.setValue(round(1000 * share))
         say_in(self.place.words, words)
 
-    @Slot(object)
     def _on_made(self, folder: Path) -> None:
         self._work = None
         self.timing.stop()
@@ -125,35 +121,33 @@ class ImportWizard(QWizard):
         say_in(self.place.words, words, error=error)
 
 
-class ImportController(QObject):
+class ImportController:
     """From dropped videos, or a folder without a recording.toml, to an open recording."""
 
     def __init__(self, context: Context) -> None:
-        super().__init__(context.session)
         self._context = context
-        self._looking: Task | None = None
+        self._looking: CancelToken | None = None
         self.wizard: ImportWizard | None = None
-        """The one that is shown."""
         self._opening = context.session.opening
-        self._opening.import_wanted.connect(self.offer)
+        context.session.changes.hear(Part.IMPORT_WANTED, self.offer)
 
     def ask_for_videos(self) -> None:
         parent, start = self._context.docks.dialog_parent, recent_folder(self._opening)
         title = "Folder of the videos or images"
         ask_for_folder(parent, title, start, lambda path: self.offer((path,)))
 
-    @Slot(object)
     def offer(self, paths: tuple[Path, ...]) -> None:
         if self.wizard is not None:  # what is being filled in is not thrown away
             self.wizard.raise_()
             return
-        self._looking = self._context.tasks.begin(
-            "looking at the videos", lambda _task: look(paths), self._show
-        )
+        self._looking = token = self._context.tasks.begin(
+            "looking at the videos",
+            lambda _task: look(paths),
+            lambda looked: self._show(looked) if token is self._looking else None,
+        ).token
 
-    @Slot(object)
     def _show(self, looked: Looked) -> None:
-        if self.sender() is not self._looking or self.wizard is not None:
+        if self.wizard is not None:
             return
         parent = self._context.docks.dialog_parent
         wizard = ImportWizard(looked, self._context.tasks, self._opening.open, parent)
@@ -162,6 +156,5 @@ class ImportController(QObject):
         self.wizard = wizard
         wizard.open()
 
-    @Slot()
     def _on_finished(self) -> None:
         self.wizard = None

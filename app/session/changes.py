@@ -1,0 +1,125 @@
+"""One event of the session: which parts of it are new, and who follows them."""
+
+import enum
+import sys
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from ..widgets.redraw import is_alive
+
+
+class Part(enum.Flag):
+    """Parts of what the window knows; several are new at once where they are joined by ``|``."""
+
+    # the recording and the window
+    RECORDING_OPENED = enum.auto()  # nothing is left of the one before
+    READY = enum.auto()  # all that shows the recording follows it
+    LEAVING = enum.auto()  # about to change or to be closed: what works on it stops
+    RECORDING_CLOSED = enum.auto()
+    WINDOW_CLOSING = enum.auto()  # whoever has a thread ends it
+    WORKSPACE = enum.auto()
+    RECENT = enum.auto()  # the list of what was opened last
+    # its frames
+    FRAME = enum.auto()  # the frame that shall be shown
+    IMAGES = enum.auto()  # those of the frame are there
+    LENGTH = enum.auto()  # the number of frames is known better than before
+    PLAYING = enum.auto()
+    FINDINGS = enum.auto()  # what looks wrong about the recording
+    CLOUD = enum.auto()  # points that were asked for, or there will be none; news: the cloud
+    INSTANT = enum.auto()  # everything about one frame; all views show it together
+    # the project
+    PROJECT_OPENED = enum.auto()  # perhaps for reading only
+    PROJECT_FOLLOWED = enum.auto()  # there is one now, or it is known that there is none
+    PROJECT_CLOSING = enum.auto()  # it can still be read
+    PROJECT_CLOSED = enum.auto()
+    EDIT = enum.auto()  # made, undone or redone; news: Changed
+    EDITS = enum.auto()  # what undo and redo do next
+    MOVED = enum.auto()  # a person has undone or redone something; news: Moved
+    KEYPOINTS = enum.auto()  # keypoints or proposals of detectors
+    DOUBTS = enum.auto()  # which camera contradicts the others, and by how much
+    # the tracker and its runs
+    RUNS = enum.auto()  # a run was added, removed, renamed, shown or hidden
+    ACTIVE_RUN = enum.auto()  # the one whose model is drawn
+    RUN_FRAMES = enum.auto()  # a run that is tracked has more frames
+    TRACKED = enum.auto()  # news: the newest frame, still with cloud and correspondences
+    RESTED = enum.auto()  # news: cloud and depth images of the frame at which the tracker stopped
+    TRACKING = enum.auto()  # running, paused, finished or idle, or further in preparing
+    RUN_ENDED = enum.auto()  # news: the run
+    SETTINGS = enum.auto()  # those of the next run, or its preset
+    JUDGEMENT = enum.auto()  # every run is judged as it is; told once for all that has changed
+    TRUTH = enum.auto()  # what errors are measured against
+    # what is chosen of what is shown
+    SELECTION = enum.auto()
+    THRESHOLD = enum.auto()
+    ACTIVE_VIEW = enum.auto()
+    PICTURES = enum.auto()  # another kind in some view, or the views are arranged anew
+    DISPLAY = enum.auto()  # overlays, loupe or the selected limb
+    LIGHT = enum.auto()
+    SCENE = enum.auto()  # colour of the points, selected limb or fitted body
+    STEP = enum.auto()  # the step inside the frame that is drawn instead of the run
+    # what features know
+    CLICKS = enum.auto()  # of the frame that shall be shown
+    CHOICE = enum.auto()  # the landmark of the next click
+    HINTS = enum.auto()  # and the body fitted to the clicks
+    PROPOSALS = enum.auto()  # in the frame that is shown or one step ahead
+    REFERENCE = enum.auto()  # the trajectory that is the project's reference, or where it is old
+    CALIBRATION = enum.auto()  # what is chosen for it, and what is calculated
+    CALIBRATING = enum.auto()  # news: the share that is done, 0 if unknown, and words
+    # what a person has to be asked for; news: a path, or several
+    IMPORT_WANTED = enum.auto()
+    STUDY_WANTED = enum.auto()
+    RUN_WANTED = enum.auto()
+    RUN_ALONE = enum.auto()  # nobody knows the recording of this run
+    RECORDING_MISSING = enum.auto()  # that of this project
+
+
+RECORDING = Part.RECORDING_OPENED | Part.RECORDING_CLOSED
+PROJECT = Part.PROJECT_OPENED | Part.PROJECT_CLOSED
+TellChange: TypeAlias = Callable[..., None]  # `Changes.tell`
+
+
+class Changes(QObject):
+    """Tells followers at once, in the order in which they began to follow.
+
+    A change that a follower tells is delivered before the rest of the one that it was told
+    (depth first). So a follower reads the state as it is; it may have been told of it already.
+    A change that another thread tells is delivered by the event loop of the window's thread.
+    """
+
+    _told = Signal(object, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._followers: list[tuple[Part, Callable[..., object], bool]] = []
+        self._told.connect(self._deliver)
+
+    def tell(self, parts: Part, news: Any = None) -> None:
+        """Say that parts are new, with what is to be said of one of them."""
+        self._told.emit(parts, news)
+
+    def watch(self, parts: Part, do: Callable[[], object]) -> None:
+        """Call a function when one of these parts is new, or several at once."""
+        self._followers.append((parts, do, False))
+
+    def hear(self, part: Part, do: Callable[[Any], object]) -> None:
+        """Call a function with the news of this part."""
+        self._followers.append((part, do, True))
+
+    @Slot(object, object)
+    def _deliver(self, parts: Part, news: Any) -> None:
+        for follower in tuple(self._followers):
+            watched, do, hears = follower
+            if not watched & parts:
+                continue
+            if not is_alive(do):
+                self._followers = [one for one in self._followers if one is not follower]
+                continue
+            try:
+                if hears:
+                    do(news)
+                else:
+                    do()
+            except Exception:  # noqa: BLE001 - the window shows it, and others are told all the same
+                sys.excepthook(*sys.exc_info())

@@ -1,0 +1,343 @@
+"""The formats that runs, references, clicks and keypoints are written in.
+
+A format is an entry of :data:`FORMATS` that carries its own functions. The command and the window
+offer what stands there.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
+from stereotrack_core.atomic import write_file
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.joint_angles import (
+    JointAngles,
+    angles_of_reference,
+    angles_of_run,
+    angles_of_trajectory,
+    frame_columns,
+    frame_rows,
+)
+from stereotrack_core.interop.coco import write_coco
+from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.keypoints.json_files import write_results
+from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
+from stereotrack_core.interop.run_file import write_run, write_trajectory
+from stereotrack_core.interop.sleap import write_sleap
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tables import csv_text
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import fps_of_run
+
+# A complete run, landmarks of any origin, a project's reference, its clicks, or its keypoints.
+Kind: TypeAlias = Literal["run", "trajectory", "reference", "clicks", "keypoints"]
+_KINDS: tuple[Kind, ...] = ("run", "trajectory", "reference", "clicks", "keypoints")
+
+
+@dataclass(frozen=True)
+class Exported:
+    """Files that were written."""
+
+    files: Mapping[Path, str]  # files or folders, and in words what is in them
+    notes: tuple[str, ...] = ()  # remarks on them, as sentences
+
+    def words(self) -> str:
+        """``30 frames saved to run.trc``; of several files the first one is named."""
+        path, what = next(iter(self.files.items()))
+        others = f" and {counted(len(self.files) - 1, 'file')}" if len(self.files) > 1 else ""
+        return " ".join((f"{what} saved to {path}{others}.", *self.notes))
+
+
+@dataclass(frozen=True)
+class ClickedRecording:
+    """Clicks with what names their places: the recording's cameras and the project's landmarks."""
+
+    clicks: Sequence[Click]
+    recording: Recording
+    landmarks: LandmarkSet
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """A format of this or of another program: a function for each kind of data that it can hold."""
+
+    name: str  # as `--format` calls it
+    label: str  # as a dialog calls it
+    suffixes: tuple[str, ...]  # of its files; the first one is usual
+    run: Callable[[Path, Run, float | None], Exported] | None = None
+    trajectory: Callable[[Path, LandmarkTrajectory, float | None], Exported] | None = None
+    reference: Callable[[Path, Reference, float | None], Exported] | None = None
+    clicks: Callable[[Path, ClickedRecording], Exported] | None = None
+    keypoints: Callable[[Path, Keypoints, Recording], Exported] | None = None
+    module: str = ""  # library that it needs besides
+    extra: str = ""  # optional dependency that installs the library
+    loses: frozenset[str] = frozenset()  # properties of clicks (_PROPERTIES) without a place in it
+    lost_of_reference: str = ""  # parts of a fitted reference without a place in it, in words
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """Kinds of data that it can hold."""
+        return tuple(kind for kind in _KINDS if getattr(self, kind) is not None)
+
+    @property
+    def missing(self) -> str:
+        """How what it needs is installed, as a sentence; empty where all is there."""
+        if not self.module or find_spec(self.module) is not None:
+            return ""
+        return f"It needs `pip install 'stereotrack[{self.extra}]'`."
+
+    def named(self, path: Path) -> Path:
+        """The path with a suffix, where it has none of this format."""
+        if path.suffix.lower() in self.suffixes:
+            return path
+        return path.with_name(f"{path.name}{self.suffixes[0]}")
+
+
+def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = None) -> Exported:
+    """Write a complete run; frames per second are the run's where they are not given.
+
+    Raises InputError where the format cannot hold it, or the file cannot be written.
+    """
+    return writer(form, "run")(path, run, fps)
+
+
+def export_trajectory(
+    path: Path, trajectory: LandmarkTrajectory, form: ExportFormat, fps: float | None
+) -> Exported:
+    """Write landmarks of any origin; see :func:`export_run`."""
+    return writer(form, "trajectory")(path, trajectory, fps)
+
+
+def export_reference(
+    path: Path,
+    reference: Reference,
+    form: ExportFormat,
+    fps: float | None,
+    max_sigma: float = MAX_SIGMA,
+) -> Exported:
+    """Write what is known of a reference within a limit of sigma, in metres; says what is not.
+
+    ``npz`` keeps the covariances, ``csv`` the standard deviations along the axes and ``c3d`` the
+    largest one as residual; see :func:`export_run` for the rest.
+    """
+    written = writer(form, "reference")(path, reference.within(max_sigma), fps)
+    lost = ""
+    if form.lost_of_reference and reference.covariance is not None:
+        lost = f"{form.label} cannot store: {form.lost_of_reference}."
+    notes = (*written.notes, reference.left_out(max_sigma), lost)
+    return replace(written, notes=tuple(filter(None, notes)))
+
+
+def export_clicks(path: Path, clicked: ClickedRecording, form: ExportFormat) -> Exported:
+    """Write clicks; see :func:`export_run`."""
+    written = writer(form, "clicks")(path, clicked)
+    note = _lost_of_clicks(form, clicked.clicks)
+    if not clicked.clicks:
+        note = "The project has no clicks, so the file is empty."
+    return replace(written, notes=(note,) if note else ())
+
+
+def export_keypoints(
+    path: Path, keypoints: Keypoints, recording: Recording, form: ExportFormat
+) -> Exported:
+    """Write what detectors have predicted; see :func:`export_run`."""
+    return writer(form, "keypoints")(path, keypoints, recording)
+
+
+def export_angles(path: Path, angles: JointAngles, fps: float | None) -> Exported:
+    """Write joint angles of every frame as CSV."""
+    if fps is None:
+        remedy = "Give it, for example with --fps 30."
+        raise InputError("the frame rate is not known", where=str(path), remedy=remedy)
+    write_file(path, csv_text(frame_columns(), frame_rows(angles, fps)))
+    return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
+
+
+def _frames(path: Path, written: Run | LandmarkTrajectory | Reference) -> Exported:
+    return Exported({path: counted(len(written.frame), "frame")})
+
+
+def _run(path: Path, run: Run, fps: float | None) -> Exported:
+    write_run(path, run, fps)
+    return _frames(path, run)
+
+
+def _landmarks(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Exported:
+    write_trajectory(path, trajectory, fps)
+    return _frames(path, trajectory)
+
+
+def _landmarks_of_reference(path: Path, reference: Reference, fps: float | None) -> Exported:
+    sigma = None if reference.covariance is None else reference.of_the_nine(reference.sigma())
+    write_trajectory(path, reference.trajectory(np.inf), fps, sigma)
+    return _frames(path, reference)
+
+
+def _complete_reference(path: Path, reference: Reference, _fps: float | None) -> Exported:
+    write_reference(path, reference)
+    return _frames(path, reference)
+
+
+def _reference_table(path: Path, reference: Reference, _fps: float | None) -> Exported:
+    write_reference_table(path, reference)
+    return _frames(path, reference)
+
+
+def _angles_of_run(path: Path, run: Run, fps: float | None) -> Exported:
+    return export_angles(path, angles_of_run(run), fps_of_run(run) if fps is None else fps)
+
+
+def _angles(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Exported:
+    return export_angles(path, angles_of_trajectory(trajectory), fps)
+
+
+def _angles_of_reference(path: Path, reference: Reference, fps: float | None) -> Exported:
+    return export_angles(path, angles_of_reference(reference, np.inf), fps)
+
+
+def _clicks(path: Path, clicked: ClickedRecording) -> Exported:
+    return Exported({path: f"{len(clicked.clicks)} clicks"})
+
+
+def _click_table(path: Path, clicked: ClickedRecording) -> Exported:
+    write_clicks(path, clicked.clicks, clicked.recording)
+    return _clicks(path, clicked)
+
+
+def _coco(path: Path, clicked: ClickedRecording) -> Exported:
+    write_coco(path, clicked.clicks, clicked.recording, clicked.landmarks)
+    return _clicks(path, clicked)
+
+
+def _sleap(path: Path, clicked: ClickedRecording) -> Exported:
+    write_sleap(path, clicked.clicks, clicked.recording, clicked.landmarks)
+    return _clicks(path, clicked)
+
+
+def _deeplabcut(path: Path, clicked: ClickedRecording) -> Exported:
+    written = write_deeplabcut(path, clicked.clicks, clicked.landmarks.names)
+    return Exported({file: f"{count} clicks" for file, count in written.items()})
+
+
+def _keypoint_table(path: Path, keypoints: Keypoints, recording: Recording) -> Exported:
+    write_table(path, keypoints, recording)
+    return Exported({path: counted(len(keypoints), "keypoint")})
+
+
+def _coco_results(path: Path, keypoints: Keypoints, recording: Recording) -> Exported:
+    others = write_results(path, keypoints, recording)
+    told = f", {others} that COCO does not have left out" if others else ""
+    return Exported({path: f"{counted(len(keypoints) - others, 'keypoint')}{told}"})
+
+
+_PROPERTIES: Mapping[str, tuple[str, Callable[[Click], bool]]] = {
+    "guessed": ("which clicks are guessed", lambda one: one.visibility == Visibility.GUESSED),
+    "outside": ("landmarks outside the image", lambda one: one.visibility == Visibility.OUTSIDE),
+    "source": ("which clicks are accepted or imported", lambda one: one.origin != "hand"),
+    "sigma": ("click uncertainties", lambda one: one.sigma is not None),
+    "flag": ("flags", lambda one: bool(one.flag)),
+    "annotator": ("annotators and times", lambda one: bool(one.who)),
+}
+"""Properties of clicks: in words, and whether a click has a value that is not the usual one."""
+
+_NOTES = frozenset({"sigma", "flag", "annotator"})
+_SIGMA_AND_SOURCE = "standard deviations, and which frames are interpolated"
+
+FORMATS: tuple[ExportFormat, ...] = (
+    ExportFormat(
+        "csv", "Table", (".csv",), _run, _landmarks, _reference_table, _click_table,
+        _keypoint_table, loses=_NOTES,
+        lost_of_reference="covariances between axes, and uncertainties of limbs",
+    ),
+    ExportFormat(
+        "trc", "TRC, OpenSim", (".trc",), _run, _landmarks, _landmarks_of_reference,
+        lost_of_reference=_SIGMA_AND_SOURCE,
+    ),
+    ExportFormat(
+        "c3d", "C3D", (".c3d",), _run, _landmarks, _landmarks_of_reference,
+        lost_of_reference="standard deviations other than the largest one of each landmark (its "
+        "residual), and which frames are interpolated",
+    ),
+    ExportFormat(
+        "bvh", "BVH", (".bvh",), _run, _landmarks, _landmarks_of_reference,
+        lost_of_reference=f"{_SIGMA_AND_SOURCE}, and gaps: unknown landmarks stay as they were "
+        "last known",
+    ),
+    ExportFormat(
+        "npz", "Complete, with uncertainty", (".npz",), _run, reference=_complete_reference
+    ),
+    ExportFormat(
+        "angles", "Joint angles", (".csv",), _angles_of_run, _angles, _angles_of_reference
+    ),
+    ExportFormat(
+        "coco", "COCO keypoints", (".json",), clicks=_coco, keypoints=_coco_results, loses=_NOTES
+    ),
+    ExportFormat(
+        "slp", "SLEAP", (".slp",), clicks=_sleap, module="sleap_io", extra="sleap",
+        loses=_NOTES | {"outside", "source"},
+    ),
+    ExportFormat(
+        "dlc", "DeepLabCut", (".csv",), clicks=_deeplabcut, loses=frozenset(_PROPERTIES)
+    ),
+)  # fmt: skip
+
+
+def _lost_of_clicks(form: ExportFormat, clicks: Iterable[Click]) -> str:
+    """Sentence on properties of these clicks that a format has no place for; empty if none."""
+    lost = {name: 0 for name in _PROPERTIES if name in form.loses}
+    for click in clicks:
+        for name in lost:
+            lost[name] += _PROPERTIES[name][1](click)
+    words = [f"{_PROPERTIES[name][0]} ({count})" for name, count in lost.items() if count]
+    return f"{form.label} cannot store: {', '.join(words)}." if words else ""
+
+
+def formats_of(*kinds: Kind) -> tuple[ExportFormat, ...]:
+    """Formats that any of these can be written as, in the order in which they are offered."""
+    return tuple(one for one in FORMATS if set(kinds) & set(one.kinds))
+
+
+def format_named(name: str) -> ExportFormat:
+    """The format of that name; LookupError where there is none."""
+    found = next((one for one in FORMATS if one.name == name), None)
+    if found is None:
+        raise LookupError(name)
+    return found
+
+
+def format_of_file(path: Path) -> ExportFormat:
+    """The format that a file's name means, of several the first one; InputError for none."""
+    suffix = path.suffix.lower()
+    found = next((one for one in FORMATS if suffix in one.suffixes), None)
+    if found is None:
+        every = sorted({one for form in FORMATS for one in form.suffixes})
+        raise InputError(
+            f"the suffix {suffix!r} means no format",
+            where=str(path),
+            remedy=f"Give --format, or a name that ends in one of {', '.join(every)}.",
+        )
+    return found
+
+
+def writer(form: ExportFormat, kind: Kind) -> Callable[..., Exported]:
+    """The function that writes a kind of data in a format; InputError where there is none."""
+    found: Callable[..., Exported] | None = getattr(form, kind)
+    if found is None:
+        raise InputError(
+            f"this cannot be exported as {form.name}",
+            where="--format",
+            remedy=f"Use one of {', '.join(one.name for one in formats_of(kind))}.",
+        )
+    return found

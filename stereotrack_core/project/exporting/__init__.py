@@ -1,1 +1,0 @@
-"""Export for other programs, by the command and by the window."""
