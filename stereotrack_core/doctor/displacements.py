@@ -4,6 +4,8 @@ Iterated closest points, point to plane, over several instants at once, of surfa
 same way.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias

@@ -1,5 +1,7 @@
 """The tracker of the thesis (chapter 3): model points look for the nearest measured ones."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import dataclass, replace
 from time import perf_counter
