@@ -218,7 +218,7 @@ _FRAMES_OF_MS = 4  # so many frames of a run that grows let it be judged a milli
 
 
 _Known: TypeAlias = tuple[int, int, Truth | None, Judgement]
-"""How often a run's frames have begun again, how many it has, the truth, and the judgement."""
+"""Restarts of a run's frames, their count, the truth, and the judgement."""
 
 
 def _judged(runs: Mapping[RunEntry, RunEntry], truth: Truth | None) -> dict[RunEntry, _Known]:

@@ -92,7 +92,7 @@ class ProjectPresenter:
         return ""
 
     def subject(self) -> Subject | None:
-        """Whose body is tracked: the project's subject, else the recording's."""
+        """Subject whose body is tracked: the project's, else the recording's."""
         recording = self._document.recording
         own = None if self.project is None else self.project.subject()
         return own if own is not None or recording is None else recording.subject

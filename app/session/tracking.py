@@ -102,7 +102,7 @@ class LiveRun:
 
     @property
     def preparing_share(self) -> float:
-        """How much of a stage before the first frame is done, 0 to 1."""
+        """Share done of a stage before the first frame, 0 to 1."""
         return self.progress.done / max(self.progress.count, 1) if self.progress else 0.0
 
     def preparing_words(self) -> str:

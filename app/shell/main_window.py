@@ -27,7 +27,7 @@ _OF_COMMANDS = (
     | Part.RUNS | Part.RUN_FRAMES | Part.ACTIVE_RUN
     | PROJECT | Part.EDIT | Part.EDITS | Part.KEYPOINTS
 )  # fmt: skip
-"""What commands say, and whether they can be chosen, follows from these."""
+"""Parts that titles and availability of commands depend on."""
 
 
 def first_size(screen: QSize) -> QSize:

@@ -71,7 +71,7 @@ def differences(first: Iterable[Click], second: Iterable[Click]) -> tuple[Differ
 
 @dataclass(frozen=True)
 class Agreement:
-    """How well two readings agree on a landmark; pixels, of their distances."""
+    """Agreement of two readings on a landmark: their distances in pixels."""
 
     landmark: str  # empty: all landmarks together
     count: int  # images in which both gave a position

@@ -176,7 +176,7 @@ def residuals_by_camera(
     landmark_set: LandmarkSet,
     found: Disagreement | None,
 ) -> tuple[CameraResidual, ...]:
-    """How far each camera's clicks lie from the points that the sound cameras agree on."""
+    """Distances of each camera's clicks from the points that the sound cameras agree on."""
     compared = _compared(clicks, cameras, landmark_set.names)
     doubtful = () if found is None else found.doubtful
     return camera_residuals(compared.cameras, np.moveaxis(compared.pixel, 2, 0), doubtful)

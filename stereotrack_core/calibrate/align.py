@@ -34,7 +34,7 @@ _LEAST_STANDING = 0.8  # mean of the torso's unit vectors; less is no standing p
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """How the world was turned; `spread_m` along z of its points or frames, NaN if unknown."""
+    """Alignment of the world; `spread_m` along z of its points or frames, NaN if unknown."""
 
     new_from_old: RigidTransform
     source: str

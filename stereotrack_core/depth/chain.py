@@ -34,7 +34,7 @@ _BACKGROUND_FRAMES = 40  # spread over the recording, to learn the background fr
 
 @dataclass(frozen=True, eq=False)
 class MeasuredViews:
-    """What all views measured at one instant, before fusion; views without images are absent."""
+    """Measurements of all views at one instant, before fusion; views without images are absent."""
 
     frame: int
     results: Mapping[str, ViewResult]

@@ -38,7 +38,7 @@ LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
 
 @dataclass(frozen=True)
 class Filter:
-    """What is listed; an empty word lists all."""
+    """Filter of the list; an empty word lists all."""
 
     limb: str = ""
     cause: str = ""
@@ -76,7 +76,7 @@ class Found:
 
     state: Hashable  # frames, reference and threshold that they belong to
     search: FailureSearch | None
-    """What the core was asked; None where the run does not say where it comes from."""
+    """Question to the core; None if the run does not state its origin."""
     failures: tuple[FailureSegment, ...]
     looked: bool = False  # whether causes are judged by pictures as well
 

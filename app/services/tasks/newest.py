@@ -69,7 +69,7 @@ class LatestOnly:
 
 
 class Answer(Protocol):
-    """What was worked out from a question: facts of one ``frame``, known by their identity."""
+    """Answer to a question: facts of one ``frame``, compared by identity."""
 
     @property
     def question(self) -> Any:

@@ -123,7 +123,7 @@ class Task(QObject):
         self._lock = threading.Lock()
         self._waiting: list[Any] = []
         self.share = 0.0
-        """How far it is, 0 to 1; 0 if nobody knows."""
+        """Progress, 0 to 1; 0 if unknown."""
         self.words = ""
         self._work = work
         self._given_up = False
