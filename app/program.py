@@ -1,6 +1,7 @@
 """The application around the window: log, failures, garbage, theme, pictures."""
 
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import DemoTracking
 
+from .context import GarbageTimer
 from .features import detector, report
 from .features.annotate import feature as annotate
 from .features.annotate.feature import Annotate
@@ -20,22 +22,23 @@ from .features.calibrate.feature import CalibrateController
 from .features.detector import DetectorController
 from .features.inspect import controller as inspect
 from .features.inspect.controller import InspectController
-from .features.project import feature as project
+from .features.project import files as project
 from .features.project.files import FileController
 from .features.report import ReportController
 from .features.review import feature as review
 from .features.review.feature import Review
 from .features.study import controller as study
 from .features.study.controller import StudyController
-from .features.track import feature as track
+from .features.track import controller as track
 from .features.track.controller import RunsController
-from .features.tune import feature as tune
+from .features.tune import controller as tune
 from .features.tune.controller import TuneController
 from .features.view import feature as view
 from .features.view.controller import ViewController
-from .services.failures import FailureRelay, leave_out_noise, open_log
-from .services.tasks.task import GarbageTimer, Processes, wait_for_threads
+from .services.failures import FailureRelay, leave_out_noise
 from .session.changes import Part
+from .session.jobs import Processes, wait_for_threads
+from .session.messages import open_log
 from .session.runs import RunEntry
 from .session.tracking import Chosen
 from .shell.dialogs import write_picture
@@ -45,6 +48,9 @@ from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, icon
 _LOOK_MS = 50
 _CALM_LOOKS = 4
 _PATIENCE_S = 1800.0
+_SWITCH_S = 0.001
+"""How long a thread that computes may keep the window's waiting; each query and each call of Qt
+waits anew, so that Python's usual 5 ms add up to what a person notices."""
 _LAST_THREADS_S = 15.0
 """The window is gone by then; work that takes longer to notice that is left behind."""
 
@@ -99,6 +105,7 @@ class WindowProgram:
         self.app.setApplicationDisplayName("stereotrack")
         open_log()
         leave_out_noise()
+        sys.setswitchinterval(_SWITCH_S)
         self._garbage = GarbageTimer(self.app)
         settings = user_settings()
         apply_theme(self.app, stored_theme(settings))
@@ -126,7 +133,7 @@ class WindowProgram:
     def track_demo(self, demo: DemoTracking, shown_frame: int) -> None:
         """Open the demo recording, track it in the window, tell its errors when done."""
         track = self.context.session.track
-        track.take(Chosen(demo.preset, preset(demo.preset), demo.settings))
+        track.put(Chosen(demo.preset, preset(demo.preset), demo.settings))
         self.context.session.changes.hear(Part.RUN_ENDED, self._on_demo_tracked)
         self._demo, self._demo_frame = demo, shown_frame
         self.features.files.begin_demo(demo.folder)

@@ -148,8 +148,7 @@ def _check(opening: Opening) -> None:
     """Refuse at once what can be known to be wrong before a window is there."""
     path, picture = opening.path, opening.picture
     if path is not None:
-        from stereotrack_core.interop.run_file import holds_run
-        from stereotrack_core.interop.run_places import meta_of_run
+        from stereotrack_core.interop.run_file import holds_run, meta_of_run
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
         from stereotrack_core.recording.importing.sources import is_unmade
@@ -184,6 +183,6 @@ def _begin(program: WindowProgram, opening: Opening) -> None:
     if opening.demo is not None:
         program.track_demo(opening.demo, opening.frame)
     elif opening.path is not None:
-        context.session.opening.open(
+        context.session.open(
             opening.path, frame=opening.frame, workspace=opening.workspace, run=opening.run
         )

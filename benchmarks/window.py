@@ -19,9 +19,9 @@ from PySide6.QtCore import QCoreApplication, QEventLoop, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.context import GarbageTimer
 from app.program import make_window
 from app.services.failures import leave_out_noise
-from app.services.tasks.task import GarbageTimer
 from app.widgets.style.theme import apply_theme
 from benchmarks.common import ended
 

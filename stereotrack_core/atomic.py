@@ -23,23 +23,18 @@ Check: TypeAlias = Callable[[Path], bool]
 that it is not."""
 
 
-def write_file(
-    path: Path, content: str | bytes, last_look: Callable[[], object] = lambda: None
-) -> None:
+def write_file(path: Path, content: str | bytes) -> None:
     """Write bytes, or a text as UTF-8; a write that fails leaves what stood there before.
 
-    `last_look` is called right before the old file is replaced, and may raise to keep it. Raises
-    InputError where the file cannot be written.
+    Raises InputError where the file cannot be written.
     """
-    write_files({path: content}, last_look)
+    write_files({path: content})
 
 
-def write_files(
-    contents: Mapping[Path, str | bytes], last_look: Callable[[], object] = lambda: None
-) -> None:
+def write_files(contents: Mapping[Path, str | bytes]) -> None:
     """Write files that belong together: where one of them cannot be written, all stay as they were.
 
-    `last_look` is called as for one file. Raises InputError where one of them cannot be written.
+    Raises InputError where one of them cannot be written.
     """
     with ExitStack() as pending:
         for path, content in contents.items():
@@ -48,7 +43,6 @@ def write_files(
             temporary = pending.enter_context(replacing(path, whole))
             temporary.write_bytes(data)
             _flush(temporary)  # all that is left to be done for any of them is renaming
-        last_look()
 
 
 @contextmanager
@@ -86,6 +80,15 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
     finally:
         temporary.unlink(missing_ok=True)
     _flush_names(path.parent)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it, unless it is there. Raises InputError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        what = f"the folder cannot be created ({error.strerror})"
+        raise InputError(what, where=str(folder), remedy="Choose another place.") from error
 
 
 @contextmanager

@@ -15,34 +15,29 @@ class OneBlasThread:
     Matrices of some tens of columns gain nothing from a second thread and lose much on a busy
     machine; and the last bits of a sum depend on how many threads made it. The number of threads
     belongs to the process, so holders that overlap have to be counted: were each to restore what it
-    found, the first to leave would give the threads back under the feet of the others. `limit` sets
-    the limit and returns an object whose ``restore_original_limits`` takes it away.
+    found, the first to leave would give the threads back under the feet of the others.
     """
 
-    def __init__(self, limit: Callable[[], Any] | None = None) -> None:
-        self._limit = limit or self._limited
+    def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._holders = 0
+        self._holders: set[object] = set()
         self._restoring: Any = None
         self._controller: ThreadpoolController | None = None
 
     def hold(self) -> Callable[[], None]:
         """Begin to hold; returns what ends it, which may be called more than once."""
+        holder = object()
         with self._lock:
-            if self._holders == 0:
-                self._restoring = self._limit()
-            self._holders += 1
-        held = True
+            if not self._holders:
+                self._restoring = self._limited()
+            self._holders.add(holder)
 
         def release() -> None:
-            nonlocal held
             with self._lock:
-                if not held:
-                    return
-                held = False
-                self._holders -= 1
-                if self._holders == 0:
-                    self._restoring.restore_original_limits()
+                if holder in self._holders:
+                    self._holders.remove(holder)
+                    if not self._holders:
+                        self._restoring.restore_original_limits()
 
         return release
 

@@ -3,10 +3,8 @@
 import functools
 import hashlib
 import os
-import shutil
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -15,12 +13,6 @@ from typing import Any, TypeVar, cast
 
 _FunctionT = TypeVar("_FunctionT", bound=Callable[..., Any])
 _lock = threading.RLock()
-
-_KEPT_VERSIONS = 400
-"""Versions of functions in a cache folder before unused ones are removed; the program has 60."""
-
-_UNUSED_SECONDS = 86_400.0
-"""Age from which a version may be removed; another running program may use newer ones."""
 
 
 def load_before_threads() -> None:
@@ -108,7 +100,6 @@ class _Compiled:
         folder /= self.digest
         with suppress(OSError):
             folder.mkdir(exist_ok=True)
-            os.utime(folder)  # it is in use
         return folder
 
 
@@ -175,14 +166,5 @@ def _all_folders() -> Path | None:
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             if os.access(folder, os.W_OK):
-                _remove_unused(folder)
                 return folder
     return None
-
-
-def _remove_unused(folder: Path) -> None:
-    """Remove the versions that were not used for the longest time, if there are many."""
-    used = sorted(((one.stat().st_mtime, one.path) for one in os.scandir(folder)), reverse=True)
-    for at, path in used[_KEPT_VERSIONS:]:
-        if at < time.time() - _UNUSED_SECONDS:
-            shutil.rmtree(path, ignore_errors=True)

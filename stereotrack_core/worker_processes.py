@@ -8,12 +8,14 @@ that has started them.
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from types import ModuleType
 from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -107,6 +109,7 @@ class Lost(Exception):
 
     def __init__(self, code: int | None) -> None:
         super().__init__(f"the process at work ended unexpectedly (exit code {code})")
+        self.code = code if code is not None else 1
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,7 @@ class _Worker:
         self.process = _CONTEXT.Process(target=_serve, args=(theirs, threads, nice), daemon=True)
         libraries = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
         limits = {**dict.fromkeys(libraries, "1"), "NUMBA_NUM_THREADS": str(threads)}
-        with _STARTING, _environment(limits), _out_of_reach_of_interrupts():
+        with _STARTING, _environment(limits), _without_main(), _out_of_reach_of_interrupts():
             self.process.start()
         theirs.close()
 
@@ -272,7 +275,6 @@ class TaskProcess:
         return word.result
 
     def _drop(self) -> None:
-        """End the process, in one's turn."""
         with self._lock:
             worker, self._worker = self._worker, None
         if worker is not None:
@@ -284,6 +286,19 @@ def usable_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Keep a process from importing the script that starts it, which would run it once more.
+
+    What the process does is never defined there, so scripts need no ``if __name__ == "__main__"``.
+    """
+    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 @contextmanager

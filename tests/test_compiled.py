@@ -87,13 +87,12 @@ with FrameReader(recording) as reader:
     chain.close()
 """
 _WINDOW = """
-from PySide6.QtCore import QCoreApplication
-from app.services.tasks.task import Task
-program = QCoreApplication([])
-task = Task("work", lambda task: None)
-task.finished.connect(program.quit)
-task.start()
-program.exec()
+import queue
+from app.session.jobs import TaskList
+from app.session.surroundings import Loop
+posted = queue.SimpleQueue()
+TaskList(Loop(posted.put, None), print, lambda: None).begin("work", lambda task: None)
+posted.get()()
 """
 
 

@@ -131,3 +131,15 @@ def test_it_ends_when_the_one_that_reads_is_killed(name, path):
         finally:
             asker.kill()
     wait_until(lambda: has_ended(int(told.read_text())))
+
+
+def test_a_script_that_says_nothing_about_main_reads_and_runs_once(path, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from pathlib import Path\n"
+        "from stereotrack_core.limited_process import read_apart\n"
+        f"print(read_apart(Path.read_text, Path({str(path)!r}), ''))\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "content\n", "")

@@ -83,14 +83,18 @@ def put_together(python: Path) -> Path:
     pyinstaller = (str(python), "-m", "PyInstaller", "--noconfirm", "--log-level", "WARN")
     places = ("--distpath", str(made), "--workpath", str(WORK / "work"))
     subprocess.run([*pyinstaller, *places, str(SPEC)], check=True)
+    inside = made / "stereotrack" / "_internal"
+    if shutil.which("strip"):  # their symbols have 110 MB
+        libraries = (*inside.glob("vtkmodules/*.so"), *inside.glob("llvmlite/binding/*.so"))
+        subprocess.run(["strip", "--strip-unneeded", *libraries], check=True)
     for name in BESIDE:
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, made / "stereotrack" / name)
     if DETECTOR.is_dir():
-        inside = made / "stereotrack" / "_internal" / "stereotrack_core" / "pose_model" / "files"
-        shutil.copytree(DETECTOR, inside, dirs_exist_ok=True)
+        files = inside / "stereotrack_core" / "pose_model" / "files"
+        shutil.copytree(DETECTOR, files, dirs_exist_ok=True)
     for part in PARTS:
-        if not any((made / "stereotrack" / "_internal").glob(part)):
+        if not any(inside.glob(part)):
             sys.exit(f"stereotrack: bundle: PyInstaller has left out {part}")
     return made / "stereotrack" / "stereotrack"
 

@@ -92,10 +92,10 @@ def _picture(
     context.session.changes.watch(Part.READY, lambda: _open_runs(program, runs))
     context.session.changes.watch(Part.READY, lambda: context.docks.bring_up(panel))
     failures = program.features.review.failures
-    context.tasks.changed.connect(
-        lambda: failures.go(1) if failures.listed and failures.chosen is None else None
+    context.session.changes.watch(
+        Part.TASKS, lambda: failures.go(1) if failures.listed and failures.chosen is None else None
     )
-    context.session.opening.open(recording, frame=frame, workspace=workspace)
+    context.session.open(recording, frame=frame, workspace=workspace)
     return program.picture(picture, say, SIZE)
 
 

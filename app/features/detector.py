@@ -17,9 +17,9 @@ from stereotrack_core.pose_model.installation import (
 
 from ..context import Context
 from ..services.actions import Menu
-from ..services.tasks.task import Task
+from ..session.jobs import Job, NewestJob, Task
+from ..session.messages import Message
 from ..widgets.forms.form_dialog import ask_to_open
-from ..widgets.forms.message import Message
 
 _ABOUT = (
     "The pose detector sees a person's shoulders, elbows, wrists, hips and head in single images, "
@@ -33,11 +33,7 @@ class DetectorController:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._task: Task | None = None
-
-    @property
-    def working(self) -> bool:
-        return self._task in self._context.tasks.tasks
+        self.job = NewestJob(context.tasks)
 
     def show(self) -> None:
         kept = sum(one.size for one in MODEL_FILES)
@@ -67,7 +63,7 @@ class DetectorController:
         ask_to_open(parent, "Install pose detector", Path.home(), _FILES, take)
 
     def install(self, source: Path | None = None) -> None:
-        if self.working:
+        if self.job.busy:
             return
 
         def work(task: Task) -> Installation:
@@ -75,9 +71,7 @@ class DetectorController:
                 source, say=lambda text: task.report(0.0, text), cancelled=task.token.cancelled
             )
 
-        self._task = self._context.tasks.begin(
-            "Installing the pose detector", work, self._on_installed
-        )
+        self.job.run(Job("Installing the pose detector", work, self._on_installed))
 
     def _on_installed(self, state: Installation) -> None:
         wrong = bool(state.problem()[0])
@@ -99,7 +93,7 @@ def register(context: Context) -> DetectorController:
     command = Menu("&Track").command(
         "install_detector", "Install pose detector …", "Say what the pretrained pose detector is "
         "and whether it is installed, and install it.", detector.show, icon="prediction",
-        why_not=lambda: "The pose detector is being installed." if detector.working else "",
+        why_not=lambda: "The pose detector is being installed." if detector.job.busy else "",
         section=True,
     )  # fmt: skip
     context.actions.add([command])

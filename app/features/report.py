@@ -10,9 +10,9 @@ from stereotrack_core.report.reported import Source, gathered
 
 from ..context import Context
 from ..services.actions import Menu
-from ..services.tasks.task import Task
+from ..session.jobs import Job, NewestJob, Task
+from ..session.messages import Message
 from ..widgets.forms.form_dialog import ask_to_save
-from ..widgets.forms.message import Message
 
 _FILTER = "Page for a browser (*.html)"
 
@@ -22,14 +22,10 @@ class ReportController:
 
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
-        self._task: Task | None = None
-
-    @property
-    def working(self) -> bool:
-        return self._task in self._context.tasks.tasks
+        self.job = NewestJob(context.tasks)
 
     def why_not(self) -> str:
-        busy = "A report is already being written." if self.working else ""
+        busy = "A report is already being written." if self.job.busy else ""
         return self._session.no_run() or busy
 
     def ask_where(self) -> None:
@@ -48,7 +44,7 @@ class ReportController:
 
     def make(self, path: Path) -> None:
         source = self._source()
-        if source is None or self.working:
+        if source is None or self.job.busy:
             return
 
         def work(task: Task) -> None:
@@ -62,7 +58,7 @@ class ReportController:
             message = Message("note", f"Report saved to {path}", button="Open", do=show)
             self._context.notifier.show(message)
 
-        self._task = self._context.tasks.begin("Writing report", work, done, promised=True)
+        self.job.run(Job("Writing report", work, done), promised=True)
 
     def _source(self) -> Source | None:
         """The active run and what it is measured against; None where it cannot be put together."""

@@ -137,7 +137,7 @@ class ActionRegistry(QObject):
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
-        self._said: dict[str, tuple[str, str, str]] = {}
+        self._said: dict[str, tuple[object, ...]] = {}
         window.installEventFilter(self)
         app = QApplication.instance()
         if isinstance(app, QApplication):
@@ -166,19 +166,16 @@ class ActionRegistry(QObject):
         for name, command in self._commands.items():
             if not command.menu.startswith(menu):
                 continue
-            action = self._actions[name]
-            why_not = command.why_not()
+            action, why_not = self._actions[name], command.why_not()
             named = command.says() if command.says is not None else ""
-            if named:
-                action.setText(named.replace("&", "&&"))
-            action.setVisible(command.shown())
             if command.checked is not None:
                 action.setChecked(command.checked())
-            said = (named, why_not, self.key_words(name))
+            said = (named, why_not, command.shown(), self._keys[name])
             # What has not changed is not said again: it takes time.
             if self._said.get(name) != said:
                 self._said[name] = said
-                self._say(command, action, *said)
+                action.setVisible(said[2])
+                self._say(command, action, named, why_not)
         if not menu:
             self.refreshed.emit()
 
@@ -272,13 +269,16 @@ class ActionRegistry(QObject):
         self._window.addAction(action)
         return action
 
-    def _say(self, command: Command, action: QAction, named: str, why_not: str, keys: str) -> None:
+    def _say(self, command: Command, action: QAction, named: str, why_not: str) -> None:
+        if named:
+            action.setText(named.replace("&", "&&"))
         action.setEnabled(not why_not)
         if command.goes_first:
             self._share_keys(self._keys[command.id])
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
         tip = f"{named}. {words}" if named not in {"", command.text} else words
+        keys = self.key_words(command.id)
         action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:

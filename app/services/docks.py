@@ -5,8 +5,10 @@ from collections.abc import Callable
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, Signal
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
 
+from ..session.messages import Message
+from ..session.surroundings import stored_text
 from ..widgets.camera.camera_grid import CameraGrid
-from ..widgets.forms.message import BarsOver, Message
+from ..widgets.forms.message import BarsOver
 from ..widgets.scene.scene_view import SceneView
 from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
@@ -21,7 +23,6 @@ from .layout import (
     is_in_front,
     leave_room,
     restore_layout,
-    stored_text,
 )
 
 _CORNER = Qt.Corner.BottomRightCorner

@@ -1,15 +1,10 @@
-"""What happens when something fails: a sentence for the person, the details in a log file."""
+"""Messages and failures reach the window: over the views, and in the status line."""
 
-import logging
 import sys
 import threading
 from collections.abc import Callable
-from logging.handlers import RotatingFileHandler
-from pathlib import Path
 from types import TracebackType
-from typing import TypeAlias
 
-import platformdirs
 from PySide6.QtCore import (
     QMessageLogContext,
     QObject,
@@ -21,50 +16,9 @@ from PySide6.QtCore import (
 from PySide6.QtWidgets import QStatusBar
 
 from stereotrack_core.errors import InputError, visible
-from stereotrack_core.worker_processes import Lost
 
-from ..widgets.forms.message import Message, MessageBar
-
-LOG = logging.getLogger("stereotrack")
-Tell: TypeAlias = Callable[[Message], object]
-_LOST = "Try again. If it happens again, free memory by closing other programs."
-
-
-def log_path() -> Path:
-    """File that details of failures are written to."""
-    return Path(platformdirs.user_log_dir("stereotrack", appauthor=False)) / "stereotrack.log"
-
-
-def open_log() -> None:
-    """Write the log to :func:`log_path`; without a writable folder the program runs without."""
-    path = log_path()
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handler = RotatingFileHandler(path, maxBytes=1_000_000, backupCount=2, encoding="utf-8")
-    except OSError:
-        return
-    logging.raiseExceptions = False  # where the drive is full, nobody is bothered with that
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
-    LOG.addHandler(handler)
-    LOG.setLevel(logging.INFO)
-
-
-def message_of(error: BaseException) -> Message:
-    """Say an exception in words; one that is not the user's doing is logged with its traceback."""
-    if isinstance(error, InputError):
-        return Message("error", error.what, error.where, error.remedy)
-    if isinstance(error, OSError) and error.strerror:
-        return Message("error", error.strerror, str(error.filename or ""))
-    if isinstance(error, Lost):
-        return Message("error", str(error), remedy=_LOST)
-    LOG.error("unexpected", exc_info=(type(error), error, error.__traceback__))
-    words = str(error).strip().splitlines()
-    detail = f"{type(error).__name__}: {words[0]}" if words else type(error).__name__
-    return Message(
-        "error",
-        f"Unexpected error in the program ({detail})",
-        remedy=f"Your data are safe. Details are in {log_path()}.",
-    )
+from ..session.messages import Message, Tell, message_of
+from ..widgets.forms.message import MessageBar
 
 
 def leave_out_noise() -> None:

@@ -121,9 +121,8 @@ class WheelGuard(QObject):
                 _take_no_focus_by_wheel(field)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        kind = event.type()
-        if kind not in _EVENTS or not isinstance(watched, _FIELDS):
-            return False
+        if not isinstance(watched, _FIELDS) or (kind := event.type()) not in _EVENTS:
+            return False  # in this order: to ask for the type of every event takes time
         if kind == QEvent.Type.Polish:
             _take_no_focus_by_wheel(watched)
         elif not isinstance(watched, QScrollBar):

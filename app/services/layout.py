@@ -7,19 +7,6 @@ from PySide6.QtCore import QByteArray, QSettings, QSize, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar
 
 
-def stored_text(settings: QSettings, key: str) -> str:
-    """A text; empty where there is none."""
-    value = settings.value(key)
-    return value if isinstance(value, str) else ""
-
-
-def stored_texts(settings: QSettings, key: str) -> list[str] | None:
-    """Texts; None where there are none. A single one comes back from the file by itself."""
-    value = settings.value(key)
-    texts = [value] if isinstance(value, str) else value
-    return [text for text in texts if isinstance(text, str)] if isinstance(texts, list) else None
-
-
 def stored_bytes(settings: QSettings, key: str) -> QByteArray | None:
     """What a widget says about its arrangement."""
     value = settings.value(key)

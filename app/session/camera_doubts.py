@@ -11,11 +11,10 @@ from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreem
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
-from ..services.failures import Tell, message_of
-from ..services.tasks.newest import LatestOnly
-from ..widgets.redraw import later
 from .changes import Changes, Part
 from .document import DocumentPresenter
+from .jobs import TaskList
+from .newest import LatestOnly
 from .project import ProjectPresenter
 
 _PAUSE_MS = 400
@@ -28,7 +27,11 @@ class CameraDoubts:
     """Follows the clicks of the project."""
 
     def __init__(
-        self, changes: Changes, document: DocumentPresenter, project: ProjectPresenter, tell: Tell
+        self,
+        changes: Changes,
+        tasks: TaskList,
+        document: DocumentPresenter,
+        project: ProjectPresenter,
     ) -> None:
         self._changes, self._document, self._project = changes, document, project
         self.now: Disagreement | None = None
@@ -36,12 +39,12 @@ class CameraDoubts:
         self.residuals: tuple[CameraResidual, ...] = ()
         """How far the clicks of each camera lie from the points that the cameras agree on."""
         self._worker = LatestOnly(
+            tasks,
             lambda compare: compare(),
             "compare the cameras",
             lambda _question, found: self._take(*found),
-            lambda _question, error: tell(message_of(error)),
         )
-        self._pause = later(changes, self._ask, _PAUSE_MS)
+        self._pause = changes.loop.later(self._ask, _PAUSE_MS)
 
     def settled(self) -> bool:
         return self._worker.settled() and not self._pause.isActive()

@@ -1,13 +1,12 @@
 """One event of the session: which parts of it are new, and who follows them."""
 
 import enum
-import sys
+import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeAlias
 
-from PySide6.QtCore import QObject, Signal, Slot
-
-from ..widgets.redraw import is_alive
+from .surroundings import Loop
 
 
 class Part(enum.Flag):
@@ -21,6 +20,7 @@ class Part(enum.Flag):
     WINDOW_CLOSING = enum.auto()  # whoever has a thread ends it
     WORKSPACE = enum.auto()
     RECENT = enum.auto()  # the list of what was opened last
+    TASKS = enum.auto()  # what is under way, and how far it is
     # its frames
     FRAME = enum.auto()  # the frame that shall be shown
     IMAGES = enum.auto()  # those of the frame are there
@@ -64,7 +64,6 @@ class Part(enum.Flag):
     CHOICE = enum.auto()  # the landmark of the next click
     HINTS = enum.auto()  # and the body fitted to the clicks
     PROPOSALS = enum.auto()  # in the frame that is shown or one step ahead
-    REFERENCE = enum.auto()  # the trajectory that is the project's reference, or where it is old
     CALIBRATION = enum.auto()  # what is chosen for it, and what is calculated
     CALIBRATING = enum.auto()  # news: the share that is done, 0 if unknown, and words
     # what a person has to be asked for; news: a path, or several
@@ -80,46 +79,32 @@ PROJECT = Part.PROJECT_OPENED | Part.PROJECT_CLOSED
 TellChange: TypeAlias = Callable[..., None]  # `Changes.tell`
 
 
-class Changes(QObject):
+class Changes:
     """Tells followers at once, in the order in which they began to follow.
 
     A change that a follower tells is delivered before the rest of the one that it was told
     (depth first). So a follower reads the state as it is; it may have been told of it already.
-    A change that another thread tells is delivered by the event loop of the window's thread.
+    A change that another thread tells is delivered by the loop of the window's thread.
     """
 
-    _told = Signal(object, object)
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._followers: list[tuple[Part, Callable[..., object], bool]] = []
-        self._told.connect(self._deliver)
+    def __init__(self, loop: Loop) -> None:
+        self.loop, self._thread = loop, threading.get_ident()
+        self._followers: list[tuple[int, Callable[..., object], bool]] = []
 
     def tell(self, parts: Part, news: Any = None) -> None:
         """Say that parts are new, with what is to be said of one of them."""
-        self._told.emit(parts, news)
+        if threading.get_ident() != self._thread:
+            self.loop.post(partial(self.tell, parts, news))
+            return
+        told = parts.value  # as a number: it is compared with that of every follower
+        for watched, do, hears in tuple(self._followers):
+            if watched & told:
+                self.loop.call(do, *([news] if hears else []))
 
     def watch(self, parts: Part, do: Callable[[], object]) -> None:
         """Call a function when one of these parts is new, or several at once."""
-        self._followers.append((parts, do, False))
+        self._followers.append((parts.value, do, False))
 
     def hear(self, part: Part, do: Callable[[Any], object]) -> None:
         """Call a function with the news of this part."""
-        self._followers.append((part, do, True))
-
-    @Slot(object, object)
-    def _deliver(self, parts: Part, news: Any) -> None:
-        for follower in tuple(self._followers):
-            watched, do, hears = follower
-            if not watched & parts:
-                continue
-            if not is_alive(do):
-                self._followers = [one for one in self._followers if one is not follower]
-                continue
-            try:
-                if hears:
-                    do(news)
-                else:
-                    do()
-            except Exception:  # noqa: BLE001 - the window shows it, and others are told all the same
-                sys.excepthook(*sys.exc_info())
+        self._followers.append((part.value, do, True))

@@ -1,10 +1,12 @@
 """The open recording, the frame that is shown, and playback."""
 
-from collections.abc import Callable, Sequence
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-
-from PySide6.QtCore import QElapsedTimer, QTimer
+from typing import Generic, TypeVar
 
 from stereotrack_core.doctor.diagnose import glance, hindrances
 from stereotrack_core.errors import Cancelled, InputError
@@ -13,11 +15,62 @@ from stereotrack_core.recording.findings import Finding, by_severity, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 
-from ..services.failures import Tell, message_of
-from ..services.tasks.newest import LatestOnly, Shared
-from ..services.tasks.task import CancelToken, Task, TaskList
-from ..widgets.forms.message import Message
 from .changes import Changes, Part
+from .jobs import Job, NewestJob, Task, TaskList
+from .messages import Message, Tell
+from .newest import LatestOnly
+
+_COUNT_MS = 200
+_SHORTEST_MS = 10  # between two frames that are played
+R = TypeVar("R")
+
+
+class Shared(Generic[R]):
+    """A resource with an owner, and users in other threads.
+
+    The owner closes it without waiting: where somebody still uses it, the last user closes it when
+    leaving; `close` is called once, in whichever thread is the last. Only the owner, who knows
+    whether it is closed, looks at the `resource` itself.
+    """
+
+    def __init__(self, resource: R, close: Callable[[], object]) -> None:
+        self.resource = resource
+        self._close = close
+        self._lock = threading.Lock()
+        self._users = 0
+        self.wanted = True
+
+    @contextmanager
+    def used(self) -> Iterator[R]:
+        """The resource, which stays open meanwhile; Cancelled if its owner has closed it."""
+        resource = self.enter()
+        try:
+            yield resource
+        finally:
+            self.leave()
+
+    def enter(self) -> R:
+        with self._lock:
+            if not self.wanted:
+                raise Cancelled
+            self._users += 1
+        return self.resource
+
+    def leave(self) -> None:
+        """No longer use it; once for every :meth:`enter`."""
+        with self._lock:
+            self._users -= 1
+            last = not self.wanted and not self._users
+        if last:
+            self._close()
+
+    def close(self) -> None:
+        """Let nobody else begin to use it, and have it closed; a second time does nothing."""
+        with self._lock:
+            last = self.wanted and not self._users
+            self.wanted = False
+        if last:
+            self._close()
 
 
 def _looked_at(recording: Recording) -> tuple[Finding, ...]:
@@ -65,19 +118,18 @@ class DocumentPresenter:
         self.frame = 0
         self._frame_set: FrameSet | None = None
         self._reading: LatestOnly | None = None
-        self._opening: CancelToken | None = None
+        self._opening, self._checking = NewestJob(tasks), NewestJob(tasks)
         self._start_frame = 0
         self.findings: tuple[Finding, ...] | None = None
         self._examined: tuple[Finding, ...] = ()
         self._measured: tuple[Finding, ...] = ()
-        self._play_timer = QTimer(changes)
-        self._play_timer.timeout.connect(self._on_play)
-        self._clock = QElapsedTimer()
-        self._played_from = 0
+        self.playing = False
+        self._play_timer = changes.loop.later(self._on_play, _SHORTEST_MS)
+        self._play_ms = _SHORTEST_MS
+        self._played_from, self._played_since = 0, 0.0
         self.loop: range | None = None
         """Frames that are played again and again; None where playing goes on to the end."""
-        self._count_timer = QTimer(changes, interval=200)
-        self._count_timer.timeout.connect(self._on_count)
+        self._count_timer = changes.loop.later(self._on_count, _COUNT_MS)
         self.frame_count = 0
 
     @property
@@ -88,37 +140,27 @@ class DocumentPresenter:
 
     @property
     def opening(self) -> bool:
-        return self._opening is not None
-
-    @property
-    def playing(self) -> bool:
-        return self._play_timer.isActive()
+        return self._opening.busy
 
     def open(self, folder: Path, frame: int = 0) -> None:
         """Open a recording folder in the background and show `frame`."""
-        if self._opening is not None:
-            self._opening.cancel()
         self._start_frame = frame
 
-        def not_opened() -> None:
-            if self._opening is token:
-                self._opening = None
+        def read(task: Task) -> FrameReader:
+            reader = read_folder(folder)
+            self._tasks.finish_writes()  # what is open is closed once all of it is written
+            if task.token.cancelled():
+                reader.close()
+                raise Cancelled
+            return reader
 
-        opening = self._tasks.begin(
-            f"opening {folder.name}",
-            lambda task: _unless_cancelled(task, lambda: read_folder(folder)),
-            # what is open is closed once all of it is written
-            lambda reader: self._tasks.after_writes(partial(self._take, token, reader)),
-        )
-        self._opening = token = opening.token
-        opening.failed.connect(not_opened)
-        opening.stopped.connect(not_opened)
+        title = f"opening {folder.name}"
+        self._opening.run(Job(title, read, self._take, discard=FrameReader.close))
 
     def close(self) -> None:
         """Close the recording; one that is being opened does not come any more."""
-        if self._opening is not None:
-            self._opening.cancel()
-            self._opening = None
+        self._opening.give_up()
+        self._checking.give_up()
         self.pause()
         self._count_timer.stop()
         if self._reading is not None:
@@ -142,8 +184,7 @@ class DocumentPresenter:
         self._show(wanted)
 
     def step(self, by: int) -> None:
-        self.pause()
-        self.go_to(self.frame + by)
+        self.visit(self.frame + by)
 
     def play(self) -> None:
         """Go on by the recording's own clock; from the last frame it begins again."""
@@ -151,8 +192,9 @@ class DocumentPresenter:
             return
         at_end = self.frame >= self.frame_count - 1 and self.loop is None
         self._restart_clock(0 if at_end else self.frame)
-        interval = max(10, round(1000.0 / self.recording.fps))
-        self._play_timer.start(interval)
+        self._play_ms = max(_SHORTEST_MS, round(1000.0 / self.recording.fps))
+        self._play_timer.start(self._play_ms)
+        self.playing = True
         self._changes.tell(Part.PLAYING)
 
     def set_loop(self, frames: range | None) -> None:
@@ -161,6 +203,7 @@ class DocumentPresenter:
     def pause(self) -> None:
         if self.playing:
             self._play_timer.stop()
+            self.playing = False
             self._changes.tell(Part.PLAYING)
 
     def toggle_playing(self) -> None:
@@ -174,13 +217,12 @@ class DocumentPresenter:
         self.go_to(frame)
 
     def settled(self) -> bool:
-        if self._opening is not None:
+        if self.opening:
             return False
         return self.recording is None or self.frame_count == 0 or self.frame_set is not None
 
     def _restart_clock(self, frame: int) -> None:
-        self._played_from = frame
-        self._clock.start()
+        self._played_from, self._played_since = frame, time.monotonic()
 
     def _show(self, frame: int) -> None:
         self.frame = frame
@@ -188,19 +230,16 @@ class DocumentPresenter:
             self._reading.ask(frame)
         self._changes.tell(Part.FRAME)
 
-    def _take(self, opening: CancelToken, reader: FrameReader) -> None:
-        if opening is not self._opening:  # another one was asked for since
-            reader.close()
-            return
+    def _take(self, reader: FrameReader) -> None:
         self.close()
         recording = self.recording = reader.recording
         self.reader = Shared(reader, reader.close)
         read = partial(_frame_set, self.reader)
-        self._reading = LatestOnly(read, "frames read", self._on_frame_read, self._on_frame_failed)
+        answers = self._on_frame_read, self._on_frame_failed
+        self._reading = LatestOnly(self._tasks, read, "frames read", *answers)
         self.frame_count, final = reader.frame_count_so_far()
         if not final:
             self._count_timer.start()
-        self._opening = None
         self._opened()
         if self.frame_count == 0 and final:
             remedy = "See Recording checks for the length of every stream."
@@ -212,13 +251,12 @@ class DocumentPresenter:
             self._tell(Message("note", what, recording.name, remedy))
         self.go_to(self._start_frame)
 
-        def examined(findings: tuple[Finding, ...]) -> None:
-            if recording is self.recording:
-                self._examined = findings
-                self.take_measured(self._measured)
-
         look = partial(_looked_at, recording)
-        self._tasks.begin("checking the recording", lambda _task: look(), examined)
+        self._checking.run(Job("checking the recording", lambda _task: look(), self._on_examined))
+
+    def _on_examined(self, findings: tuple[Finding, ...]) -> None:
+        self._examined = findings
+        self.take_measured(self._measured)
 
     def take_measured(self, findings: Sequence[Finding]) -> None:
         """Add what was measured of the recording's images to what its files say."""
@@ -231,22 +269,22 @@ class DocumentPresenter:
         found, recording = self.findings or (), self.recording
         return () if recording is None else hindrances(found, recording)
 
-    def _on_frame_read(self, frame: int, frame_set: FrameSet) -> None:
-        if frame == self.frame:
-            self._frame_set = frame_set
-            self._changes.tell(Part.IMAGES)
+    def _on_frame_read(self, _frame: int, frame_set: FrameSet) -> None:
+        self._frame_set = frame_set
+        self._changes.tell(Part.IMAGES)
 
     def _on_frame_failed(self, frame: int, error: Exception) -> None:
-        if frame == self.frame:
-            self._tell(message_of(error))
-            self._on_frame_read(frame, FrameSet(frame, {}, {}))
+        self._tasks.failed(error)
+        self._on_frame_read(frame, FrameSet(frame, {}, {}))
 
     def _on_play(self) -> None:
         if self.recording is None:
             return
+        self._play_timer.start(self._play_ms)
         if self.frame_set is None and self._reading is not None and not self._reading.settled():
             return  # the picture before is not there yet; time goes on all the same
-        due = self._played_from + int(self._clock.elapsed() * self.recording.fps / 1000.0)
+        seconds = time.monotonic() - self._played_since
+        due = self._played_from + int(seconds * self.recording.fps)
         if self.loop is not None and (due >= self.loop.stop or due < self.loop.start):
             self._show(min(self.loop.start, self.frame_count - 1))
             self._restart_clock(self.frame)
@@ -261,8 +299,8 @@ class DocumentPresenter:
         if self.reader is None:
             return
         count, final = self.reader.resource.frame_count_so_far()
-        if final:
-            self._count_timer.stop()
+        if not final:
+            self._count_timer.start()
         if count != self.frame_count:
             first = self.frame_count == 0
             self.frame_count = count
@@ -276,17 +314,3 @@ class DocumentPresenter:
 def _frame_set(reader: Shared[FrameReader], frame: int) -> FrameSet:
     with reader.used() as open_reader:
         return open_reader.frame_set(frame)
-
-
-def _unless_cancelled(task: Task, read: Callable[[], FrameReader]) -> FrameReader:
-    """What was read; of a folder that nobody waits for any more nothing is said."""
-    try:
-        reader = read()
-    except InputError as error:
-        if task.token.cancelled():
-            raise Cancelled from error
-        raise
-    if task.token.cancelled():
-        reader.close()
-        raise Cancelled
-    return reader

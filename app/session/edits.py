@@ -14,8 +14,8 @@ from stereotrack_core.project.history import Changed, Entry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
 
-from ..services.failures import Tell, message_of
 from .changes import Part, TellChange
+from .messages import Tell, message_of
 
 
 @dataclass(frozen=True, eq=False)

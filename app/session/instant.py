@@ -18,14 +18,13 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
 
-from ..services.failures import Tell, message_of
-from ..services.tasks.newest import LatestOnly, Shared
-from ..widgets.redraw import later
-from ..widgets.scene.content import GhostBody
-from ..widgets.style.colours import LineStyle
 from .changes import Part, TellChange
+from .document import Shared
+from .drawn import GhostBody, Instant, StepDrawing
+from .jobs import TaskList
 from .judgement import reference_at
-from .pictures import Instant, StepDrawing
+from .newest import LatestOnly
+from .runs import RunStyle
 
 if TYPE_CHECKING:
     from .session import Session
@@ -68,8 +67,8 @@ def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[Cloud
 class CloudPresenter:
     """Clouds by frame and parameters; the newest question wins, the last few are kept."""
 
-    def __init__(self, tell_change: TellChange, tell: Tell) -> None:
-        self._tell_change, self._tell = tell_change, tell
+    def __init__(self, tell_change: TellChange, tasks: TaskList) -> None:
+        self._tell_change, self._tasks = tell_change, tasks
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in grey, as the tracker sees them."""
         self._store: Shared[CloudStore] | None = None
@@ -96,8 +95,9 @@ class CloudPresenter:
             reader = FrameReader(recording, views=names, colour=False)
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
+            measure, answers = _measuring(self._store), (self._on_measured, self._on_failed)
             self._worker = LatestOnly(
-                _measuring(self._store), "measure points", self._on_measured, self._on_failed
+                self._tasks, measure, "measure points", *answers, late_is_welcome=True
             )
 
     @property
@@ -123,6 +123,7 @@ class CloudPresenter:
             self._worker.ask(key)
 
     def keep(self, cloud: Cloud, parameters: DepthParameters) -> None:
+        """Keep a cloud of the tracker; without depth images it is still to be measured."""
         if not cloud.depths and cloud.view_names:
             self._points = (parameters, cloud.frame), cloud
         else:
@@ -141,14 +142,14 @@ class CloudPresenter:
         return self._worker is None or self._worker.settled()
 
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:
-        self._keep(cloud, question[0])
+        self._keep(cloud, question[0])  # where a view gave no depth, it has no images
         self._tell_change(Part.CLOUD, cloud)
 
     def _on_failed(self, question: tuple[DepthParameters, int], error: Exception) -> None:
         first = not self._failed
         self._failed.add(question)
         if first:
-            self._tell(message_of(error))
+            self._tasks.failed(error)
         self._tell_change(Part.CLOUD)
 
 
@@ -169,8 +170,7 @@ class InstantPresenter:
         self.reference: LandmarkTrajectory | None = None
         self._reference_clicks: FittedClicks | None = None
         self.told: Instant | None = None
-        self._drawn: list[object] = []
-        self._soon = later(session, self.tell)
+        self._soon = session.later(self.tell, 0)
 
     def clear(self) -> None:
         """Forget everything about a recording that was closed."""
@@ -219,7 +219,6 @@ class InstantPresenter:
         newest = newest if newest is not None and newest.frame == frame else None
         matched = None if newest is None else newest.estimate.correspondences
         overlays = self._view_state.displayed.overlays
-        self._drawn = self._drawn_runs(frame)
         self.told = Instant(
             recording=recording, frame_set=frame_set,
             cloud=cloud if drawing is None else drawing.cloud, meshes=self.meshes(frame),
@@ -253,26 +252,11 @@ class InstantPresenter:
             if (tracked := entry.at(frame)) is not None and (pose := tracked.pose) is not None
         )
 
-    def _shown_runs(self) -> tuple[tuple[str, LineStyle], ...]:
+    def _shown_runs(self) -> tuple[tuple[str, RunStyle], ...]:
         active = self._runs.active
         shown = [active] if active is not None and active.visible else []
         shown += [entry for entry in self._runs.shown_beside() if entry.frames]
         return tuple((entry.name, self._runs.style(entry)) for entry in shown)
-
-    def on_runs(self) -> None:
-        """Tell again where another run is drawn, or one in another way."""
-        told = self.told
-        if told is None or self._drawn_runs(told.frame_set.index) != self._drawn:
-            self.tell_soon()
-
-    def _drawn_runs(self, frame: int) -> list[object]:
-        """What of the runs a frame shows; runs by identity."""
-        shown = (self._runs.active, *self._runs.shown_beside())
-        return [
-            (id(entry), id(entry.at(frame)), entry.name, self._runs.style(entry), entry.visible)
-            for entry in shown
-            if entry is not None and entry.frames
-        ]
 
     def _drawing_at(self, frame: int) -> StepDrawing | None:
         drawing = self._view_state.drawing

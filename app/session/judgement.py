@@ -15,12 +15,10 @@ from stereotrack_core.evaluation.summary import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from ..services.failures import Tell, message_of
-from ..services.tasks.newest import LatestOnly
-from ..widgets.redraw import later
-from ..widgets.style.colours import limb_words
 from .changes import Changes, Part
 from .document import DocumentPresenter
+from .jobs import TaskList
+from .newest import LatestOnly
 from .runs import RunEntry, RunList
 
 Against: TypeAlias = Literal["recording", "project"]
@@ -68,6 +66,7 @@ def with_quality(error: str, good: float | None, digits: int = 1) -> str:
 
 Measure: TypeAlias = Literal["error", "sigma"]
 
+LOST_DEG = 45.0  # a limb whose direction is farther off is lost
 UNCERTAIN_DEG = 22.5
 """A limb's direction with a larger standard deviation is called uncertain: two of them reach 45
 degrees, where a limb is lost."""
@@ -181,23 +180,6 @@ def doubts(tracked: TrackedFrame) -> dict[str, str]:
     return {LIMBS[i]: "likely wrong" if chance[i] > LOST_SHARE else "uncertain" for i in order}
 
 
-def heading_words(judgement: Judgement) -> tuple[str, str, str]:
-    """What the plot shows and how good that is: in full, briefly, and limb by limb."""
-    if judgement.truth is None:
-        return judgement.words, "", ""
-    good = arms_good_to(judgement.quality)
-    full = with_quality(judgement.words, good)
-    if full == judgement.words:
-        return full, "", f"Against {judgement.truth.words}, whose uncertainty is not known."
-    limbs = ", ".join(
-        f"{limb_words(limb)} {judgement.quality[measure_of(limb)]:.1f}°"
-        for limb in MEASURED_LIMBS
-        if measure_of(limb) in judgement.quality
-    )
-    tip = f"Against {judgement.truth.words}, with the uncertainty: {limbs}."
-    return f"{full}° (arms)", f"reference ± {good:.1f}°", tip
-
-
 def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
     """Median over frames and arm segments, or how uncertain the tracker is where no truth is."""
     if judgement is None:
@@ -233,9 +215,9 @@ class JudgementPresenter:
     """Judgements by run, made in a thread of their own."""
 
     def __init__(
-        self, changes: Changes, document: DocumentPresenter, runs: RunList, tell: Tell
+        self, changes: Changes, tasks: TaskList, document: DocumentPresenter, runs: RunList
     ) -> None:
-        self._changes, self._tell = changes, tell
+        self._changes, self._tasks = changes, tasks
         self._document, self._runs = document, runs
         self._known: dict[RunEntry, _Known] = {}
         self.wanted: Against | None = None
@@ -243,9 +225,9 @@ class JudgementPresenter:
         self._project: Truth | None = None
         self._told: Truth | None = None
         self._worker = LatestOnly(
-            lambda judge: judge(), "judge runs", self._on_answered, self._on_failed
+            tasks, lambda judge: judge(), "judge runs", self._on_answered, self._on_failed
         )
-        self._timer = later(changes, self._ask)
+        self._timer = changes.loop.later(self._ask, 0)
 
     def of(self, entry: RunEntry | None) -> Judgement | None:
         known = self._known.get(entry) if entry is not None else None
@@ -308,7 +290,7 @@ class JudgementPresenter:
 
     def _ask(self) -> None:
         if not self._worker.settled():
-            self._timer.start(_SOON_MS)  # a run that grows would otherwise never be told of
+            self._timer.start(_SOON_MS)  # what is being judged need not be judged again
             return
         truth, entries = self.truth, set(self._runs.entries)
         if truth is not self._told:
@@ -332,5 +314,5 @@ class JudgementPresenter:
         self._changes.tell(Part.JUDGEMENT)
 
     def _on_failed(self, _asked: object, error: Exception) -> None:
-        self._tell(message_of(error))
+        self._tasks.failed(error)
         self._changes.tell(Part.JUDGEMENT)

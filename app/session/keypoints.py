@@ -12,9 +12,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.tracking.parameters import Settings
 
-from ..services.tasks.task import Task, TaskList
 from .changes import Part, TellChange
 from .edits import EditStack, WindowEdit
+from .jobs import Job, Task, TaskList
 from .project import ProjectPresenter
 
 
@@ -134,12 +134,12 @@ class KeypointPresenter:
                 self._read_again()
                 done()
 
-        return self._tasks.write(words, work, written)
+        return self._tasks.write(Job(words, work, written))
 
     def _put(self, project: Project, state: DetectorState) -> None:
         """Undo or redo in the background, in the order of all that is written."""
-        task = self._tasks.write("saving predictions", lambda _: project.keypoints.put(state))
-        task.ended.connect(self._read_again)
+        words, keypoints = "saving predictions", project.keypoints
+        self._tasks.write(Job(words, lambda _: keypoints.put(state), ended=self._read_again))
 
     def bring(self, project: Project, plan: DetectorImport, done: Callable[[], object]) -> Task:
         """Write an import; see :meth:`write`."""

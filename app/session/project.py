@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-from PySide6.QtCore import QSettings, QTimer
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import user
@@ -19,12 +15,11 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
 from stereotrack_core.recording.description import Subject
 
-from ..services.failures import Tell, message_of
-from ..services.layout import stored_text
-from ..services.tasks.task import CancelToken, Task, TaskList
-from ..widgets.forms.message import Message
 from .changes import Changes, Part
 from .document import DocumentPresenter
+from .jobs import Job, NewestJob, TaskList
+from .messages import Message, Tell, message_of
+from .surroundings import Preferences, stored_text
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"
@@ -38,18 +33,18 @@ class ProjectPresenter:
         changes: Changes,
         document: DocumentPresenter,
         tasks: TaskList,
-        settings: QSettings,
+        settings: Preferences,
         tell: Tell,
     ) -> None:
         self._changes, self._tell = changes, tell
         self._document, self._tasks, self._settings = document, tasks, settings
         self._opened: OpenedProject | None = None
         self._waiting: OpenedProject | None = None
-        self._task: CancelToken | None = None
-        self._opening: CancelToken | None = None
+        self._of_file, self._of_recording = NewestJob(tasks), NewestJob(tasks)
         self._problem = ""
         self._frame = 0
         self.makes = True
+        """Whether a recording that has no project gets one."""
 
     # ---- facts
 
@@ -77,13 +72,18 @@ class ProjectPresenter:
             self.project.who = name.strip() or user()
         self._changes.tell(Part.PROJECT_OPENED)
 
+    @property
+    def home(self) -> Path | None:
+        """Folder of new projects; None: beside their recordings."""
+        home = stored_text(self._settings, _HOME)
+        return Path(home) if home else None
+
     def set_home(self, folder: Path | None) -> None:
-        """Make new projects in this folder; None: beside their recordings."""
         self._settings.setValue(_HOME, str(folder) if folder is not None else "")
 
     def why_no_edit(self) -> str:
         if self.project is None:
-            if self._task is not None:
+            if self._of_file.busy or self._of_recording.busy:
                 return "The project is still loading."
             return self._problem or "No project is open. Open or create one first."
         if self.project.read_only:
@@ -99,10 +99,6 @@ class ProjectPresenter:
 
     # ---- opening and closing
 
-    def wishes(self) -> Wishes:
-        home = stored_text(self._settings, _HOME)
-        return Wishes(self.annotator, Path(home) if home else None, self.makes)
-
     def open_file(self, path: Path, frame: int = 0, *, take_over: bool = False) -> None:
         """Open a project file and its recording; in the background."""
         self._give_up_waiting()
@@ -113,13 +109,17 @@ class ProjectPresenter:
             self._open_file(path, take_over)
 
     def _open_file(self, path: Path, take_over: bool, *, again: bool = False) -> None:
-        wishes = self.wishes()
+        who = self.annotator
         if again:
             self.close()
-        self._opening = token = self._begin(
-            f"opening {path.name}",
-            lambda _task: open_project(path, wishes, take_over=take_over),
-            lambda opened: self._on_file_opened(token, opened),
+        self._of_file.run(
+            Job(
+                f"opening {path.name}",
+                lambda _task: open_project(path, who, take_over=take_over),
+                self._on_file_opened,
+                self._on_failed,
+                discard=OpenedProject.close,
+            )
         )
 
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
@@ -140,18 +140,19 @@ class ProjectPresenter:
 
     def give_up(self) -> None:
         """Do without the project that is being opened, or whose recording nobody knows."""
-        self._opening = None
+        self._of_file.give_up()
         self._give_up_waiting()
 
     def close(self) -> None:
         """Give the project back, when all that is being written to it is there."""
+        self._of_recording.give_up()
         self._tasks.finish_writes()
         if self._opened is not None:
             self._changes.tell(Part.PROJECT_CLOSING)
         opened, self._opened = self._opened, None
         self._problem = ""
         if opened is not None:
-            opened.project.close()
+            opened.close()
             self._changes.tell(Part.PROJECT_CLOSED)
 
     # ---- edits
@@ -170,23 +171,7 @@ class ProjectPresenter:
 
     # ---- following the document
 
-    def _begin(
-        self, title: str, work: Callable[[Task], object], done: Callable[[Any], None]
-    ) -> CancelToken:
-        def ended() -> None:
-            if self._task is token:
-                self._task = None
-
-        task = self._tasks.begin(title, work, done)
-        self._task = token = task.token
-        task.ended.connect(ended)
-        task.failed.connect(self._on_task_failed)
-        return token
-
-    def _on_file_opened(self, opening: CancelToken, opened: OpenedProject) -> None:
-        if opening is not self._opening:  # something else was asked for since
-            opened.project.close()
-            return
+    def _on_file_opened(self, opened: OpenedProject) -> None:
         self._give_up_waiting()
         self._waiting = opened
         if opened.folder is not None:
@@ -207,26 +192,22 @@ class ProjectPresenter:
             if waiting.folder.resolve() == folder:
                 self._take(waiting)
                 return
-            waiting.project.close()
-        wishes = self.wishes()
-        self._begin(
-            f"opening the project of {folder.name}",
-            lambda _task: (folder, project_of_recording(folder, wishes)),
-            self._on_project_opened,
+            waiting.close()
+        find = partial(project_of_recording, folder, self.annotator, self.home, makes=self.makes)
+        self._of_recording.run(
+            Job(
+                f"opening the project of {folder.name}",
+                lambda _task: find(),
+                self._take,
+                self._on_failed,
+                discard=lambda opened: opened and opened.close(),
+            )
         )
 
-    def _on_project_opened(self, found: tuple[Path, OpenedProject | None]) -> None:
-        folder, opened = found
-        recording = self._document.recording
+    def _take(self, opened: OpenedProject | None) -> None:
         if opened is None:
             self._changes.tell(Part.PROJECT_FOLLOWED)
             return
-        if recording is None or recording.folder.resolve() != folder or self.project is not None:
-            opened.project.close()
-            return
-        self._take(opened)
-
-    def _take(self, opened: OpenedProject) -> None:
         self._opened = opened
         # called in whichever thread the edit was made
         opened.project.on_change(partial(self._changes.tell, Part.EDIT))
@@ -240,14 +221,15 @@ class ProjectPresenter:
                 self._tell(message)
 
         # what was said about the recording before is cleared away first
-        QTimer.singleShot(0, self._changes, tell_of)
+        self._changes.loop.post(tell_of)
 
     def _give_up_waiting(self) -> None:
         waiting, self._waiting = self._waiting, None
         if waiting is not None:
-            waiting.project.close()
+            waiting.close()
 
-    def _on_task_failed(self, error: Exception) -> None:
+    def _on_failed(self, error: Exception) -> None:
+        self._tasks.failed(error)
         self._problem = f"The project could not be opened: {message_of(error).what}."
         self._changes.tell(Part.PROJECT_FOLLOWED)
 
@@ -264,17 +246,13 @@ class OpenedProject:
     messages: tuple[Message, ...]
     in_use: bool = False  # whether another program has it, so that it is open for reading only
 
-
-@dataclass(frozen=True)
-class Wishes:
-    """How projects are to be opened."""
-
-    who: str = ""
-    home: Path | None = None  # folder of new projects; None: beside their recordings
-    makes: bool = True  # whether a recording that has no project gets one
+    def close(self) -> None:
+        self.project.close()
 
 
-def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
+def project_of_recording(
+    folder: Path, who: str, home: Path | None, *, makes: bool
+) -> OpenedProject | None:
     """Open the newest project of a recording, or make one; None where none shall be made.
 
     Raises
@@ -282,28 +260,28 @@ def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
     InputError
         Where it cannot be opened even for reading, or none can be made.
     """
-    found = projects_of(folder, wishes.home)
+    found = projects_of(folder, home)
     if found:
-        opened = open_project(found[0], wishes)
+        opened = open_project(found[0], who)
         if len(found) == 1:
             return opened
         what = f"this recording has {len(found)} projects; the most recently changed one is open"
         remedy = "To open another one, open its project file."
         several = Message("note", what, found[0].name, remedy)
         return replace(opened, messages=(*opened.messages, several))
-    if not wishes.makes:
+    if not makes:
         return None
-    path = project_path_for(folder, documents_folder(), wishes.home)
-    project = Project.create(path, folder, who=wishes.who, interactive=True)
+    path = project_path_for(folder, documents_folder(), home)
+    project = Project.create(path, folder, who=who, interactive=True)
     messages = tuple(message_of_finding(note) for note in project.notes)
-    if path.parent != folder.resolve().parent and wishes.home is None:
+    if path.parent != folder.resolve().parent and home is None:
         what = "the recording's folder is write-protected, so its project is stored elsewhere"
         remedy = "Clicks are saved there and are found again when the recording is opened."
         messages = (*messages, Message("note", what, str(path), remedy))
     return OpenedProject(project, folder, messages)
 
 
-def open_project(path: Path, wishes: Wishes, *, take_over: bool = False) -> OpenedProject:
+def open_project(path: Path, who: str, *, take_over: bool = False) -> OpenedProject:
     """Open a project file and look for its recording; for reading where it cannot be written.
 
     Raises
@@ -314,7 +292,7 @@ def open_project(path: Path, wishes: Wishes, *, take_over: bool = False) -> Open
     messages: tuple[Message, ...] = ()
     in_use = False
     try:
-        project = Project.open(path, who=wishes.who, take_over=take_over, interactive=True)
+        project = Project.open(path, who=who, take_over=take_over, interactive=True)
     except ProjectDamaged:
         raise
     except InputError as error:

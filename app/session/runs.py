@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments import run_process
 from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import (
     LOOKED_AGAIN,
@@ -27,16 +30,24 @@ from stereotrack_core.tracking.frame import (
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
-from stereotrack_core.tracking.run_checks import HEADING, WARNINGS, HeadingWords, heading_words
+from stereotrack_core.tracking.run_checks import (
+    HEADING,
+    WARNINGS,
+    HeadingWords,
+    heading_words,
+    run_warnings,
+)
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from stereotrack_core.worker_processes import TaskProcess
 
-from ..widgets.style.colours import LineStyle
 from .changes import Part, TellChange
+from .jobs import Task, how_far, time_left
 
 Kind: TypeAlias = Literal["run", "trial"]
 _BOTH = Part.RUNS | Part.ACTIVE_RUN
-_OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
+RunStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot"]
+_OTHERS: tuple[RunStyle, ...] = ("dash", "dot", "dashdot")
 
 
 @dataclass(eq=False)
@@ -143,7 +154,8 @@ class RunList:
     """Runs in the order in which they were made; one of them is active."""
 
     def __init__(self, tell: TellChange) -> None:
-        self._tell = tell
+        self.tell = tell
+        """Tells parts that are new, also where a run in the list is known better than before."""
         self.entries: tuple[RunEntry, ...] = ()
         self.active: RunEntry | None = None
         self._chosen: RunEntry | None = None
@@ -158,9 +170,9 @@ class RunList:
     def bring_to_front(self, entry: RunEntry | None) -> None:
         before, self._chosen = self.front, entry
         if self.front is not before:
-            self._tell(Part.RUNS)
+            self.tell(Part.RUNS)
 
-    def style(self, entry: RunEntry) -> LineStyle:
+    def style(self, entry: RunEntry) -> RunStyle:
         """Line style of a run: the active one is solid, the others that are shown take turns."""
         if entry is self.active:
             return "solid"
@@ -190,7 +202,7 @@ class RunList:
         self.entries = (*self.entries, entry)
         if active:
             self.active = entry
-        self._tell(_BOTH if active else Part.RUNS)
+        self.tell(_BOTH if active else Part.RUNS)
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; files are not touched."""
@@ -199,31 +211,36 @@ class RunList:
         was_active = self.active is entry
         if was_active:
             self.active = self.entries[-1] if self.entries else None
-        self._tell(_BOTH if was_active else Part.RUNS)
+        self.tell(_BOTH if was_active else Part.RUNS)
 
     def clear(self) -> None:
         self.entries, self.active, self._chosen, self._made = (), None, None, 0
-        self._tell(_BOTH)
+        self.tell(_BOTH)
 
     def activate(self, entry: RunEntry) -> None:
         if entry is not self.active:
             self.active = entry
             entry.visible = True
-            self._tell(_BOTH)
+            self.tell(_BOTH)
 
     def show(self, entry: RunEntry, *, visible: bool) -> None:
         if entry.visible != visible:
             entry.visible = visible
-            self._tell(Part.RUNS)
+            self.tell(Part.RUNS)
 
-    def tell(self, parts: Part = Part.RUNS) -> None:
-        """Say that something about the runs in the list is known better than before."""
-        self._tell(parts)
+    def toggle_active(self) -> None:
+        if self.active is not None:
+            self.show(self.active, visible=not self.active.visible)
+
+    def activate_next(self) -> None:
+        entries = self.entries
+        if self.active is not None:
+            self.activate(entries[(entries.index(self.active) + 1) % len(entries)])
 
     def rename(self, entry: RunEntry, name: str) -> None:
         if name.strip() and name != entry.name:
             entry.name = name.strip()
-            self._tell(Part.RUNS)
+            self.tell(Part.RUNS)
 
 
 def entry_of_run(run: Run, path: Path) -> RunEntry:
@@ -270,3 +287,93 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
     return TrackedFrame(
         frame, estimate, run.landmarks[i], cloudless(frame), seconds, keypoints=run.seen(frame)
     )
+
+
+class LiveRun:
+    """A run that a process tracks, as far as the window knows."""
+
+    def __init__(self, entry: RunEntry, run: run_process.RunTask, process: TaskProcess) -> None:
+        self.entry, self.recording, self.settings = entry, run.recording, run.spec.settings
+        self._spec = run.spec
+        self.detects = run.spec.keypoints is None and detects_first(run.recording, self.settings)
+        """Whether it detects keypoints in mono views before its first frame."""
+        self.held = False
+        """Whether it waits for leave to go on, with every frame fetched."""
+        self.progress: run_process.Preparing | None = None
+        """How far it is with what comes before its first frame."""
+        self.waiting: list[TrackedFrame] = []
+        self.task: Task | None = None
+        self._run, self._process = run, process
+        self._number = run.allowed.number
+        self._stage_begun = 0.0
+        self._first_seconds: float | None = None
+
+    def track(self, task: Task) -> None:
+        """Have the process track it; called in a thread of its own."""
+        task.in_process(self._process, self._run)
+
+    def order(self, order: object) -> None:
+        self._process.order(self._run, order)
+
+    def cancel(self) -> None:
+        if self.task is not None:
+            self.task.cancel()
+
+    def give_up(self) -> None:
+        if self.task is not None:
+            self.task.give_up()
+
+    def allow(self, frames: float) -> None:
+        """Let it go on for so many frames; infinity lets it run, 0 holds it."""
+        self._number += 1
+        self.held = self.held and not frames
+        self.order(run_process.Allow(frames, self._number))
+
+    def hear(self, word: Any) -> None:
+        match word:
+            case run_process.Preparing():
+                if self.progress is None or word.stage != self.progress.stage:
+                    self._stage_begun = time.monotonic()
+                self.progress = word
+            case run_process.Prepared():
+                self.entry.body, self.entry.origin = word.body, word.origin
+            case run_process.Tracked():
+                self.waiting.append(word.frame)
+                self.entry.wall_seconds, self.progress = word.seconds, None
+                if self._first_seconds is None:
+                    self._first_seconds = word.seconds
+            case run_process.Held():
+                self.held = word.number == self._number
+
+    def taken(self) -> list[TrackedFrame]:
+        """Let the entry have the frames that have come since the last time."""
+        frames, self.waiting = self.waiting, []
+        for frame in frames:
+            self.entry.put(frame.without_cloud())
+        return frames
+
+    def end(self) -> None:
+        """Nothing more comes of it."""
+        frames = list(self.entry.ordered())
+        self.entry.warnings = run_warnings(frames, self.entry.body, self.recording, self._spec)
+
+    @property
+    def preparing_share(self) -> float:
+        """Share done of a stage before the first frame, 0 to 1."""
+        return self.progress.done / max(self.progress.count, 1) if self.progress else 0.0
+
+    def preparing_words(self) -> str:
+        """``learning the background, 40 %, about 3 s left``."""
+        progress = self.progress
+        if progress is None:
+            return "" if self.entry.frames else "starting"
+        far = how_far(self.preparing_share, time.monotonic() - self._stage_begun)
+        return f"{progress.stage}, {far}" if far else progress.stage
+
+    def left_words(self) -> str:
+        """``about 40 s left``; empty where nobody knows it yet."""
+        done, first = len(self.entry.frames) - 1, self._first_seconds
+        if done < 1 or first is None:
+            return ""
+        each = (self.entry.wall_seconds - first) / done
+        return time_left(each * (len(self.entry.wanted) - done - 1))

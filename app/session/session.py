@@ -1,39 +1,49 @@
 """What is open and what is known about it, brought together."""
 
 import dataclasses
-
-from PySide6.QtCore import QObject, QSettings
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
+from stereotrack_core.interop.run_file import holds_run, is_run_of, recording_of_run_file
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.schema import CHOICE, SUBJECT
+from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.recording.importing.sources import is_media, is_unmade
 from stereotrack_core.recording.selection import gives_depth
+from stereotrack_core.study.description import SUFFIX as STUDY_SUFFIX
 from stereotrack_core.tracking.detecting import detects_first
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
-from ..services.failures import Tell, message_of
-from ..services.tasks.task import Processes, Task, TaskList
-from ..widgets.forms.message import Message
 from .camera_doubts import CameraDoubts
 from .changes import PROJECT, Changes, Part
 from .document import DocumentPresenter
 from .edits import EditStack
 from .instant import CloudPresenter, InstantPresenter
-from .judgement import JudgementPresenter
+from .jobs import Job, NewestJob, Processes, Task, TaskList
+from .judgement import Judgement, JudgementPresenter, Truth
 from .keypoints import KeypointPresenter
-from .opening import Opening
+from .messages import Message, Tell
 from .project import ProjectPresenter
-from .runs import RunList
-from .tracker import TrackControl
+from .runs import RunEntry, RunList, RunStyle
+from .surroundings import Preferences, stored_texts
 from .tracking import TrackPresenter
 from .view_state import ViewState
 
 _FEWEST_VIEWS = 2  # mono views with keypoints that can be tracked without depth
 _GUESSED = "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration."
+_RECENT = "recent"  # key of the paths that were opened last
+MOST_RECENT = 10
 _DETECTOR_HELPS = "The pose detector finds them, too: choose Track, Install pose detector …"
 
 
@@ -42,7 +52,57 @@ def unless(there: object, words: str) -> str:
     return "" if there else words
 
 
-class Session(QObject):
+def _is_project(path: Path) -> bool:
+    return path.suffix == SUFFIX and os.path.isfile(path)
+
+
+def opens(path: Path) -> bool:
+    """Whether a path is a folder, project, run, study, video or image, which can be opened."""
+    named = path.name == DESCRIPTION or path.name.endswith(STUDY_SUFFIX)
+    known = path.is_dir() or named or _is_project(path) or is_media(path)
+    return known or (path.is_file() and holds_run(path))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What somebody wanted to see when opening, whatever was shown last."""
+
+    project: Path | None = None
+    frame: int = 0
+    workspace: str = ""  # its name; empty for the one that was shown last
+    run: Path | None = None
+    tracks: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """What is open, chosen and known at one moment; what panels show follows from it alone."""
+
+    recording: Recording | None = None
+    frame: int = 0
+    frame_count: int = 0
+    runs: tuple[RunEntry, ...] = ()
+    active: RunEntry | None = None
+    front: RunEntry | None = None  # the trial whose curves stand out
+    in_progress: RunEntry | None = None
+    styles: Mapping[RunEntry, RunStyle] = field(default_factory=dict)
+    judgements: Mapping[RunEntry, Judgement] = field(default_factory=dict)
+    truth: Truth | None = None  # what errors are measured against
+    settings: Settings = field(default_factory=Settings)  # of the next run
+    selection: range | None = None
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """How good the active run is."""
+        return None if self.active is None else self.judgements.get(self.active)
+
+    @property
+    def tracked(self) -> TrackedFrame | None:
+        """What the active run has of the frame that is shown."""
+        return None if self.active is None else self.active.at(self.frame)
+
+
+class Session:
     """The open recording with its project, its runs and what follows from them."""
 
     def __init__(
@@ -51,34 +111,33 @@ class Session(QObject):
         tell: Tell,
         tasks: TaskList,
         view_state: ViewState,
-        settings: QSettings,
+        settings: Preferences,
         processes: Processes | None = None,
     ) -> None:
-        super().__init__(changes.parent())
-        self.changes, self._tell, self._tasks = changes, tell, tasks
-        self.view_state = view_state
+        self.changes, self._tell, self.tasks = changes, tell, tasks
+        self.later = changes.loop.later
+        """Make a timer that calls a function once, so many milliseconds after its start."""
+        self.view_state, self._settings = view_state, settings
+        self._finding = NewestJob(tasks)
+        self._ended = False
+        self.asked = self._due = Asked()
+        """What was asked for when opening last."""
         self.runs = RunList(changes.tell)
         self.document = DocumentPresenter(changes, tasks, tell, self._on_opened, self._on_closed)
         self.project = ProjectPresenter(changes, self.document, tasks, settings, tell)
         self.edits = EditStack(changes.tell, tell)
         """Everything that a person did, to be undone and redone in one order."""
         self.keypoints = KeypointPresenter(changes.tell, self.project, self.edits, tasks)
-        self.clouds = CloudPresenter(changes.tell, tell)
+        self.clouds = CloudPresenter(changes.tell, tasks)
         self.processes = processes or Processes()
         self._own_processes = processes is None
         self.kept: KeptRecording | None = None
         """What is open, for tasks that use the clouds of one another."""
-        self.track = TrackPresenter(
-            changes, self.project, self.runs, self.keypoints, self.processes.run, tell
-        )
-        self.opening = Opening(
-            changes.tell, self.document, self.project, self.track, tasks, settings
-        )
-        self.judging = JudgementPresenter(changes, self.document, self.runs, tell)
-        self.cameras = CameraDoubts(changes, self.document, self.project, tell)
+        self.track = TrackPresenter(self, self.processes.run, tell)
+        self.judging = JudgementPresenter(changes, tasks, self.document, self.runs)
+        self.cameras = CameraDoubts(changes, tasks, self.document, self.project)
         """Whether a camera contradicts the others."""
         self.instant = InstantPresenter(self)
-        self.tracker = TrackControl(self.document, self.runs, self.track, view_state, self.edits)
         self.clouds.parameters = self.track.settings.depth
         self._follow()
         tasks.watch(self.settled)
@@ -98,17 +157,33 @@ class Session(QObject):
         hear(Part.EDIT, self.cameras.compare_soon)
         watch(Part.PROJECT_OPENED, self.cameras.compare_soon)
         watch(Part.PROJECT_CLOSING, self.cameras.forget)
-        watch(Part.KEYPOINTS | Part.CLOUD | Part.STEP | Part.DISPLAY, self.instant.tell_soon)
+        drawn = Part.KEYPOINTS | Part.CLOUD | Part.STEP | Part.DISPLAY | Part.RUNS | Part.ACTIVE_RUN
+        watch(drawn, self.instant.tell_soon)
         watch(Part.IMAGES, self.instant.tell)
-        watch(Part.RUNS | Part.ACTIVE_RUN, self.instant.on_runs)
         hear(Part.TRACKED, self.instant.on_tracked)
         hear(Part.RESTED, self.instant.keep)
         watch(Part.TRACKING, self.instant.on_tracking)
-        # the frame that the tracker is at is shown when its cloud is kept
-        hear(Part.TRACKED, self.tracker.on_tracked)
         watch(Part.KEYPOINTS, self._on_subject)
         watch(Part.SETTINGS, self._on_settings)
         watch(Part.ACTIVE_RUN, self._take_detected)
+
+    @property
+    def snapshot(self) -> Snapshot:
+        document, runs = self.document, self.runs
+        return Snapshot(
+            document.recording,
+            document.frame,
+            document.frame_count,
+            runs.entries,
+            runs.active,
+            runs.front,
+            self.track.entry,
+            {entry: runs.style(entry) for entry in runs.entries},
+            self.judging.all(),
+            self.judging.truth,
+            self.track.settings,
+            self.view_state.selection,
+        )
 
     def settled(self) -> bool:
         parts = (self.document, self.judging, self.cameras, self.instant)
@@ -116,13 +191,13 @@ class Session(QObject):
 
     def close(self) -> None:
         """End all work and close what is open, with the window."""
-        self.opening.end()
+        self._ended = True
         self.document.pause()
         self.track.stop(at_once=True)
         self.changes.tell(Part.LEAVING)
         if self._own_processes:
             self.processes.close()
-        self._tasks.shutdown()
+        self.tasks.shutdown()
         self.document.close()
         self.changes.tell(Part.WINDOW_CLOSING)
         self.cameras.close()
@@ -130,6 +205,102 @@ class Session(QObject):
         self.project.close()
         self.project.give_up()
         self.clouds.set_recording(None)
+
+    # ---- opening
+
+    def recents(self) -> list[Path]:
+        """Recordings and projects opened last that are still there, the newest first."""
+        known = [Path(path) for path in stored_texts(self._settings, _RECENT) or ()]
+        return [path for path in known if os.path.isdir(path) or _is_project(path)]
+
+    def recent_folder(self) -> Path:
+        """Folder of what was opened last, where dialogs start."""
+        recent = self.recents()
+        return recent[0].parent if recent else Path.home()
+
+    def forget_recents(self) -> None:
+        self._settings.setValue(_RECENT, [])
+        self.changes.tell(Part.RECENT)
+
+    def open(
+        self,
+        path: Path,
+        *,
+        frame: int = 0,
+        workspace: str | None = None,
+        run: Path | None = None,
+        tracks: bool = False,
+    ) -> None:
+        """Open a recording folder, the folder of a recording.toml, a project, a run, or a study.
+
+        Of a folder of videos, or a video, a recording can be made.
+        """
+        if self._ended:
+            return
+        self._finding.give_up()
+        if path.name.endswith(STUDY_SUFFIX) and path.is_file():
+            self.changes.tell(Part.STUDY_WANTED, path)
+            return
+        if path.is_file() and holds_run(path):
+            self._open_run(path, frame, workspace)
+            return
+        if is_unmade(path):
+            self.changes.tell(Part.IMPORT_WANTED, (path,))
+            return
+        named = path.is_file() and path.name != DESCRIPTION
+        project = path.resolve() if named else None
+        self.asked = self._due = Asked(project, frame, workspace or "", run, tracks)
+        self.track.stop()
+        if named:
+            self.project.open_file(path, frame)
+            return
+        self.project.give_up()
+        self.document.open(path.parent if path.name == DESCRIPTION else path, frame)
+
+    def open_all(self, paths: Sequence[Path]) -> None:
+        """Open what was dropped: several videos or folders of them together make a recording."""
+        media = tuple(path for path in paths if is_unmade(path))
+        others = [path for path in paths if path not in media]
+        if others:
+            self.open(others[0])
+        elif media:
+            self.changes.tell(Part.IMPORT_WANTED, media)
+
+    def due(self) -> Asked:
+        """What was asked for and is still to be done, once."""
+        due, self._due = self._due, Asked()
+        return due
+
+    def _open_run(self, path: Path, frame: int, workspace: str | None) -> None:
+        """Look for the recording of a run, off the window's thread, and open it with the run."""
+        shown = self.document.recording
+
+        def find(_task: Task) -> Path | None:
+            of_shown = shown is not None and is_run_of(path, shown)
+            return shown.folder if shown and of_shown else recording_of_run_file(path)
+
+        def take(folder: Path | None) -> None:
+            now = self.document.recording
+            if now is not None and (folder is None or now.folder.resolve() == folder.resolve()):
+                # what does not belong to it is said there
+                self.changes.tell(Part.RUN_WANTED, path)
+            elif folder is None:
+                self.changes.tell(Part.RUN_ALONE, path)
+            else:
+                self.open(folder, frame=frame, workspace=workspace, run=path)
+
+        title = f"looking for the recording of {path.name}"
+        self._finding.run(Job(title, find, take))
+
+    def _remember(self) -> None:
+        """Put the recording that is open, or its project, first in the list of what was opened."""
+        recording = self.document.recording
+        if recording is None:
+            return
+        opened = self.asked.project or recording.folder.resolve()
+        others = [path for path in self.recents() if path != opened]
+        self._settings.setValue(_RECENT, [str(path) for path in (opened, *others)][:MOST_RECENT])
+        self.changes.tell(Part.RECENT)
 
     # ---- why something cannot be done now, in sentences
 
@@ -187,6 +358,13 @@ class Session(QObject):
     def tracker_works(self) -> str:
         return unless(not self.track.running, "The tracker is running. Pause it first.")
 
+    @property
+    def finished_run(self) -> RunEntry | None:
+        """The active run, unless it is still tracked or has no frames."""
+        active = self.runs.active
+        there = active is not None and active.frames and active is not self.track.entry
+        return active if there else None
+
     # ---- following
 
     def _take_detected(self) -> None:
@@ -212,15 +390,19 @@ class Session(QObject):
         self.changes.tell(Part.RECORDING_OPENED)
         self.changes.tell(Part.READY)
         if self.clouds.available:
-            process = self.processes.run  # a task that lasts refers to nothing of the window
-            Task("starting the process that tracks", lambda _: process(load)).start()
+            self._warm("starting the process that tracks", partial(self.processes.run, load))
         if refused is not None:
-            self._tell(message_of(refused))
+            self.tasks.failed(refused)
         if recording is not None and recording.guessed:
             what = "the cameras of this recording are guessed from the size of the images"
             self._tell(Message("note", what, recording.name, _GUESSED))
         self.project.follow_recording()
-        self.opening.remember()
+        self._remember()
+
+    def _warm(self, title: str, work: Callable[[], object]) -> None:
+        """Have a process be ready for what comes; where it cannot, that is told then."""
+        job = Job(title, lambda _task: work(), failed=lambda _error: None)
+        self.tasks.run(job, quiet=True)
 
     def _keep_recording(self, recording: Recording) -> None:
         """Have trials track the subject that runs track."""
@@ -251,8 +433,7 @@ class Session(QObject):
         self.clouds.set_recording(None)
         self.kept = None
         if self.processes.trials.pid is not None:
-            process = self.processes.trials
-            Task("forgetting the clouds", lambda _: process(forget)).start()
+            self._warm("forgetting the clouds", partial(self.processes.trials, forget))
         self.changes.tell(Part.RECORDING_CLOSED)
 
     def _on_project(self) -> None:

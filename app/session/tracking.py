@@ -1,41 +1,60 @@
-"""The tracker at work: run, pause, step, one iteration, from here, a selection."""
+"""The tracker at work: run, pause, step, from here, a selection; what the next run is made with."""
+
+from __future__ import annotations
 
 import dataclasses
 import time
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
-
-from PySide6.QtCore import QElapsedTimer
+from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.body.model import body_of_subject
-from stereotrack_core.errors import Cancelled
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.experiments import run_process
+from stereotrack_core.parameters import value_text
 from stereotrack_core.project.runs import place_for_run
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.detecting import detects_first
-from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run_checks import CHECK, Untracked, run_warnings
+from stereotrack_core.tracking.run_checks import CHECK, untracked_in
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
-from stereotrack_core.tracking.tuning.stages import changes_in_words
+from stereotrack_core.tracking.tuning.stages import changed_names, changes_in_words
 from stereotrack_core.worker_processes import Lost, TaskProcess
 
-from ..services.failures import Tell, message_of
-from ..services.tasks.task import Task, how_far, time_left
-from ..widgets.forms.message import Message
-from ..widgets.redraw import later
-from .changes import Changes, Part
-from .keypoints import KeypointPresenter
-from .project import ProjectPresenter
-from .runs import RunEntry, RunList
+from .changes import Part
+from .edits import WindowEdit
+from .jobs import Job
+from .messages import Message, Tell, message_of
+from .runs import LiveRun, RunEntry
+
+if TYPE_CHECKING:
+    from .session import Session
 
 UPDATE_MS = 50
 _LOST = (
     "The frames tracked so far are kept. To continue, go to the last of them and run the tracker "
     "from there. If it happens again, free memory by closing other programs."
 )
+
+
+FIRST_POSES: dict[str, tuple[str, str]] = {
+    "tpose": ("T pose", "Start with the person facing north, both arms stretched out sideways."),
+    "auto": ("Found automatically", "Start with whatever pose the person has in the first frame."),
+    **{
+        f"auto {degrees}": (
+            f"Found automatically, facing {way}",
+            f"Start with whatever pose the person has in the first frame, facing {way} "
+            f"(the world's {axis}).",
+        )
+        for degrees, way, axis in (
+            (0, "north", "y axis"),
+            (90, "east", "x axis"),
+            (180, "south", "negative y axis"),
+            (270, "west", "negative x axis"),
+        )
+    },
+}
+"""Where a run's first pose may come from, as a title and a sentence."""
 
 
 @dataclass(frozen=True)
@@ -47,103 +66,27 @@ class Chosen:
     settings: Settings
 
 
-class LiveRun:
-    """A run that a process tracks, as far as the window knows."""
-
-    def __init__(self, entry: RunEntry, run: run_process.RunTask, process: TaskProcess) -> None:
-        self.entry, self.recording, self.settings = entry, run.recording, run.spec.settings
-        self._spec = run.spec
-        self.detects = run.spec.keypoints is None and detects_first(run.recording, self.settings)
-        """Whether it detects keypoints in mono views before its first frame."""
-        self.held = False
-        """Whether it waits for leave to go on, with every frame fetched."""
-        self.progress: run_process.Preparing | None = None
-        """How far it is with what comes before its first frame."""
-        self.waiting: list[TrackedFrame] = []
-        self.task = Task("track", lambda task: process(run, task.tell, task.token.cancelled))
-        self.order = partial(process.order, run)
-        self._number = run.allowed.number
-        self._stage_begun = 0.0
-        self._first_seconds: float | None = None
-
-    def allow(self, frames: float) -> None:
-        """Let it go on for so many frames; infinity lets it run, 0 holds it."""
-        self._number += 1
-        self.held = self.held and not frames
-        self.order(run_process.Allow(frames, self._number))
-
-    def hear(self, word: Any) -> None:
-        match word:
-            case run_process.Preparing():
-                if self.progress is None or word.stage != self.progress.stage:
-                    self._stage_begun = time.monotonic()
-                self.progress = word
-            case run_process.Prepared():
-                self.entry.body, self.entry.origin = word.body, word.origin
-            case run_process.Tracked():
-                self.waiting.append(word.frame)
-                self.entry.wall_seconds, self.progress = word.seconds, None
-                if self._first_seconds is None:
-                    self._first_seconds = word.seconds
-            case run_process.Held():
-                self.held = word.number == self._number
-
-    def taken(self) -> list[TrackedFrame]:
-        """Let the entry have the frames that have come since the last time."""
-        frames, self.waiting = self.waiting, []
-        for frame in frames:
-            self.entry.put(frame.without_cloud())
-        return frames
-
-    def end(self) -> None:
-        """Nothing more comes of it."""
-        frames = list(self.entry.ordered())
-        self.entry.warnings = run_warnings(frames, self.entry.body, self.recording, self._spec)
-
-    @property
-    def preparing_share(self) -> float:
-        """Share done of a stage before the first frame, 0 to 1."""
-        return self.progress.done / max(self.progress.count, 1) if self.progress else 0.0
-
-    def preparing_words(self) -> str:
-        """``learning the background, 40 %, about 3 s left``."""
-        progress = self.progress
-        if progress is None:
-            return "" if self.entry.frames else "starting"
-        far = how_far(self.preparing_share, time.monotonic() - self._stage_begun)
-        return f"{progress.stage}, {far}" if far else progress.stage
-
-    def left_words(self) -> str:
-        """``about 40 s left``; empty where nobody knows it yet."""
-        done, first = len(self.entry.frames) - 1, self._first_seconds
-        if done < 1 or first is None:
-            return ""
-        each = (self.entry.wall_seconds - first) / done
-        return time_left(each * (len(self.entry.wanted) - done - 1))
-
-
 class TrackPresenter:
-    """Controls the tracker and collects what it finds, at most 20 times a second."""
+    """Controls the tracker, follows it with the views, and collects at most 20 times a second."""
 
-    def __init__(
-        self,
-        changes: Changes,
-        project: ProjectPresenter,
-        runs: RunList,
-        keypoints: KeypointPresenter,
-        process: TaskProcess,
-        tell: Tell,
-    ) -> None:
-        self._changes, self._project, self._runs = changes, project, runs
-        self._keypoints, self._process, self.tell = keypoints, process, tell
+    def __init__(self, session: Session, process: TaskProcess, tell: Tell) -> None:
+        self._changes, self._tasks, self._edits = session.changes, session.tasks, session.edits
+        self._document, self._project = session.document, session.project
+        self._runs, self._keypoints = session.runs, session.keypoints
+        self._view_state, self._process, self._tell = session.view_state, process, tell
         self.live: LiveRun | None = None
         self._ending: list[LiveRun] = []
         self._depths = False
+        self._despite_errors: Recording | None = None
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
-        self._since = QElapsedTimer()
-        self._since.start()
-        self._timer = later(changes, self._collect)
+        self.first_pose: FirstPose = "auto"
+        """Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
+        pose."""
+        self.follow = True
+        """Whether the views show the newest frame."""
+        self._collected = time.monotonic()
+        self._timer = session.later(self._collect, UPDATE_MS)
 
     @property
     def entry(self) -> RunEntry | None:
@@ -171,17 +114,104 @@ class TrackPresenter:
         changes = changes_in_words(self.base, settings)
         return f"{self.preset}, {changes}" if changes else self.preset
 
+    # ---- what the next run is tracked with
+
     def choose(self, name: str, settings: Settings) -> None:
         """Take all values from a preset, for the next run or step."""
-        self.take(Chosen(name, settings, settings))
+        self.put(Chosen(name, settings, settings))
 
-    def take(self, chosen: Chosen) -> None:
+    def put(self, chosen: Chosen) -> None:
         self.preset, self.base, self.settings = chosen.preset, chosen.base, chosen.settings
         self._changes.tell(Part.SETTINGS)
 
-    @property
-    def stale(self) -> bool:
-        return self.live is not None and self.live.settings != self.settings
+    def use(self, settings: Settings, words: str = "") -> None:
+        self.take(Chosen(self.preset, self.base, settings), words)
+
+    def take(self, chosen: Chosen, words: str = "") -> None:
+        """Use other settings, perhaps of another preset; `words` say what that is."""
+        before = self.chosen
+        if chosen == before:  # nothing is another, but it is asked for again
+            self.put(chosen)
+            return
+        names = changed_names(before.settings, chosen.settings)
+        alone = len(names) == 1 and not words
+        self._edits.do(
+            WindowEdit(
+                words or _words(chosen, names), self.put, before, chosen,
+                "tune", "parameters", slot=("parameter", *names) if alone else None,
+            )
+        )  # fmt: skip
+
+    # ---- commands
+
+    def run(self) -> None:
+        """Go on with a run that is paused, or begin one; settings that have changed apply."""
+        self._go_on_or_begin(float("inf"))
+
+    def step(self) -> None:
+        self._go_on_or_begin(1)
+
+    def run_from_here(self) -> None:
+        self._begin(range(self._document.frame, self._document.frame_count), float("inf"))
+
+    def run_selection(self) -> None:
+        if self._view_state.selection:
+            self._begin(self._view_state.selection, float("inf"))
+
+    def _go_on_or_begin(self, allowed: float) -> None:
+        self._document.pause()
+        entry = self.entry
+        if entry is None or self.live is None:
+            self._begin(range(self._document.frame_count), allowed)
+        elif self.live.settings != self.settings:
+            # settings belong to a run as a whole: what follows is another one
+            wanted, done = entry.wanted, entry.frames
+            pose = done[max(done)].pose if done else None
+            self._begin(wanted[len(done) :] or range(wanted.stop), allowed, pose)
+        else:
+            self.go_on(allowed)
+
+    def _begin(self, frames: range, allowed: float, pose: Pose | None = None) -> RunEntry | None:
+        recording = self._document.recording
+        if recording is None or not len(frames):
+            return None
+        if self._told_of(recording, frames, allowed, pose):
+            return None
+        start = pose if pose is not None else self._known_pose(frames.start)
+        self._document.pause()
+        init = start if start is not None else self.first_pose
+        return self.begin(recording, frames, init, allowed=allowed)
+
+    def _told_of(
+        self, recording: Recording, frames: range, allowed: float, pose: Pose | None
+    ) -> bool:
+        """Say once why a recording should not be tracked; whether that was done now."""
+        found = self._document.hindrances()
+        if not found or self._despite_errors is recording:
+            return False
+
+        def nevertheless() -> None:
+            self._despite_errors = recording
+            if self._document.recording is recording:
+                self._begin(frames, allowed, pose)
+
+        first, button = found[0], "Track nevertheless"
+        what = f"it would not be tracked correctly: {first.what}"
+        self._tell(Message("error", what, first.where, first.remedy, button, nevertheless))
+        return True
+
+    def _known_pose(self, frame: int) -> Pose | None:
+        """Pose of the active run just before a frame, or at it; the first frame starts anew."""
+        active = self._runs.active
+        if active is None or frame == 0:
+            return None
+        for known in (frame - 1, frame):
+            tracked = active.at(known)
+            if tracked is not None and tracked.pose is not None:
+                return tracked.pose
+        return None
+
+    # ---- the run in progress
 
     def begin(
         self, recording: Recording, frames: range, init: FirstPose, *, allowed: float = float("inf")
@@ -200,10 +230,15 @@ class TrackPresenter:
         unaided = dataclasses.replace(recording, reference=None, subject=subject)
         task = run_process.RunTask(unaided, spec, entry.journal, run_process.Allow(allowed, 0))
         live = self.live = LiveRun(entry, task, self._process)
-        live.task.told.connect(partial(self._on_told, live))
-        live.task.ended.connect(partial(self._on_ended, live))
         live.order(run_process.Show(self._depths))
-        live.task.start()
+        job = Job(
+            "track",
+            live.track,
+            failed=partial(self._on_failed, live),
+            ended=partial(self._on_ended, live),
+            told=partial(self._on_told, live),
+        )
+        live.task = self._tasks.run(job, quiet=True)
         self._runs.add(entry)
         self._changes.tell(Part.TRACKING)
         return entry
@@ -229,11 +264,11 @@ class TrackPresenter:
         """
         live = self.live
         if live is not None:
-            live.task.cancel()
+            live.cancel()
             self._ending.append(live)
         if at_once and self._ending:
             for ended in self._ending:
-                ended.task.give_up()
+                ended.give_up()
             self._process.end()
         self._collect()
         self.live = None
@@ -262,7 +297,8 @@ class TrackPresenter:
         match word:
             case run_process.Tracked():
                 if not self._timer.isActive():
-                    self._timer.start(max(0, UPDATE_MS - self._since.elapsed()))
+                    waited = int(1000.0 * (time.monotonic() - self._collected))
+                    self._timer.start(max(0, UPDATE_MS - waited))
             case run_process.Held():
                 self._collect()
                 if word.cloud is not None and live is self.live:
@@ -279,16 +315,22 @@ class TrackPresenter:
     def _collect(self) -> None:
         """Take what has come, and show the newest frame of the run in progress."""
         self._timer.stop()
-        self._since.start()
+        self._collected = time.monotonic()
         for ended in self._ending:
             ended.taken()
         frames = self.live.taken() if self.live is not None else []
         if frames:
             self._changes.tell(Part.RUN_FRAMES)
             self._changes.tell(Part.TRACKED, frames[-1])
+            if self.follow:  # it is shown when its cloud is kept
+                self._document.go_to(frames[-1].frame)
+
+    def _on_failed(self, live: LiveRun, error: Exception) -> None:
+        if live is self.live:
+            lost = Message("error", str(error), live.entry.name, _LOST)
+            self._tell(lost if isinstance(error, Lost) else message_of(error))
 
     def _on_ended(self, live: LiveRun) -> None:
-        error = live.task.error
         self._collect()
         live.end()
         if live is not self.live:
@@ -297,9 +339,6 @@ class TrackPresenter:
             return
         self.live = None
         entry = live.entry
-        if error is not None and not isinstance(error, Cancelled):
-            lost = Message("error", str(error), entry.name, _LOST)
-            self.tell(lost if isinstance(error, Lost) else message_of(error))
         if not entry.frames:
             self._runs.remove(entry)
         self._changes.tell(Part.TRACKING)
@@ -311,12 +350,21 @@ class TrackPresenter:
         entry, frames = live.entry, live.entry.frames.values()
         if (words := entry.heading) is not None:
             kind = "warning" if words.undecided else "note"
-            self.tell(Message(kind, words.what, entry.name, words.remedy))
+            self._tell(Message(kind, words.what, entry.name, words.remedy))
         if entry.warnings:
             what = "; ".join(entry.warnings)
-            self.tell(Message("warning", what, entry.name, CHECK))
+            self._tell(Message("warning", what, entry.name, CHECK))
         if not frames or any(frame.tracked for frame in frames):
             return
-        causes = Untracked(live.recording, live.settings).take(frames).causes()
+        causes = untracked_in(frames, live.recording, live.settings).causes
         what, why = "no frame of the run has a tracked person", (one.sentence() for one in causes)
-        self.tell(Message("warning", what, entry.name, " ".join(why)))
+        self._tell(Message("warning", what, entry.name, " ".join(why)))
+
+
+def _words(chosen: Chosen, names: tuple[str, ...]) -> str:
+    """``set loss_scale to 0.03``, for these parameters that have another value then."""
+    if len(names) == 1:
+        return f"set {names[0]} to {value_text(chosen.settings.values()[names[0]])}"
+    if chosen.settings == chosen.base:
+        return "revert all parameters"
+    return f"set {len(names)} parameters"

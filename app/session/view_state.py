@@ -1,14 +1,72 @@
 """What is chosen of what is shown: frames, threshold, limb, views, overlays, light."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from stereotrack_core.recording.description import View
 
-from ..widgets.camera.picture import Arrangement, Display, PictureKind, camera_of, kinds_of
 from .changes import Part, TellChange
-from .pictures import FittedBody, StepDrawing
+from .drawn import FittedBody, StepDrawing
+
+PictureKind: TypeAlias = Literal["image", "left", "disparity", "foreground", "depth"]
+
+PICTURE_KINDS: dict[PictureKind, str] = {
+    "image": "Reference image",
+    "left": "Left image",
+    "disparity": "Disparity",
+    "foreground": "Foreground",
+    "depth": "Depth",
+}
+"""Kinds of pictures with their names; the reference image of a stereo view is the right one."""
+
+_KINDS: Mapping[str, tuple[PictureKind, ...]] = {
+    "stereo": ("image", "left", "disparity", "foreground", "depth"),
+    "depth": ("image", "foreground", "depth"),
+}
+"""Pictures that a kind of view can show; others have their image alone."""
+
+
+def kinds_of(view: View) -> tuple[PictureKind, ...]:
+    """Kinds of pictures that a view can show, the usual one first."""
+    return _KINDS.get(view.kind, ("image",))
+
+
+def camera_of(view: View, kind: PictureKind) -> str:
+    """Name of the camera whose image a picture is; empty for one that is computed."""
+    if kind == "left" and view.left is not None:
+        return view.left.camera
+    return view.image.camera if kind == "image" else ""
+
+
+Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
+"""All views alike, the active one large and the others small, or the active one alone."""
+
+
+CLICK_OVERLAYS: Mapping[str, str] = {
+    "clicks": "Clicks",
+    "predictions": "Predicted points",
+    "epipolar": "Epipolar curves",
+    "residuals": "Residuals of the fit",
+    "fit": "Model fitted to clicks",
+}
+
+
+@dataclass(frozen=True)
+class Display:
+    """How pictures are displayed, the same for all views."""
+
+    overlays: frozenset[str] = frozenset(
+        {"outline", "others", "reference", "keypoints", *CLICK_OVERLAYS}
+    )
+    highlighted: str = ""
+    brightness: float = 0.0  # -1 to 1
+    contrast: float = 1.0  # factor
+    loupe: bool = False
+    keep_person: bool = False
+    """Whether views enlarge the person and follow it, until somebody zooms by hand."""
+
 
 PointColour: TypeAlias = Literal["view", "limb", "distance"]
 THRESHOLD_DEG = 45.0

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QToolBar, QToolButton, 
 from ..context import Context
 from ..services.actions import Command, Menu
 from ..session.changes import Part
-from ..widgets.camera.click_marks import CLICK_OVERLAYS
+from ..session.view_state import CLICK_OVERLAYS
 from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme, set_icon
 from .dialogs import Dialogs

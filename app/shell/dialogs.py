@@ -21,7 +21,7 @@ from stereotrack_core.errors import InputError
 
 from ..context import Context
 from ..services.actions import ActionRegistry, Command
-from ..services.failures import log_path
+from ..session.messages import log_path
 from ..widgets.forms.form_dialog import ask_to_save, line_edit, push_button, say_in
 from ..widgets.style.building import Item, hbox, label, vbox
 from ..widgets.tables.table import STRETCH, Cell, CellRow, CellTable, Column, swatch
@@ -197,8 +197,7 @@ class ShortcutEditor(_CommandList):
         self.keys.setKeySequence(QKeySequence(keys))
         told = f"Shortcut of {command.title}: {keys}."
         self.note.setText(told if keys else f"{command.title} has no shortcut.")
-        row = self.list.currentIndex().row()
-        self.list.cells.tell(row, row)
+        self.list.cells.look_again()
 
 
 def write_picture(path: Path, picture: QPixmap) -> None:

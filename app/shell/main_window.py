@@ -1,18 +1,20 @@
 """The window: views in the middle, panels around them, one line that says how things are."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
-from PySide6.QtCore import QSettings, QSize, Qt, QTimer
+from PySide6.QtCore import QMimeData, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QMainWindow
 
 from ..context import make_context
 from ..services.focus import WheelGuard
 from ..services.layout import stored_bytes
-from ..services.tasks.task import Processes, Task
 from ..session.changes import PROJECT, Part
-from ..session.opening import dropped_paths
-from ..widgets.forms.message import Message, MessageBar
+from ..session.jobs import Processes, Task
+from ..session.messages import Message
+from ..session.session import opens
+from ..widgets.forms.message import MessageBar
 from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.theme import set_icon
 from .actions import MENUS, Toolbars, commands
@@ -25,7 +27,7 @@ _FRAME = QSize(16, 40)  # pixels that a window manager may draw around the windo
 _OF_COMMANDS = (
     Part.FRAME | Part.PLAYING | Part.LENGTH | Part.FINDINGS | Part.TRACKING
     | Part.RUNS | Part.RUN_FRAMES | Part.ACTIVE_RUN
-    | PROJECT | Part.EDIT | Part.EDITS | Part.KEYPOINTS
+    | PROJECT | Part.EDIT | Part.EDITS | Part.KEYPOINTS | Part.TASKS
 )  # fmt: skip
 """Parts that titles and availability of commands depend on."""
 
@@ -43,7 +45,7 @@ class MainWindow(QMainWindow):
         self.messages = MessageBar()
         self.context = make_context(self, self.messages, settings, processes)
         WheelGuard(self)
-        self.welcome = WelcomePage(self._do, self.context.session.opening.open)
+        self.welcome = WelcomePage(self._do, self.context.session.open)
         self.context.docks.lay_over_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
@@ -71,7 +73,6 @@ class MainWindow(QMainWindow):
 
     def _connect(self) -> None:
         context, session = self.context, self.context.session
-        context.tasks.changed.connect(context.actions.refresh_soon)
         context.docks.left.connect(self._show_welcome)
         watch = session.changes.watch
         watch(_OF_COMMANDS, context.actions.refresh_soon)
@@ -113,7 +114,7 @@ class MainWindow(QMainWindow):
         self.context.actions.refresh()
 
     def _list_recent(self) -> None:
-        self.welcome.set_recent(self.context.session.opening.recents())
+        self.welcome.set_recent(self.context.session.recents())
 
     def write_title(self) -> None:
         recording, project = self.context.session.document.recording, self.context.session.project
@@ -154,14 +155,20 @@ class MainWindow(QMainWindow):
             self.close()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if dropped_paths(event.mimeData()):
+        if _dropped_paths(event.mimeData()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        paths = dropped_paths(event.mimeData())
+        paths = _dropped_paths(event.mimeData())
         if paths:
             event.acceptProposedAction()
-            self.context.session.opening.open_all(paths)
+            self.context.session.open_all(paths)
+
+
+def _dropped_paths(data: QMimeData) -> tuple[Path, ...]:
+    """What was dragged into the window and can be opened."""
+    paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
+    return tuple(path for path in paths if opens(path))
 
 
 def _closes_after(tasks: Sequence[Task], *, exports: bool) -> Message:

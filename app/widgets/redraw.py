@@ -7,7 +7,7 @@ from pyqtgraph.Qt import isQObjectAlive
 from PySide6.QtCore import QEvent, QObject, QTimer, Slot
 from PySide6.QtGui import QKeyEvent
 
-Piece: TypeAlias = Callable[[], None]
+Piece: TypeAlias = Callable[[], object]
 """A method of an object; nothing is drawn of a Qt object that is gone."""
 
 

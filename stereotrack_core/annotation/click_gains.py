@@ -87,14 +87,6 @@ def mean_squares(quadratics: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...laij,...lji->...a", quadratics, covariance))
 
 
-def limb_sigma_deg(
-    nine: FloatArray, covariance: FloatArray, landmark_set: LandmarkSet
-) -> FloatArray:
-    """Root mean square angles (..., 6), degrees, of limbs by covariances (..., n, 3, 3)."""
-    v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
-    return np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
-
-
 REACH = 6
 """Frames. On recordings of fast arm movements at 10 frames per second, suggestions ranked with 3, 6
 or 12 frames gave about the same errors, and without this a fifth to a third larger ones."""
@@ -290,7 +282,6 @@ class ClickGains:
                 self.state[row, camera, landmark] = Place.REFUSED if refused else Place.CLICKED
 
     def _refresh(self, rows: IntArray) -> None:
-        """Compute gains of these rows anew."""
         points = self._points[rows]
         for i, camera in enumerate(self._cameras):
             self.seen[rows, i] = in_image(camera, camera.project(points))

@@ -49,7 +49,6 @@ def landmark_predictions(keypoints: Keypoints, landmarks: Sequence[str]) -> tupl
 
 
 def _of_picture(rows: Keypoints, landmarks: Sequence[str]) -> list[Prediction]:
-    """Predictions of one detector in one picture."""
     places = dict(zip(rows.keypoint.tolist(), rows.place, strict=True))
     sure = dict(zip(rows.keypoint.tolist(), rows.confidence.tolist(), strict=True))
     size = float(np.ptp(rows.place, axis=0).max())

@@ -185,7 +185,6 @@ def residuals_by_camera(
 def _compared(
     clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str]
 ) -> ClickPixels:
-    """The clicks by which cameras are compared."""
     own = [click for click in clicks if click.origin != ACCEPTED]
     asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
     return click_pixels([click for click in own if click.frame in asked], cameras, names)

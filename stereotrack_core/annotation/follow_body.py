@@ -6,6 +6,8 @@ of the arms move as rigid bodies to where most of their points went. Joints hold
 how they move is told.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,15 +15,152 @@ import cv2
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.clicked_surface import ClickedSurface, clicked_places
+from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, pose_at, standing, watched_place
 from stereotrack_core.annotation.follow import MOST_FRAMES, flow, pictures_of
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.annotation.predict import predicted_point
+from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray, IntArray
+from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import Proportions
-from stereotrack_core.body.skeleton import FOREARMS, PARTS, TORSO, UPPER_ARMS
+from stereotrack_core.body.sampling import inside_other_cone, regular_points, segment_blocked
+from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 from stereotrack_core.geometry.rotation import rotation_from_vector, skew, vector_from_rotation
 from stereotrack_core.recording.reader import FrameReader
+
+_POINTS = 700  # on the whole surface, of which about a third is seen by a camera
+_FACING = 0.25  # cosine of the angle at which surface is still followed
+_SKIN = 1e-3  # metres over the surface, free of it
+_MOVED = (TORSO, HEAD, *UPPER_ARMS, *FOREARMS)
+_NAMES = NINE.names
+_ARMS = {  # the landmarks at the ends of their parts
+    UPPER_ARMS[0]: ("left_shoulder", "left_elbow"),
+    UPPER_ARMS[1]: ("right_shoulder", "right_elbow"),
+    FOREARMS[0]: ("left_elbow", "left_hand"),
+    FOREARMS[1]: ("right_elbow", "right_hand"),
+}
+_FEWEST = 3  # landmarks of the trunk, without which nobody knows how it stands
+
+
+def clicked_places(clicks: Iterable[Click], cameras: Mapping[str, Camera]) -> dict[str, FloatArray]:
+    """Where the landmarks of a frame (3,) are that are clicked in two images."""
+    by_name: dict[str, list[Click]] = {}
+    for click in clicks:
+        by_name.setdefault(click.landmark, []).append(click)
+    points = {name: predicted_point(cameras, own) for name, own in by_name.items()}
+    return {name: point.world for name, point in points.items() if point is not None}
+
+
+@dataclass(frozen=True, eq=False)
+class ClickedSurface:
+    """Points (N,) on the body where the clicks of a frame put it."""
+
+    cameras: Mapping[str, Camera]
+    landmarks: FloatArray  # (9, 3), world, NaN where they are not known
+    own: Mapping[str, FloatArray]  # (3,) of all that is clicked, world
+    part: IntArray  # (N,)
+    points: FloatArray  # (N, 3), world
+    visible: Mapping[str, BoolArray]  # mapping from camera to (N,)
+    offset: Mapping[str, FloatArray]  # by camera (P, 2), pixels: clicks lie beside a part
+
+    @classmethod
+    def of(
+        cls,
+        clicks: Sequence[Click],
+        frame: int,
+        found: Mapping[str, FloatArray],
+        cameras: Mapping[str, Camera],
+        proportions: Proportions,
+    ) -> ClickedSurface | None:
+        """The surface; None where too little of the trunk is known."""
+        by_name: dict[str, list[Click]] = {}
+        for click in clicks:
+            if click.frame == frame and click.position is not None:
+                by_name.setdefault(click.landmark, []).append(click)
+        if sum(name in found for name in _landmarks_of(TORSO)) < _FEWEST:
+            return None
+        known = np.array([found.get(name, np.full(3, np.nan)) for name in _NAMES])
+        body = body_model(proportions, CLICKED_SHAPE)
+        pose = pose_at(known, body, NINE, standing(body, watched_place(cameras)))
+        frames = body.frames(pose)
+        placed, surface = placed_cones(body, frames), regular_points(body.cones, _POINTS)
+        points = frames.apply(surface.part, surface.points)
+        told = [p for p in _MOVED if p == TORSO or all(n in found for n in _landmarks_of(p))]
+        keep = np.isin(surface.part, told) & ~inside_other_cone(points, surface.cone, placed)
+        normals = np.einsum("nij,nj->ni", frames.rotations[surface.part], surface.normals)
+        part, points, normals = surface.part[keep], points[keep], normals[keep]
+        visible = {}
+        for name, camera in cameras.items():
+            sight = camera.position_world - points
+            sight /= np.linalg.norm(sight, axis=1, keepdims=True)
+            visible[name] = np.einsum("ni,ni->n", normals, sight) > _FACING
+            at = np.flatnonzero(visible[name])
+            free = points[at] + _SKIN * normals[at]
+            visible[name][at] = ~segment_blocked(free, camera.position_world, placed)
+        points = _to_clicked(points, part, known, NINE.places(body, frames))
+        offset = {name: _offsets(camera, by_name, found, told) for name, camera in cameras.items()}
+        return cls(cameras, known, found, part, points, visible, offset)
+
+    def guessed(self, expected: Mapping[str, FloatArray]) -> FloatArray:
+        """Where the points (N, 3) are expected."""
+        shift = np.zeros((len(PARTS), 3))
+        for part in _MOVED:
+            ends = [expected[n] for n in _landmarks_of(part) if n in expected]
+            ends = [end for end in ends if np.isfinite(end).all()]
+            if ends:
+                shift[part] = np.mean(ends, axis=0)
+        return self.points + shift[self.part]
+
+    def seen_by(self, name: str, guess: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Points (M,) that a camera sees, their pixels (M, 2), and the expected ones (M, 2)."""
+        camera, shown = self.cameras[name], np.flatnonzero(self.visible[name])
+        offset = self.offset[name][self.part[shown]]
+        starts = camera.project(self.points[shown]) + offset
+        ends = camera.project(guess[shown]) + offset
+        inside = ((starts > 0) & (starts < (camera.width - 1, camera.height - 1))).all(axis=1)
+        inside &= np.isfinite(ends).all(axis=1)
+        return shown[inside], starts[inside], ends[inside]
+
+
+def _landmarks_of(part: int) -> tuple[str, ...]:
+    if part == HEAD:
+        return ("head",)
+    return _ARMS.get(part, ("left_shoulder", "right_shoulder", "left_hip", "right_hip"))
+
+
+def _to_clicked(
+    points: FloatArray, part: IntArray, known: FloatArray, placed: FloatArray
+) -> FloatArray:
+    """Points on the arms shifted with their ends, which the body's lengths put beside the clicks"""
+    moved = points.copy()
+    for one, (near, far) in _ARMS.items():
+        own, a, b = part == one, _NAMES.index(near), _NAMES.index(far)
+        along = placed[b] - placed[a]
+        share = np.clip((points[own] - placed[a]) @ along / (along @ along), 0.0, 1.0)[:, None]
+        moved[own] += (1.0 - share) * (known[a] - placed[a]) + share * (known[b] - placed[b])
+    return moved
+
+
+def _offsets(
+    camera: Camera,
+    clicks: Mapping[str, Sequence[Click]],
+    found: Mapping[str, FloatArray],
+    parts: Iterable[int],
+) -> FloatArray:
+    """How far clicks on every part (P, 2) lie beside its landmarks in an image."""
+    result = np.zeros((len(PARTS), 2))
+    for part in parts:
+        off = [
+            np.array(click.position) - camera.project(found[name])
+            for name in _landmarks_of(part)
+            if name in found
+            for click in clicks[name]
+            if click.camera == camera.name
+        ]
+        if off:
+            result[part] = np.mean(off, axis=0)
+    return result
+
 
 _LINES = 480
 _WINDOW = 9  # side of the patch in pixels at 480 lines
@@ -113,11 +252,10 @@ def follow_body(
             return None
         known = np.isfinite(found).all(axis=1)
         seen.append(_Seen(name, points[known], found[known], points))
-    parts = _moved(surface, seen, guess) if seen else None
-    if parts is None:
+    if not seen:
         return None
-    doubt = _doubt(parts, surface, seen)
-    return _step(parts, doubt, surface, (start, frame), body.landmarks)
+    parts = _moved(surface, seen, guess)
+    return _step(parts, _doubt(parts, surface, seen), surface, (start, frame), body.landmarks)
 
 
 def _going_on(
@@ -157,7 +295,10 @@ def _followed(
         if before is None:
             half = max(min(picture.shape) // _LINES, 1)
             scale = max(1.0, min(picture.shape) / _LINES) / half
-            corner, size = _window(starts, guess, half, _BORDER * scale)
+            both = np.concatenate([starts, guess]) / half  # the part of the picture around them
+            low, high = both.min(axis=0) - _BORDER * scale, both.max(axis=0) + _BORDER * scale
+            corner = np.maximum(np.floor(low), 0).astype(np.int64)
+            size = (np.ceil(high) - corner).astype(np.int64)
             found, move = (found - 0.5 * (half - 1)) / half - corner, move / half
         small = _cut(picture, half, corner, size)
         if before is not None:
@@ -167,15 +308,6 @@ def _followed(
             found = there
         before = small
     return np.where(lost[:, None], np.nan, half * (found + corner) + 0.5 * (half - 1))
-
-
-def _window(
-    starts: FloatArray, guess: FloatArray, half: int, border: float
-) -> tuple[IntArray, IntArray]:
-    """Corner and size of the part of the picture that holds the points."""
-    both = np.concatenate([starts, guess]) / half
-    corner = np.maximum(np.floor(both.min(axis=0) - border), 0).astype(np.int64)
-    return corner, (np.ceil(both.max(axis=0) + border) - corner).astype(np.int64)
 
 
 def _cut(picture: ImageArray, half: int, corner: IntArray, size: IntArray) -> ImageArray:
@@ -221,10 +353,18 @@ class _Parts:
 
 def _moved(surface: ClickedSurface, seen: Sequence[_Seen], guess: FloatArray) -> _Parts:
     """Gauss-Newton steps; points that are far off weigh less (t distribution)."""
-    parts = _unmoved(surface, guess)
-    first = parts.way
+    count = len(PARTS)
+    centre, first = np.zeros((count, 3)), np.zeros((count, 3))
+    for part in np.unique(surface.part).tolist():
+        own = surface.part == part
+        centre[part] = surface.points[own].mean(axis=0)
+        first[part] = (guess[own] - surface.points[own]).mean(axis=0)
+    nothing = np.zeros((6 * count, 6 * count))
+    parts = _Parts(np.tile(np.eye(3), (count, 1, 1)), first, centre, nothing)
+    expected = np.repeat(1.0 / np.square((_TURN, _WAY)), 3)  # its information
     for wider in _WIDER:
-        H, g = _prior(parts, first)
+        away = np.hstack([vector_from_rotation(parts.turn), parts.way - first])
+        H, g = np.diag(np.tile(expected, count)), -(expected * away).ravel()
         for one in seen:
             _add_pixels(H, g, surface, parts, one, wider)
         for one_part, other, name, sigma in _JOINTS:  # parts do not come apart
@@ -240,24 +380,6 @@ def _moved(surface: ClickedSurface, seen: Sequence[_Seen], guess: FloatArray) ->
         way: FloatArray = parts.way + delta[:, 3:]
         parts = _Parts(turn, way, parts.centre, covariance)
     return parts
-
-
-def _unmoved(surface: ClickedSurface, guess: FloatArray) -> _Parts:
-    count = len(PARTS)
-    centre, way = np.zeros((count, 3)), np.zeros((count, 3))
-    for part in np.unique(surface.part).tolist():
-        own = surface.part == part
-        centre[part] = surface.points[own].mean(axis=0)
-        way[part] = (guess[own] - surface.points[own]).mean(axis=0)
-    turn = np.tile(np.eye(3), (count, 1, 1))
-    return _Parts(turn, way, centre, np.zeros((6 * count, 6 * count)))
-
-
-def _prior(parts: _Parts, first: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Information (6 P, 6 P) and its product with the step (6 P,) of what is expected."""
-    weight = np.repeat(1.0 / np.square((_TURN, _WAY)), 3)
-    away = np.hstack([vector_from_rotation(parts.turn), parts.way - first])
-    return np.diag(np.tile(weight, len(PARTS))), -(weight * away).ravel()
 
 
 def _add_pixels(
@@ -318,9 +440,9 @@ def _step(
     for place, name in enumerate(names):
         own = PARTS.index(landmarks[name].part)
         carried = [part for part in ends.get(name, (own,)) if part in there]
-        if not carried or name not in surface.own_names:
+        if not carried or name not in surface.own:
             continue
-        point = surface.own[surface.own_names.index(name)]
+        point = surface.own[name]
         shift[place] = np.mean([parts.move(part, point) - point for part in carried], axis=0)
         J = np.mean([parts.jacobian(part, point) for part in carried], axis=0)
         own_doubt = float(np.mean(np.square(doubt[carried])))

@@ -99,7 +99,6 @@ def hints_of(question: HintQuestion) -> ClickHints:
 
 
 def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curve, ...]]:
-    """Curves of the chosen landmark's clicks in every image that is shown."""
     found: dict[str, tuple[Curve, ...]] = {}
     for name in (name for name in question.shown if name in question.cameras):
         own = []
@@ -197,7 +196,11 @@ class Fitter:
 
     def _fit_for(self, question: FitQuestion) -> ClickFit:
         depth = question.cloud is not None
-        cameras = tuple((name, _numbers(camera)) for name, camera in question.cameras.items())
+        cameras = []  # with the bytes of their numbers, to compare them
+        for name, camera in question.cameras.items():
+            pose = camera.camera_from_world
+            arrays = (camera.matrix, camera.distortions, pose.rotation, pose.translation)
+            cameras.append((name, b"".join(array.tobytes() for array in arrays)))
         key = (cameras, question.landmark_set, question.proportions, depth)
         if self._made is None or self._made[0] != key:
             settings = replace(FitSettings(), use_depth=depth)
@@ -213,10 +216,3 @@ def fit_elsewhere(question: FitQuestion, asker: Asker) -> ShownFit:
     """Fit in a :class:`TaskProcess`, with the :class:`Fitter` that it keeps."""
     fitter: Fitter = asker.kept.setdefault("fitter", Fitter())
     return fitter(question)
-
-
-def _numbers(camera: Camera) -> bytes:
-    """Bytes of a camera's numbers, to compare cameras."""
-    pose = camera.camera_from_world
-    arrays = (camera.matrix, camera.distortions, pose.rotation, pose.translation)
-    return b"".join(array.tobytes() for array in arrays)

@@ -238,7 +238,6 @@ class LandmarkFilter:
     def _moved(
         self, state: Gaussian, start: int, end: int, acceleration: FloatArray, slack: FloatArray
     ) -> Gaussian:
-        """Prediction for another frame, before or after."""
         seconds = (end - start) / self._question.fps
         motion, shift = self._question.motion, np.full((len(state.mean), 3), np.nan)
         if start in motion and end in motion:
@@ -267,7 +266,6 @@ class LandmarkFilter:
         return step
 
     def _pushed(self, state: Gaussian, seconds: float, acceleration: FloatArray) -> Gaussian:
-        """Prediction for a little later, or earlier."""
         size, count = self._rig.size, len(state.mean)
         step = self._transition(seconds)
         places = state.mean[:, :3]

@@ -170,7 +170,11 @@ class NextClicks:
 
     def _new(self, wish: Wish) -> Iterator[Suggestion]:
         """Places without a click."""
-        gain = self._weighed()
+        gain = np.where(self.gains.state == Place.FREE, self.gains.gain, 0.0)
+        if self._apart_deg is not None:  # more where a tracker disagrees
+            wrong = _FIT_WRONG * self._excess().sum(axis=1)
+            most = np.maximum(gain.max(axis=(1, 2)), 1e-9)
+            gain *= (1.0 + wrong / most)[:, None, None]
         total = over_frames(gain, self.gains.clicked(), REACH)
         total[(gain <= 0) | ~self._wanted(wish)[:, None, None]] = 0.0
         clear = ~self.gains.hidden & ~np.isin(self.gains.names, self._unsound)[:, None]
@@ -192,22 +196,11 @@ class NextClicks:
             )
             total[max(0, row - _APART) : row + _APART + 1, :, landmark] = 0.0
 
-    def _weighed(self) -> FloatArray:
-        """Gains (F, C, n) of new clicks; more where a tracker disagrees."""
-        gain = np.where(self.gains.state == Place.FREE, self.gains.gain, 0.0)
-        if self._apart_deg is not None:
-            wrong = _FIT_WRONG * self._excess().sum(axis=1)
-            most = np.maximum(gain.max(axis=(1, 2)), 1e-9)
-            gain *= (1.0 + wrong / most)[:, None, None]
-        return gain
-
     def _wanted(self, wish: Wish) -> BoolArray:
-        """Frames (F,) in which something may be suggested."""
         inside = True if wish.frames is None else np.isin(self.gains.frame, wish.frames)
         return ~self._barred(wish) & inside
 
     def _barred(self, wish: Wish) -> BoolArray:
-        """Frames (F,) in gaps."""
         return np.isin(self.gains.frame, [frame for gap in wish.gaps for frame in gap])
 
     def _excess(self) -> FloatArray:
@@ -218,7 +211,6 @@ class NextClicks:
         return np.where(beyond > _DISAGREE, beyond, 0.0)
 
     def _doubted(self, wish: Wish) -> Iterator[Suggestion]:
-        """Clicks that should be looked at again."""
         wanted = self._wanted(wish)
         for key, doubt in (self._doubts | self._swaps).items():
             row = self.gains.row(key.frame)
@@ -275,7 +267,11 @@ class NextClicks:
                 f"tracker and reference differ by {self._apart_deg[row, worst]:.0f} deg ({name})"
             )
         name, much = AXES[axis].replace("_", " "), spread_words(sigma, " deg")
-        unknown, gap = sigma > UNKNOWN_DEG, self._gap(row, landmark)
+        clicked = np.flatnonzero(self.gains.clicked()[:, landmark])
+        before, after = clicked[clicked < row], clicked[clicked > row]
+        end = int(after.min(initial=len(self.gains.frame)))
+        gap = 0 if row in clicked else end - int(before.max(initial=-1)) - 1
+        unknown = sigma > UNKNOWN_DEG
         said.append(f"{name} unknown" if unknown else f"{name} uncertain ({much})")
         if gap >= (1 if unknown else _LARGE_GAP):
             said.append(f"no click for {gap} frames")
@@ -283,13 +279,3 @@ class NextClicks:
         if seen_by == 1:
             said.append("clicked in one camera only")
         return ", ".join(said)
-
-    def _gap(self, row: int, landmark: int) -> int:
-        """Frames between the clicks of a landmark before and after a frame; 0 where it has one."""
-        clicked = np.flatnonzero(self.gains.clicked()[:, landmark])
-        if row in clicked:
-            return 0
-        before, after = clicked[clicked < row], clicked[clicked > row]
-        low = int(before[-1]) if len(before) else -1
-        high = int(after[0]) if len(after) else len(self.gains.frame)
-        return high - low - 1

@@ -11,6 +11,7 @@ import dataclasses
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -56,48 +57,7 @@ class PersonalSubject:
     found: PersonalOffsets
 
 
-def clicks_by_frame(
-    recording: Recording,
-    clicks: Sequence[Click],
-    sigma: Mapping[str, float] | float,
-    views: Sequence[str] | None = None,
-) -> dict[int, list[Click]]:
-    """Clicks of the nine landmarks as measurements, by frame."""
-    by_frame: dict[int, list[Click]] = defaultdict(list)
-    for click in measurements(clicks_in(recording, clicks, views), NINE.names, sigma):
-        by_frame[click.frame].append(click)
-    return dict(by_frame)
-
-
-def clicked_lengths(
-    recording: Recording, clicks: Sequence[Click], views: Sequence[str] | None = None
-) -> Proportions:
-    """Lengths that the clicks tell, held to those of average people."""
-    used = clicks_in(recording, clicks, views)
-    return lengths_by_clicks(measured_lengths(click_pixels(used, recording.cameras, LANDMARKS)))
-
-
-def tracked_for(
-    recording: Recording,
-    lengths: Proportions,
-    end: int,
-    on_frame: Callable[[int], None],
-    cancelled: Callable[[], bool],
-) -> Run:
-    """The frames before `end`, tracked now with these lengths."""
-    own = recording.subject or Subject(recording.name)
-    known = dataclasses.replace(own, **dataclasses.asdict(lengths))
-    unaided = dataclasses.replace(recording, reference=None, subject=known)
-    spec = RunSpec(preset(PRESET, ()), preset=PRESET, frames=range(end))
-    return track(
-        unaided,
-        spec,
-        on_advance=lambda advance: on_frame(advance.gained.first),
-        hooks=Hooks(cancelled=cancelled),
-    )
-
-
-def personal_subject(
+def _personal_subject(
     run: Run, by_frame: ClicksByFrame, recording: Recording, settings: FitSettings, where: str
 ) -> PersonalSubject:
     """Lengths and offsets that clicked frames of a run tell. Raises InputError if none do."""
@@ -162,33 +122,58 @@ def left_out_words(one: PersonalSubject) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Personalise:
-    """The same as a task of a process, which tracks first where there is no run."""
+    """Estimate a subject from clicks and a run, also as a task of a process.
+
+    Without a run the frames up to the last clicked one are tracked first.
+    """
 
     recording: Recording  # with the subject that is known
     clicks: tuple[Click, ...]
-    sigma: Mapping[str, float]
+    sigma: Mapping[str, float] | float
     settings: FitSettings
     where: str
     run: Run | None = None
+    views: Sequence[str] | None = None  # in which clicks count; all if not given
+
+    @cached_property
+    def by_frame(self) -> dict[int, list[Click]]:
+        """Clicks of the nine landmarks as measurements, by frame."""
+        used = clicks_in(self.recording, self.clicks, self.views)
+        by_frame: dict[int, list[Click]] = defaultdict(list)
+        for click in measurements(used, NINE.names, self.sigma):
+            by_frame[click.frame].append(click)
+        return dict(by_frame)
 
     def __call__(self, asker: Asker) -> PersonalSubject:
         """Do it in the process."""
-        by_frame = clicks_by_frame(self.recording, self.clicks, self.sigma)
-        run = self.run
-        if run is None:
-            subject = self.recording.subject
-            lengths = (
-                clicked_lengths(self.recording, self.clicks)
-                if subject is None
-                else proportions_of(subject)
-            )
-            run = tracked_for(
-                self.recording, lengths, max(by_frame) + 1, lambda _frame: asker.on_frames(1),
-                asker.cancelled,
-            )  # fmt: skip
-            if asker.cancelled():
-                raise Cancelled
-        return personal_subject(run, by_frame, self.recording, self.settings, self.where)
+        return self.estimated(lambda _frame: asker.on_frames(1), asker.cancelled)
+
+    def estimated(
+        self, on_frame: Callable[[int], None], cancelled: Callable[[], bool]
+    ) -> PersonalSubject:
+        """Lengths and offsets. Raises InputError if no clicked frame tells them; Cancelled."""
+        run = self._tracked(on_frame, cancelled) if self.run is None else self.run
+        if cancelled():
+            raise Cancelled
+        return _personal_subject(run, self.by_frame, self.recording, self.settings, self.where)
+
+    def _tracked(self, on_frame: Callable[[int], None], cancelled: Callable[[], bool]) -> Run:
+        """The frames up to the last clicked one, tracked now with known or clicked lengths."""
+        if self.recording.subject is None:
+            used = clicks_in(self.recording, self.clicks, self.views)
+            measured = measured_lengths(click_pixels(used, self.recording.cameras, LANDMARKS))
+            lengths = lengths_by_clicks(measured)
+        else:
+            lengths = proportions_of(self.recording.subject)
+        own = self.recording.subject or Subject(self.recording.name)
+        known = dataclasses.replace(own, **dataclasses.asdict(lengths))
+        unaided = dataclasses.replace(self.recording, reference=None, subject=known)
+        return track(
+            unaided,
+            RunSpec(preset(PRESET, ()), preset=PRESET, frames=range(max(self.by_frame) + 1)),
+            on_advance=lambda advance: on_frame(advance.gained.first),
+            hooks=Hooks(cancelled=cancelled),
+        )
 
 
 _SPREAD: Mapping[str, tuple[tuple[float, float, float], float]] = MappingProxyType(
@@ -326,7 +311,11 @@ def personal_offsets(clicked: Sequence[ClickedFrame]) -> PersonalOffsets:
         H = scipy.linalg.block_diag(*offset_axes(one.frames))  # by the offsets
         S = _blur(one)
         d = (one.places - one.tracked).ravel()
-        kept = _agreeing(one, d, S + H @ P @ H.T)
+        expected = S + H @ P @ H.T
+        kept = one.known.copy()  # and where both agree as well as they can
+        for k in np.flatnonzero(kept):
+            own = slice(3 * k, 3 * k + 3)
+            kept[k] = d[own] @ np.linalg.solve(expected[own, own], d[own]) < _CONTRADICTS
         left_out += [(one.frame, LANDMARKS[k]) for k in np.flatnonzero(one.known & ~kept)]
         if not kept.any():
             continue
@@ -354,12 +343,3 @@ def _blur(one: ClickedFrame) -> FloatArray:
     bent = _BENT * np.sqrt(max(0.0, 1.0 - one.frames.rotations[TORSO, 2, 2] ** 2))
     shifts, turns = np.hypot(_MOVED, bent), np.hypot(_TURNED, bent / _ONE_RADIAN)
     return np.asarray(S + (moved * np.repeat([shifts**2, turns**2], 3)) @ moved.T)
-
-
-def _agreeing(one: ClickedFrame, d: FloatArray, S: FloatArray) -> BoolArray:
-    """Landmarks (9,) that the clicks show and at which both agree as well as they can."""
-    kept = one.known.copy()
-    for k in np.flatnonzero(kept):
-        own = slice(3 * k, 3 * k + 3)
-        kept[k] = d[own] @ np.linalg.solve(S[own, own], d[own]) < _CONTRADICTS
-    return kept

@@ -28,7 +28,6 @@ from stereotrack_core.annotation.landmark_filter import (
     updated,
 )
 from stereotrack_core.annotation.predict import in_image
-from stereotrack_core.arrays import FloatArray
 
 PROPOSED = "proposed"  # source of proposals
 _FARTHEST = 120.0  # pixels at 480 lines; what is less certain than that is no proposal
@@ -98,15 +97,13 @@ def _to_be_clicked(state: Gaussian, rig: Rig, question: ProposalQuestion) -> set
         P = H @ state.covariance[own, own] @ H.T
         sigma = STEADY * rig.sigmas.get(name, USUAL_SIGMA)
         if np.trace(P) > len(P) * (_WELL * sigma) ** 2:
-            gains = [_gain(P, view, sigma) for view in free]
+            gains = []  # by how much a click in each makes the variances of all pixels smaller
+            for view in free:
+                at = slice(2 * view, 2 * view + 2)
+                less = P[:, at] @ np.linalg.solve(P[at, at] + sigma**2 * np.eye(2), P[at])
+                gains.append(float(np.trace(less)))
             found.add(keys[free[int(np.argmax(gains))]])
     return found
-
-
-def _gain(P: FloatArray, view: int, sigma: float) -> float:
-    """By how much a click in one image makes the variances of the pixels P (2 V, 2 V) smaller."""
-    at = slice(2 * view, 2 * view + 2)
-    return float(np.trace(P[:, at] @ np.linalg.solve(P[at, at] + sigma**2 * np.eye(2), P[at])))
 
 
 def _open_places(state: Gaussian, rig: Rig, question: ProposalQuestion) -> Sequence[Prediction]:

@@ -70,7 +70,9 @@ class FittedClicks:
 def fitted_clicks(meta: Mapping[str, Any], clicks: Iterable[Click]) -> FittedClicks | None:
     """Compare the clicks that a reference's `meta` states with those of now; None without."""
     rows = meta.get(FITTED_TO)
-    if not isinstance(rows, list) or not all(_is_row(row) for row in rows):
+    if not isinstance(rows, list) or not all(
+        isinstance(row, list) and [type(value) for value in row] == [int, int] for row in rows
+    ):
         return None
     sums, now = dict(rows), checksums(clicks)
     return FittedClicks(sums, _changed(sums, now, sums.keys() | now.keys()))
@@ -80,10 +82,6 @@ def _changed(
     before: Mapping[int, int], now: Mapping[int, int], frames: Iterable[int]
 ) -> frozenset[int]:
     return frozenset(frame for frame in frames if before.get(frame) != now.get(frame))
-
-
-def _is_row(row: object) -> bool:
-    return isinstance(row, list) and len(row) == 2 and all(type(value) is int for value in row)
 
 
 _OUTLIERS = "outliers"
@@ -130,11 +128,6 @@ class Reference:
     def fps(self) -> float | None:
         """Frames per second that it states; without it, frames are the recording's."""
         return stated_fps(self.meta)
-
-    @property
-    def is_fitted(self) -> bool:
-        """Whether it states everything that a fit does."""
-        return all(getattr(self, name) is not None for name in _STATED)
 
     def chosen(self, rows: BoolArray) -> Reference:
         """The frames of these rows (F,) alone."""
@@ -331,7 +324,9 @@ def without_gaps(
 def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:
     """The old reference with these frames of the new one; without an old one, those alone."""
     taken = new.chosen((new.frame >= frames.start) & (new.frame < frames.stop))
-    if old is None or not old.is_fitted or old.landmark_names != new.landmark_names:
+    if old is None or old.landmark_names != new.landmark_names:
+        return taken
+    if any(getattr(old, name) is None for name in _STATED):  # it was not fitted
         return taken
     kept = old.chosen((old.frame < frames.start) | (old.frame >= frames.stop))
     order = np.argsort(np.concatenate([kept.frame, taken.frame]), kind="stable")

@@ -111,6 +111,7 @@ def state_of_pose(pose: Pose, joints: tuple[int, ...]) -> FloatArray:
             given, own = known[parent]
             direction = np.einsum("...ji,...jk,...k->...i", own, given, direction)
         alpha, beta = joint_angles(part, direction)
-        known[part] = (pose.rotations[..., part, :, :], joint_rotation(part, alpha, beta))
+        if any(PARENTS[other] == part for other in joints):
+            known[part] = (pose.rotations[..., part, :, :], joint_rotation(part, alpha, beta))
         numbers += [alpha, beta]
     return np.stack(numbers, axis=-1)

@@ -74,11 +74,8 @@ def world_of_axes(up: FloatArray, north: FloatArray, origin: FloatArray) -> Rigi
     y = north - (north @ z) * z
     length = float(np.linalg.norm(y))
     if not length > 1e-3 * float(np.linalg.norm(north)):
-        raise InputError(
-            "north cannot be told from up",
-            where="north",
-            remedy="Choose a direction along the floor.",
-        )
+        what = "north cannot be told from up"
+        raise InputError(what, where="north", remedy="Choose a direction along the floor.")
     y = y / length
     rotation = np.stack([np.cross(y, z), y, z])
     return RigidTransform(rotation, -rotation @ origin)
@@ -171,11 +168,9 @@ def from_cameras(new: Mapping[str, Camera], old: Mapping[str, Camera]) -> Alignm
     """
     names = [name for name in new if name in old]
     if not names:
-        raise InputError(
-            "no camera has the same name in both calibrations",
-            where="cameras",
-            remedy="Name the folders or videos as the cameras of the recording.",
-        )
+        what = "no camera has the same name in both calibrations"
+        remedy = "Name the folders or videos as the cameras of the recording."
+        raise InputError(what, where="cameras", remedy=remedy)
     here = np.array([new[name].position_world for name in names])
     there = np.array([old[name].position_world for name in names])
     axes = sum(
@@ -226,20 +221,16 @@ def triangulated(
     for name in POINTS:
         seen = clicks.get(name, {})
         if len(seen) < 2:
-            raise InputError(
-                f"the point {name!r} is clicked in {counted(len(seen), 'camera')}",
-                where="--points",
-                remedy=f"Click {', '.join(POINTS)} in at least two cameras each.",
-            )
+            what = f"the point {name!r} is clicked in {counted(len(seen), 'camera')}"
+            remedy = f"Click {', '.join(POINTS)} in at least two cameras each."
+            raise InputError(what, where="--points", remedy=remedy)
         pixels = np.array(list(seen.values()))
         sightings = Sightings.of([cameras[one] for one in seen], pixels, np.ones(len(seen)))
         point = point_of_sightings(sightings)
         if point is None:
-            raise InputError(
-                f"the clicks of {name!r} do not meet in one point",
-                where="--points",
-                remedy="Check that the same point was clicked in all cameras.",
-            )
+            what = f"the clicks of {name!r} do not meet in one point"
+            remedy = "Check that the same point was clicked in all cameras."
+            raise InputError(what, where="--points", remedy=remedy)
         found[name] = point.world
     return found
 
@@ -256,21 +247,16 @@ def from_person(points: FloatArray) -> Alignment:
     }
     known = np.isfinite(np.concatenate(list(middle.values()), axis=1)).all(axis=(1, 2))
     if not known.any():
-        raise InputError(
-            "no frame has both hips and both shoulders",
-            where="--person",
-            remedy="Give landmarks in which these four are known.",
-        )
+        what = "no frame has both hips and both shoulders"
+        remedy = "Give landmarks in which these four are known."
+        raise InputError(what, where="--person", remedy=remedy)
     hips, shoulders = (middle[name][known] for name in ("hip", "shoulder"))
     torso = shoulders.mean(axis=1) - hips.mean(axis=1)
     length = float(np.median(np.linalg.norm(torso, axis=1)))
     direction = (torso / np.linalg.norm(torso, axis=1, keepdims=True)).mean(axis=0)
     if np.linalg.norm(direction) < _LEAST_STANDING:
-        raise InputError(
-            "the person does not stand upright in these frames",
-            where="--person",
-            remedy="Choose frames in which the person stands.",
-        )
+        what = "the person does not stand upright in these frames"
+        raise InputError(what, where="--person", remedy="Choose frames in which the person stands.")
     path = hips.mean(axis=1)
     up = direction / np.linalg.norm(direction)
     across = (shoulders[:, 1] - shoulders[:, 0] + hips[:, 1] - hips[:, 0]).mean(axis=0)

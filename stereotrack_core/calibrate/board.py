@@ -100,11 +100,9 @@ def charuco(text: str, square: float) -> Board:
     except ValueError:
         marker = float("nan")
     if not 0.2 * side < marker < side:
-        raise InputError(
-            f"a marker of {parts[2]} m does not fit into a square of {side:g} m",
-            where="--charuco",
-            remedy="Measure the black side of a marker and the side of a square, in metres.",
-        )
+        what = f"a marker of {parts[2]} m does not fit into a square of {side:g} m"
+        remedy = "Measure the black side of a marker and the side of a square, in metres."
+        raise InputError(what, where="--charuco", remedy=remedy)
     inner = _enough(columns - 1, "--charuco"), _enough(rows - 1, "--charuco")
     return Board(*inner, side, dictionary, marker)
 
@@ -120,11 +118,9 @@ def _counts(text: str, where: str, example: str) -> tuple[int, int]:
 
 def _enough(count: int, where: str) -> int:
     if not 3 <= count <= 100:
-        raise InputError(
-            f"a board with {count} inner corners along a side cannot be used",
-            where=where,
-            remedy="Use a board with 3 to 100 inner corners along each side.",
-        )
+        what = f"a board with {count} inner corners along a side cannot be used"
+        remedy = "Use a board with 3 to 100 inner corners along each side."
+        raise InputError(what, where=where, remedy=remedy)
     return count
 
 

@@ -167,11 +167,8 @@ def calibrate_intrinsics(
 def check_model(name: str) -> None:
     """Refuse a name that no lens model has; raises InputError."""
     if name != "auto" and name not in LENS_MODELS:
-        raise InputError(
-            f"unknown lens model {name!r}",
-            where="--model",
-            remedy=f"{did_you_mean(name, LENS_MODELS)}Use auto, {', '.join(LENS_MODELS)}.",
-        )
+        remedy = f"{did_you_mean(name, LENS_MODELS)}Use auto, {', '.join(LENS_MODELS)}."
+        raise InputError(f"unknown lens model {name!r}", where="--model", remedy=remedy)
 
 
 def check_count(sightings: Sightings) -> None:

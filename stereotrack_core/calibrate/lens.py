@@ -76,15 +76,9 @@ def lens_of(camera: Camera) -> Lens | None:
     """Lens of a calibrated camera; None where its model has coefficients beyond the eighth."""
     if camera.distortions.size > PINHOLE_COEFFICIENTS:
         return None
-    richest = max(
-        (m for m in LENS_MODELS.values() if m.fisheye == camera.fisheye), key=lambda m: m.stored
-    )
-    fitting = (
-        m
-        for m in LENS_MODELS.values()
-        if m.fisheye == camera.fisheye and m.stored == camera.distortions.size and m is not RADIAL
-    )
-    model = next(fitting, richest)
+    models = [m for m in LENS_MODELS.values() if m.fisheye == camera.fisheye and m is not RADIAL]
+    fitting = [m for m in models if m.stored == camera.distortions.size]
+    model = fitting[0] if fitting else max(models, key=lambda m: m.stored)
     values = np.zeros(model.free.size)
     values[:4] = (*camera.matrix[[0, 1], [0, 1]], *camera.matrix[:2, 2])
     values[4 : 4 + camera.distortions.size] = camera.distortions

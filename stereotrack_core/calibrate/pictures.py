@@ -6,6 +6,7 @@ import glob
 import os
 import re
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,9 +17,9 @@ from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import Recognition, recognised
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.images import DamagedFrame, NumberedImages
-from stereotrack_core.recording.importing.readers import Chapters
+from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+from stereotrack_core.recording.images import DamagedFrame, NumberedImages, spread
+from stereotrack_core.recording.importing.readers import chapters_of
 from stereotrack_core.recording.importing.source import Pictures as StreamPictures
 from stereotrack_core.recording.importing.video_sources import chapters_from
 from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES, VIDEO_SUFFIXES, open_stream
@@ -70,6 +71,7 @@ class Sightings:
         return self.without(rows.tolist(), ["left out by hand"] * len(rows))
 
 
+NO_PICTURES = ("depth", "mask")  # streams of a view
 _SAMPLE = 8  # pictures by which the board is recognised
 _DIGITS = re.compile(r"(\d+)")
 
@@ -115,37 +117,28 @@ class Pictures:
 def pictures_of_glob(pattern: str, camera: str, where: str) -> Pictures:
     """The files of a pattern, a folder of them, or one video. Raises InputError."""
     path = Path(pattern)
-    if path.is_dir():
+    if path.is_dir() or (path.suffix.lower() in VIDEO_SUFFIXES and path.is_file()):
         return _pictures_at(path, camera, where)
     found = [Path(one) for one in glob.glob(os.path.expanduser(pattern))]
     files = [one for one in found if one.suffix.lower() in IMAGE_SUFFIXES and one.is_file()]
     if len(found) == 1 and found[0].suffix.lower() in VIDEO_SUFFIXES:
         return _pictures_at(found[0], camera, where)
     if not files:
-        raise InputError(
-            f"no image fits {pattern!r}",
-            where=where,
-            remedy="Give a pattern in quotes such as 'left/*.png', a folder, or one video.",
-        )
+        remedy = "Give a pattern in quotes such as 'left/*.png', a folder, or one video."
+        raise InputError(f"no image fits {pattern!r}", where=where, remedy=remedy)
     return _of_files(camera, files)
 
 
-def pictures_of_folder(folder: Path, camera: str | None = None) -> list[Pictures]:
-    """One video or folder per camera, or a recording's (one `camera`). Raises InputError."""
-    if not folder.is_dir():
-        raise InputError(
-            "there is no such folder", where=str(folder), remedy="Give the folder of the cameras."
-        )
-    if not (folder / "recording.toml").is_file():
-        return [_pictures_at(path, name, str(folder)) for name, path in places_in(folder).items()]
-    found: list[Pictures] = []
+def pictures_of_recording(folder: Path, camera: str) -> Pictures:
+    """The pictures of a recording's camera. Raises InputError."""
     for view in open_recording(folder).views:
         for key, stream in view.streams().items():
-            if key not in ("depth", "mask") and camera in (None, stream.camera):
-                where = f"{folder / 'recording.toml'}, view {view.name}, {key}"
+            if key not in NO_PICTURES and stream.camera == camera:
+                where = f"{folder / DESCRIPTION}, view {view.name}, {key}"
                 source = open_stream(folder, stream.frames, "grey", where)
-                found.append(Pictures(stream.camera, source, stream.first_frame))
-    return found
+                return Pictures(camera, source, stream.first_frame)
+    what, remedy = f"the recording has no camera {camera!r}", "Name it as in recording.toml."
+    raise InputError(what, where=str(folder), remedy=remedy)
 
 
 def places_in(folder: Path) -> dict[str, Path]:
@@ -162,18 +155,14 @@ def places_in(folder: Path) -> dict[str, Path]:
             chapters.update(chapters_from(path))
         name = path.stem if is_video else path.name
         if name in found:
-            raise InputError(
-                f"there are two sources for camera {name}",
-                where=str(folder),
-                remedy="Leave one video or one folder for each camera.",
-            )
+            what = f"there are two sources for camera {name}"
+            remedy = "Leave one video or one folder for each camera."
+            raise InputError(what, where=str(folder), remedy=remedy)
         found[name] = path
     if not found:
-        raise InputError(
-            "it contains neither a recording nor videos or folders of images",
-            where=str(folder),
-            remedy="Put one video or one folder of images per camera into it, named as the camera.",
-        )
+        what = "it contains neither a recording nor videos or folders of images"
+        remedy = "Put one video or one folder of images per camera into it, named as the camera."
+        raise InputError(what, where=str(folder), remedy=remedy)
     return found
 
 
@@ -185,7 +174,7 @@ def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
             )
         return _of_files(camera, files)
     videos = [open_stream(one.parent, one.name, "grey", where) for one in chapters_from(path)]
-    return Pictures(camera, videos[0] if len(videos) == 1 else Chapters(videos))
+    return Pictures(camera, chapters_of(videos))
 
 
 def _images_in(folder: Path) -> list[Path]:
@@ -224,11 +213,9 @@ def recognised_in(
 ) -> Recognition:
     """The board as some pictures, spread over all of them, show it."""
     images = []
-    for k in np.unique(np.linspace(0, pictures.count() - 1, _SAMPLE).astype(int)):
-        try:
-            images.append(pictures.read(int(k)))
-        except DamagedFrame:
-            continue
+    for k in spread(pictures.count(), _SAMPLE):
+        with suppress(DamagedFrame):
+            images.append(pictures.read(k))
     return recognised(images, named, cancelled)
 
 
@@ -264,12 +251,10 @@ def find_in_pictures(
             found[k] = pixels
         on_picture(Looked(pictures.camera, k, pictures.name(k), image, pixels))
     if size is None:
-        raise InputError(
-            f"none of {counted(len(frames), 'picture')} can be read"
-            + (f": {left_out[0].reason}" if left_out else ""),
-            where=f"camera {pictures.camera}",
-            remedy="Check the files.",
+        what = f"none of {counted(len(frames), 'picture')} can be read" + (
+            f": {left_out[0].reason}" if left_out else ""
         )
+        raise InputError(what, where=f"camera {pictures.camera}", remedy="Check the files.")
     shown = np.array(list(found), dtype=np.int64)
     places = np.array(list(found.values())).reshape(-1, len(recognition.board.corners), 2)
     names = tuple(pictures.name(k) for k in found)

@@ -12,19 +12,20 @@ from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import Recognition
 from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics
 from stereotrack_core.calibrate.pictures import (
+    NO_PICTURES,
     Looked,
     Pictures,
     Sightings,
     check_same_length,
     find_in_pictures,
-    pictures_of_folder,
     pictures_of_glob,
+    pictures_of_recording,
     places_in,
     recognised_in,
 )
 from stereotrack_core.calibrate.world import World, calibrate_world
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.recording.folder import DESCRIPTION, open_recording
 from stereotrack_core.worker_processes import Asker
 
 
@@ -68,11 +69,9 @@ def search(
         own = find_in_pictures(one, recognition, there, on_picture=on_picture, cancelled=cancelled)
         if len(own):
             if known is not None and recognition.board != known.board:
-                raise InputError(
-                    f"it shows a {recognition.board.words}, other cameras a {known.board.words}",
-                    where=f"camera {one.camera}",
-                    remedy="Film the same board with all cameras.",
-                )
+                what = f"it shows a {recognition.board.words}, other cameras a {known.board.words}"
+                remedy = "Film the same board with all cameras."
+                raise InputError(what, where=f"camera {one.camera}", remedy=remedy)
             known, board = recognition, recognition.board
             mirrored += [one.camera] * recognition.mirrored
         seen.append(own)
@@ -101,28 +100,21 @@ class Source:
 
     def open(self) -> Pictures:
         """The pictures. Raises InputError where there are none."""
-        if not self.of_recording:
-            return pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
-        found = pictures_of_folder(Path(self.place), self.camera)
-        if not found:
-            raise InputError(
-                f"the recording has no camera {self.camera!r}",
-                where=self.place,
-                remedy="Name the camera as in the recording's description.",
-            )
-        for one in found[1:]:
-            one.close()
-        return found[0]
+        if self.of_recording:
+            return pictures_of_recording(Path(self.place), self.camera)
+        return pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
 
 
 def sources_in(folder: Path) -> tuple[Source, ...]:
     """The cameras of a recording, or of a folder with one source each. Raises InputError."""
-    if (folder / DESCRIPTION).is_file():
-        opened = pictures_of_folder(folder)
-        for one in opened:
-            one.close()
-        return tuple(Source(one.camera, str(folder)) for one in opened)
-    return tuple(Source(name, str(path)) for name, path in places_in(folder).items())
+    if not folder.is_dir():
+        remedy = "Give the folder of the cameras."
+        raise InputError("there is no such folder", where=str(folder), remedy=remedy)
+    if not (folder / DESCRIPTION).is_file():
+        return tuple(Source(name, str(path)) for name, path in places_in(folder).items())
+    streams = [view.streams().items() for view in open_recording(folder).views]
+    cameras = [one.camera for own in streams for key, one in own if key not in NO_PICTURES]
+    return tuple(Source(name, str(folder)) for name in dict.fromkeys(cameras))
 
 
 @dataclass(frozen=True)

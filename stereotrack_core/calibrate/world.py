@@ -72,11 +72,9 @@ def calibrate_world(
     first camera is put at the origin, level, looking south.
     """
     if len(sightings) < 2:
-        raise InputError(
-            "one camera has no place relative to others",
-            where="cameras",
-            remedy="Give two cameras or more, or use `stereotrack calibrate intrinsics`.",
-        )
+        what = "one camera has no place relative to others"
+        remedy = "Give two cameras or more, or use `stereotrack calibrate intrinsics`."
+        raise InputError(what, where="cameras", remedy=remedy)
     fits = [_lens(one, board, model, given or {}, stop) for one in sightings]
     lenses = [fit.lens if isinstance(fit, Intrinsics) else fit for fit in fits]
     fixed = [not isinstance(fit, Intrinsics) for fit in fits]
@@ -152,11 +150,9 @@ def _lens(
         )
     lens = lens_of(camera)
     if lens is None:
-        raise InputError(
-            f"its lens has {camera.distortions.size} distortion coefficients",
-            where=where,
-            remedy="Leave it out of the given lenses, so that it is calibrated again.",
-        )
+        what = f"its lens has {camera.distortions.size} distortion coefficients"
+        remedy = "Leave it out of the given lenses, so that it is calibrated again."
+        raise InputError(what, where=where, remedy=remedy)
     return lens
 
 
@@ -261,11 +257,9 @@ def pair_of(left: Camera, right: Camera, of_left: Sightings, of_right: Sightings
     offset = right.camera_from_world.apply(left.position_world)
     baseline = float(np.linalg.norm(offset))
     if offset[0] > 0.5 * baseline:
-        raise InputError(
-            f"left and right are exchanged: {left.name} stands to the right of {right.name}",
-            where="--left and --right",
-            remedy="Exchange the two, as seen from behind the camera.",
-        )
+        what = f"left and right are exchanged: {left.name} stands to the right of {right.name}"
+        remedy = "Exchange the two, as seen from behind the camera."
+        raise InputError(what, where="--left and --right", remedy=remedy)
     x = (right.position_world - left.position_world) / max(baseline, 1e-12)
     axes = np.array([one.camera_from_world.rotation[2] for one in (left, right)])
     y = np.cross(axes.sum(axis=0), x)

@@ -192,11 +192,9 @@ def seen_board(
     known = [one for one in sightings if one.camera in cameras and len(one)]
     counts = Counter(int(frame) for one in known for frame in one.frames)
     if not counts:
-        raise InputError(
-            "no camera of the calibration sees the board",
-            where="--board-on-floor",
-            remedy="Name the videos or folders as the cameras, and check the size of the board.",
-        )
+        what = "no camera of the calibration sees the board"
+        remedy = "Name the videos or folders as the cameras, and check the size of the board."
+        raise InputError(what, where="--board-on-floor", remedy=remedy)
     frame = max(counts, key=lambda one: (counts[one], one))
     seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in known if frame in one.frames]
     seen_by = [_bundle_camera(cameras[one.camera], one) for one in seeing]
@@ -227,11 +225,9 @@ def seen_board(
 def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
     lens = lens_of(camera)
     if lens is None:
-        raise InputError(
-            f"its lens has {camera.distortions.size} distortion coefficients",
-            where=f"camera {camera.name}",
-            remedy="Leave its pictures out of the folder.",
-        )
+        what = f"its lens has {camera.distortions.size} distortion coefficients"
+        remedy = "Leave its pictures out of the folder."
+        raise InputError(what, where=f"camera {camera.name}", remedy=remedy)
     nothing, first = np.zeros(lens.values.size, dtype=bool), np.zeros(1, dtype=np.int64)
     return BundleCamera(lens, camera.camera_from_world, first, sightings.pixels, nothing, False)
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate import align
-from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
+from stereotrack_core.calibrate.pictures import check_same_length
+from stereotrack_core.calibrate.work import sources_in
 from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.cli import options
 from stereotrack_core.cli.calibrate import BOARD, board_of, found_board
@@ -72,9 +73,12 @@ def run(args: Namespace) -> int:
     cameras = read_calibration(args.calibration)
     facts: dict[str, Any] = {}
     if chosen[0] == "floor":
-        north = _camera(args.north, cameras).name if args.north else ""
+        if args.north and args.north not in cameras:
+            remedy = f"{did_you_mean(args.north, cameras)}The cameras are {', '.join(cameras)}."
+            what = f"there is no camera {args.north!r}"
+            raise InputError(what, where="--north", remedy=remedy)
         depth, where = preset("accurate", []).depth, str(args.calibration)
-        found = alignment_to_floor(args.floor, cameras, depth, args.frame, north, where)
+        found = alignment_to_floor(args.floor, cameras, depth, args.frame, args.north or "", where)
     elif chosen[0] == "board_on_floor":
         found, facts = _of_board(args, cameras)
     elif chosen[0] == "points":
@@ -87,18 +91,11 @@ def run(args: Namespace) -> int:
     return OK
 
 
-def _camera(name: str, cameras: Mapping[str, Camera]) -> Camera:
-    if name not in cameras:
-        remedy = f"{did_you_mean(name, cameras)}The cameras are {', '.join(cameras)}."
-        raise InputError(f"there is no camera {name!r}", where="--north", remedy=remedy)
-    return cameras[name]
-
-
 def _of_board(
     args: Namespace, cameras: Mapping[str, Camera]
 ) -> tuple[align.Alignment, dict[str, Any]]:
     board_of(args)
-    sources = [one for one in pictures_of_folder(args.board_on_floor) if one.camera in cameras]
+    sources = [one.open() for one in sources_in(args.board_on_floor) if one.camera in cameras]
     args.every = 1
     found = found_board(args, sources, check_same_length(sources))
     found.check_not_mirrored()

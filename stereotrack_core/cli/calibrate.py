@@ -1,14 +1,14 @@
 """``stereotrack calibrate`` with a board: one lens, a pair of cameras, all of one world."""
 
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from stereotrack_core.calibrate import pictures, report
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
 from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics, check_model
 from stereotrack_core.calibrate.lens import LENS_MODELS
-from stereotrack_core.calibrate.work import Search, search
+from stereotrack_core.calibrate.work import Search, search, sources_in
 from stereotrack_core.calibrate.world import World, calibrate_world, pair_of
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, progress, put_result, stoppable
@@ -92,24 +92,19 @@ def put_calibration(
 
 
 def put_world(
-    args: Namespace,
-    sources: Sequence[pictures.Pictures],
-    check: Callable[[Search], None] = lambda _: None,
-    told: Callable[[World], tuple[dict[str, Any], list[Table]]] = lambda _: ({}, []),
+    args: Namespace, sources: Sequence[pictures.Pictures], *, as_pair: bool = False
 ) -> int:
-    """Search for the board, calibrate the cameras together, write and print the result.
-
-    `check` refuses what was found, and `told` adds to the result as JSON and as tables.
-    """
+    """Search for the board, calibrate the cameras together, write and print the result."""
     given = {} if args.lenses is None else read_calibration(args.lenses)
     found = found_board(args, sources, pictures.check_same_length(sources))
     found.check_not_mirrored()
-    check(found)
+    if as_pair:
+        _check_pairs(found)
     with stoppable(NOTHING) as stop:
         world = calibrate_world(
             found.sightings, found.board, model=args.model, given=given, stop=stop
         )
-    facts, tables = told(world)
+    facts, tables = _pair_told(world) if as_pair else ({}, [])
     write_calibration(args.output, {camera.name: camera for camera in world.cameras})
     put_calibration(
         {"calibration": args.output, **facts, **report.world_facts(world)},
@@ -184,7 +179,7 @@ def calibrate_pair(args: Namespace) -> int:
         pictures.pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
         for side, pattern in (("left", args.left), ("right", args.right))
     ]
-    return put_world(args, sources, _check_pairs, _pair_told)
+    return put_world(args, sources, as_pair=True)
 
 
 def _check_pairs(found: Search) -> None:
@@ -227,4 +222,4 @@ def calibrate_rig(args: Namespace) -> int:
     """
     check_model(args.model)
     board_of(args)
-    return put_world(args, pictures.pictures_of_folder(args.folder))
+    return put_world(args, [one.open() for one in sources_in(args.folder)])

@@ -127,22 +127,19 @@ def _facts(foreign: ForeignCalibration, decided: deciding.Decided, output: Path)
 
 
 def _tables(foreign: ForeignCalibration, decided: deciding.Decided) -> tuple[Table, ...]:
-    chosen = Table(
-        f"Calibration of {foreign.format}", ("how it was read",), [(r,) for r in decided.reasons]
-    )
-    headings = ("camera", ">size", ">focal", ">place (m)")
-    rows = [_row(camera) for camera in decided.cameras.values()]
-    cameras = Table("Cameras", headings, rows)
-    return (*([chosen] if decided.reasons else []), cameras)
-
-
-def _row(camera: Camera) -> tuple[str, ...]:
-    return (
-        camera.name,
-        f"{camera.width} x {camera.height}",
-        f"{camera.focal:.0f} px",
-        " ".join(f"{value:.3f}" for value in camera.position_world),
-    )
+    reasons = [(reason,) for reason in decided.reasons]
+    chosen = Table(f"Calibration of {foreign.format}", ("how it was read",), reasons)
+    rows = [
+        (
+            camera.name,
+            f"{camera.width} x {camera.height}",
+            f"{camera.focal:.0f} px",
+            " ".join(f"{value:.3f}" for value in camera.position_world),
+        )
+        for camera in decided.cameras.values()
+    ]
+    cameras = Table("Cameras", ("camera", ">size", ">focal", ">place (m)"), rows)
+    return (chosen, cameras) if reasons else (cameras,)
 
 
 _OPENCV = (".yml", ".yaml", ".xml")

@@ -62,74 +62,46 @@ COMMANDS: tuple[Command, ...] = (
     Command("simulate", "render a stereo recording with ground truth"),
     Command("info", "print what a recording contains and all problems found in it"),
     Command("cloud", "the fused point cloud of one frame as a PLY file"),
-    Command(
-        "detector",
-        "whether the pretrained pose detector is installed; `install` installs it",
-        "detect.detector",
-    ),
+    Command("detector", "whether the pretrained pose detector is installed; `install` installs it",
+            "detect.detector"),
     Command("detect", "keypoints of the person in all pictures, with it or a model of yours"),
     Command("track", "track the person through a recording and write the run"),
-    Command(
-        "evaluate",
-        "errors of a run against the reference; its joint angles, failures, or another run",
-    ),
+    Command("evaluate",
+            "errors of a run against the reference; its joint angles, failures, or another run"),
     Command("compare", "compare runs with the first of them, frame by frame", "evaluate.compare"),
-    Command(
-        "sweep",
-        "track with several parameter values, recordings and seeds, and compare the results",
-    ),
-    Command(
-        "study",
-        "track and evaluate many recordings, with their conditions, as one study",
-        subcommands=(
-            Command("create", "list the recordings below folders, or add new ones", "study.create"),
-            Command(
-                "status", "annotation, runs, errors and problems of every recording", "study.status"
-            ),
-            Command(
-                "run", "track and evaluate recordings, on this machine or a cluster", "study.run"
-            ),
-            Command("export", "write all results as one tidy table", "study.export"),
-        ),
-    ),
+    Command("sweep",
+            "track with several parameter values, recordings and seeds, and compare the results"),
+    Command("study", "track and evaluate many recordings, with their conditions, as one study",
+            "", (
+        Command("create", "list the recordings below folders, or add new ones", "study.create"),
+        Command("status", "annotation, runs, errors and problems of every recording",
+                "study.status"),
+        Command("run", "track and evaluate recordings, on this machine or a cluster", "study.run"),
+        Command("export", "write all results as one tidy table", "study.export"),
+    )),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
-    Command(
-        "import",
-        "import labels or predictions into a project, or make a recording of videos",
-        subcommands=(
-            Command(
-                "labels",
-                "clicks or a trajectory of another tool, into a project",
-                "into_project.import_labels",
-            ),
-            Command(
-                "predictions",
-                "keypoints of a 2-D detector, into a project",
-                "into_project.import_predictions",
-            ),
-            Command("recording", "a recording folder of videos or images", "import_recording"),
-        ),
-    ),
+    Command("import", "import labels or predictions into a project, or make a recording of videos",
+            "", (
+        Command("labels", "clicks or a trajectory of another tool, into a project",
+                "into_project.import_labels"),
+        Command("predictions", "keypoints of a 2-D detector, into a project",
+                "into_project.import_predictions"),
+        Command("recording", "a recording folder of videos or images", "import_recording"),
+    )),
     Command("export", "export a run, or clicks, keypoints or a reference of a project"),
-    Command(
-        "calibrate",
-        "calibrate cameras from pictures of a board, or align a calibration",
-        subcommands=(
-            Command("intrinsics", "the lens of one camera", "calibrate.calibrate_lens"),
-            Command("stereo", "a pair of cameras side by side", "calibrate.calibrate_pair"),
-            Command("world", "all cameras in one world", "calibrate.calibrate_rig"),
-            Command("align", "z up, y north and the origin on the floor"),
-            Command("import", "read a calibration of another tool", "calibration_files.read"),
-            Command("export", "write a calibration for another tool", "calibration_files.write"),
-        ),
-    ),
-    Command(
-        "project",
-        "make a project for the annotation of a recording",
-        subcommands=(Command("create", "a project of a recording folder", "into_project.create"),),
-    ),
+    Command("calibrate", "calibrate cameras from pictures of a board, or align a calibration", "", (
+        Command("intrinsics", "the lens of one camera", "calibrate.calibrate_lens"),
+        Command("stereo", "a pair of cameras side by side", "calibrate.calibrate_pair"),
+        Command("world", "all cameras in one world", "calibrate.calibrate_rig"),
+        Command("align", "z up, y north and the origin on the floor"),
+        Command("import", "read a calibration of another tool", "calibration_files.read"),
+        Command("export", "write a calibration for another tool", "calibration_files.write"),
+    )),
+    Command("project", "make a project for the annotation of a recording", "", (
+        Command("create", "a project of a recording folder", "into_project.create"),
+    )),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
-)
+)  # fmt: skip
 
 
 def command_list() -> str:

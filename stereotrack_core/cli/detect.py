@@ -111,7 +111,13 @@ def detector(args: Namespace) -> int:
     if args.action == "install":
         if args.if_missing:
             if set(state.files.values()) != {"installed"}:
-                _install_or_say()
+                try:
+                    install(say=say)
+                except InputError as error:
+                    say(
+                        f"The pose detector is not installed ({error.what}); everything else "
+                        "works. Try `stereotrack detector install` later."
+                    )
             return OK
         with stoppable() as stopped:
             state = install(args.source, say=say, cancelled=stopped)
@@ -128,16 +134,6 @@ def detector(args: Namespace) -> int:
     if what:
         say(f"{what[0].upper()}{what[1:]}. {remedy}")
     return OK
-
-
-def _install_or_say() -> None:
-    try:
-        install(say=say)
-    except InputError as error:
-        say(
-            f"The pose detector is not installed ({error.what}); everything else works. Try "
-            "`stereotrack detector install` later."
-        )
 
 
 def _table(state: Installation) -> Table:

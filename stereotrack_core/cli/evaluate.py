@@ -1,27 +1,63 @@
 """``stereotrack evaluate`` and ``compare``: errors of a run, its angles, failures, other runs."""
 
+import math
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli import evaluations, options, sources
-from stereotrack_core.cli.output import OK, put_result, say
+from stereotrack_core.cli import options, sources
+from stereotrack_core.cli.output import OK, put_result, say, watched
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation import compare as comparing
+from stereotrack_core.evaluation import joint_angles
 from stereotrack_core.evaluation.accuracy import (
     accuracy_facts,
     accuracy_of,
     error_facts,
     stated_means,
 )
-from stereotrack_core.evaluation.summary import LimbErrors, none_of_the_frames
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
+from stereotrack_core.evaluation.summary import none_of_the_frames
+from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.findings import wrong_size
+from stereotrack_core.recording.frame_times import values_at
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
-from stereotrack_core.report.run_tables import error_table, segment_table
+from stereotrack_core.report.run_tables import (
+    error_table,
+    measure_rows,
+    range_table,
+    segment_table,
+)
+from stereotrack_core.tables import Table, number
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_checks import HEADING, heading_words
+from stereotrack_core.tracking.stored import fps_of_run
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A trajectory to evaluate, and the reference to evaluate it against."""
+
+    path: Path
+    trajectory: LandmarkTrajectory
+    run: Run | None  # where the file holds a complete one
+    truth: sources.Truth | None
+    frames: range
+    segments: Sequence[Segment]  # those that results are asked for
+    stated: Mapping[Path, Stated]  # names and axes of the files
+
+
+Told = tuple[dict[str, Any], list[Table | str]]  # a result as JSON, and as tables and sentences
 
 
 @options.command(
@@ -53,16 +89,16 @@ def run(args: Namespace) -> int:
         raise InputError(
             "it changes how failures are detected", where="--set", remedy="Add --failures."
         )
-    measured = measured_of(args, needs_truth=not wanted)
-    told: dict[str, evaluations.Told] = {}
+    measured = _measured_of(args, needs_truth=not wanted)
+    told: dict[str, Told] = {}
     if not wanted and measured.truth is not None:
         told[""] = _errors_told(args, measured, measured.truth)
     if args.angles:
-        told["angles"] = evaluations.angles_told(args, measured)
+        told["angles"] = _angles_told(args, measured)
     if args.failures:
-        told["failures"] = evaluations.failures_told(args, measured)
+        told["failures"] = _failures_told(args, measured)
     if args.against is not None:
-        told["against"] = evaluations.against_told(args, measured)
+        told["against"] = _against_told(args, measured)
     source = None if measured.truth is None else measured.truth.source
     facts: dict[str, Any] = {"run": args.run_file, "reference": source}
     for name, (one, _) in told.items():
@@ -74,11 +110,10 @@ def run(args: Namespace) -> int:
 
 
 def _words(source: Path | None) -> str:
-    """Name the reference of results."""
     return "No reference." if source is None else f"Reference: {source}"
 
 
-def measured_of(args: Namespace, *, needs_truth: bool) -> evaluations.Measured:
+def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
     """Read what is asked for; without truth where there is none and it is not needed."""
     path = args.run_file
     stated = sources.stated_for(args, path, args.against, args.reference)
@@ -87,7 +122,8 @@ def measured_of(args: Namespace, *, needs_truth: bool) -> evaluations.Measured:
     truth = None
     try:
         truth = sources.truth_of(args.reference, meta, trajectory, stated.get(args.reference))
-        sources.warn_about_size(truth)
+        if (wrong := wrong_size(truth.reference)) is not None:
+            say(f"{truth.source}: {wrong.what}. {wrong.remedy}")
     except InputError as error:
         if needs_truth or args.reference is not None:
             raise
@@ -97,23 +133,27 @@ def measured_of(args: Namespace, *, needs_truth: bool) -> evaluations.Measured:
         folder = Path(str(meta.get("recording_folder") or path.parent))
         recording = sources.recording_in(folder) if truth is None else None
         known = recording.segments if recording is not None else ()
-        segments = sources.some_segments(known if truth is None else truth.segments, folder)
-    return evaluations.Measured(
-        path, trajectory, stored, truth, asked_frames(args.frames), segments, stated
-    )
+        segments = known if truth is None else truth.segments
+        if not segments:
+            remedy = "Put a segments.csv beside the recording or the reference, or omit --segments."
+            raise InputError("the recording has no segments", where=str(folder), remedy=remedy)
+    return Measured(path, trajectory, stored, truth, asked_frames(args.frames), segments, stated)
 
 
-def _errors_told(
-    args: Namespace, measured: evaluations.Measured, truth: sources.Truth
-) -> evaluations.Told:
-    """The errors against the reference."""
+def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> Told:
     trajectory = measured.trajectory
     found = measured.run or trajectory
     meta = {} if measured.run is None else dict(measured.run.meta)
     accuracy = accuracy_of(found, truth.reference, truth.states, measured.segments, measured.frames)
     if not len(accuracy.errors.frame):
         raise none_of_the_frames("--frames" if args.frames else "--reference")
-    _warn_about_frames(trajectory, accuracy.errors, args.frames)
+    frame = accuracy.errors.frame
+    if absent := int((~np.isin(frame, trajectory.frame)).sum()):
+        more = "" if args.frames else " Restrict the range with --frames A:B."
+        say(
+            f"The run lacks {absent} of the {len(frame)} frames of the reference. They count "
+            f"90 deg and 500 mm.{more}"
+        )
     if heading := heading_words(meta.get(HEADING)):
         say(f"{measured.path}: {heading.what}. {heading.remedy}")
     seconds = meta.get("wall_seconds")
@@ -129,18 +169,6 @@ def _errors_told(
         facts["segments"] = [error_facts(part) for part in accuracy.segments]
         tables.append(segment_table(accuracy.segments))
     return facts, tables
-
-
-def _warn_about_frames(
-    trajectory: LandmarkTrajectory, errors: LimbErrors, frames: str | None
-) -> None:
-    absent = int((~np.isin(errors.frame, trajectory.frame)).sum())
-    if absent:
-        say(
-            f"The run lacks {absent} of the {len(errors.frame)} frames of the reference. They "
-            "count 90 deg and 500 mm."
-            + ("" if frames else " Restrict the range with --frames A:B.")
-        )
 
 
 @options.command(
@@ -166,11 +194,196 @@ def compare(args: Namespace) -> int:
     found = []
     for other in others:
         asked = Namespace(**vars(args), run_file=other, against=first, recording=None)
-        measured = measured_of(asked, needs_truth=False)
+        measured = _measured_of(asked, needs_truth=False)
         source = None if measured.truth is None else measured.truth.source
-        found.append((other, evaluations.against_told(asked, measured)))
+        found.append((other, _against_told(asked, measured)))
     facts: dict[str, Any] = {"run": first, "reference": source}
     facts["pairs"] = [{**one, "run": other} for other, (one, _) in found]
     tables = (table for _, (_, own) in found for table in own)
     put_result(facts, _words(source), *tables, as_json=args.json)
     return OK
+
+
+def _angles_told(args: Namespace, measured: Measured) -> Told:
+    """Ranges and perhaps errors of joint angles; InputError without frames or frame rate."""
+    angles, fps = sources.angles_in(measured.path, measured.trajectory, measured.run, args.fps)
+    angles = angles.between(measured.frames.start, measured.frames.stop)
+    if not len(angles.frame):
+        raise InputError(
+            "there are no frames to process",
+            where="--frames" if args.frames is not None else str(measured.path),
+            remedy="Give a file with frames, or another frame range.",
+        )
+    stretches = joint_angles.angle_ranges(angles, measured.segments)
+    ranges = []
+    for one in stretches:
+        angles_of = {
+            name: {"frames": one.frames[name], **one.degrees[name]} for name in one.degrees
+        }
+        ranges.append({"name": one.name, "first": one.first, "end": one.end, "angles": angles_of})
+    facts: dict[str, Any] = {"frames_per_second": fps, "stretches": ranges}
+    tables: list[Table | str] = [*map(range_table, stretches)]
+    if measured.truth is not None:
+        known = joint_angles.angles_of_trajectory(measured.truth.reference)
+        if not np.isin(angles.frame, known.frame).any():
+            raise none_of_the_frames(str(measured.truth.source))
+        facts["errors"] = joint_angles.angle_errors(angles, known)
+        tables.append(_angle_error_table(facts["errors"]))
+    return facts, tables
+
+
+def _angle_error_table(errors: Mapping[str, Mapping[str, float]]) -> Table:
+    rows = [
+        (
+            name.replace("_", " "),
+            str(one["frames"]),
+            *(number(one[key]) for key in joint_angles.ERRORS),
+        )
+        for name, one in errors.items()
+        if one["frames"]
+    ]
+    headings = ("angle", ">frames", ">mean error", ">median", ">rms", ">95 %")
+    return Table("Errors of the joint angles, degrees", headings, rows)
+
+
+def _failures_told(args: Namespace, measured: Measured) -> Told:
+    """Stretches in which limbs fail, with probable causes; InputError if no complete run."""
+    rules = FailureRules().replaced(**parsed_settings(args.changes))
+    run = measured.run
+    if run is None:
+        what = "failures are found in complete runs only"
+        remedy = "Give a run that was written as .npz."
+        raise InputError(what, where=str(measured.path), remedy=remedy)
+    recording = sources.recording_of_run(
+        args.recording, run, "causes are classified from the run alone"
+    )
+    reference = None if measured.truth is None else measured.truth.reference
+    fps = recording.fps if recording is not None else fps_of_run(run)
+    search = FailureSearch(run, fps, reference, recording, rules)
+    with watched("Detecting failures", "Nothing was written.") as (report, stopped):
+        every = find_failures(search, report, stopped)
+    if reference is None and not has_signs(run):
+        say(
+            "Without depth, failures are detected against a reference alone (--reference). Without "
+            "one, only frames that are not tracked are listed."
+        )
+    listed = [
+        e for e in every if e.first < measured.frames.stop and e.last >= measured.frames.start
+    ]
+    facts: dict[str, Any] = {"fps": fps, "rules": rules.values(), "list": listed}
+    heading = f"{counted(len(listed), 'failure') if listed else 'No failures'} in {measured.path}"
+    if not listed:
+        return facts, [f"{heading}."]
+    return facts, [_failure_table(heading, listed, fps)]
+
+
+def _failure_table(heading: str, listed: Sequence[FailureSegment], fps: float) -> Table:
+    rows = [
+        (
+            f"{e.first}-{e.last}",
+            f"{e.first / fps:.1f}-{(e.last + 1) / fps:.1f}",
+            limbs_words(e.limbs),
+            e.found,
+            e.peak_words,
+            e.verdict.cause,
+            f"{100.0 * e.verdict.confidence:.0f} %" if e.verdict.confidence else "-",
+            e.verdict.words,
+        )
+        for e in listed
+    ]
+    columns = (
+        *("frames", "seconds", "limbs", "detected by"),
+        *(">peak", "cause", ">sure", "description"),
+    )
+    return Table(heading, columns, rows)
+
+
+def _against_told(args: Namespace, measured: Measured) -> Told:
+    """The run, B, compared with another one, A, over the frames that both have."""
+    path = args.against
+    other, run = sources.read_measured(path, measured.stated.get(path))
+    unexplained = None if run is None else run.unexplained_fraction
+    fps, own = measured.trajectory.fps, other
+    if fps is not None:
+        other = own.at_rate(fps, str(path))
+        sources.say_notes(other.notes[len(own.notes) :])
+        if unexplained is not None and own.fps and other is not own:
+            values = unexplained[:, None, None]
+            unexplained = values_at(own.frame, values, own.fps, fps, other.frame)[:, 0, 0]
+    prints = {one.meta.get("fingerprint") for one in (run, measured.run) if one is not None}
+    if len(prints - {None}) > 1:
+        say(
+            "The runs are of different recordings, so their differences are meaningless: "
+            f"{path}, {measured.path}."
+        )
+    mine = None if measured.run is None else measured.run.unexplained_fraction
+    both = [
+        comparing.Candidate("A", other, unexplained),
+        comparing.Candidate("B", measured.trajectory, mine),
+    ]
+    reference = None if measured.truth is None else measured.truth.reference
+    whole = comparing.compare(both, reference, measured.frames)
+    parts = comparing.compare_segments(both, reference, measured.segments, measured.frames)
+    facts = {"run": path, **_comparison_facts(whole)}
+    if args.segments:
+        facts["segments"] = [
+            {"name": name} | ({} if part is None else _comparison_facts(part))
+            for name, part in parts
+        ]
+    tables: list[Table | str] = [f"A  {path}\nB  {measured.path}"]
+    for title, comparison in (("", whole), *parts):
+        if comparison is None:
+            tables.append(f"{title}: the runs have no frame in common.")
+            continue
+        tables.append(_comparison_table(comparison, title))
+        if not comparison.against_reference:
+            tables.append(_apart_table(comparison.pairs[0], title))
+    return facts, [*tables, comparing.how_it_is_made(whole)]
+
+
+def _comparison_table(comparison: comparing.Comparison, title: str) -> Table:
+    """Means of both runs, their difference with its interval, and what that comes to."""
+    where = f"{title}: " if title else ""
+    heading = f"{where}B compared with A, means over {len(comparison.frames)} frames"
+    rows = [
+        (
+            f"{paired.measure.label} [{paired.measure.unit}]",
+            number(paired.first_mean, 2),
+            number(paired.second_mean, 2),
+            f"{paired.difference:+z.2f}" if math.isfinite(paired.difference) else "-",
+            f"{paired.low:+z.2f} to {paired.high:+z.2f}" if paired.enough else "-",
+            comparing.verdict(paired, "A", "B"),
+        )
+        for paired in comparison.pairs[0].measures
+    ]
+    columns = ("measure", ">A", ">B", ">B - A", ">95 % interval", "conclusion")
+    return Table(heading, columns, rows)
+
+
+def _apart_table(pair: comparing.Pair, title: str) -> Table:
+    where = f"{title}: " if title else ""
+    rows = measure_rows(pair.apart)
+    rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))
+    heading = f"{where}B and A, distance from each other"
+    return Table(heading, ("measure", ">mean", ">median", ">95 %"), rows)
+
+
+def _comparison_facts(comparison: comparing.Comparison) -> dict[str, Any]:
+    pair = comparison.pairs[0]
+    measures = {}
+    for paired in pair.measures:
+        facts = asdict(paired)
+        measures[paired.measure.name] = {
+            "unit": facts.pop("measure")["unit"],
+            **facts,
+            "differs": paired.differs,
+            "verdict": comparing.verdict(paired, "A", "B"),
+        }
+    return {
+        "frames": len(comparison.frames),
+        "first_frame": comparison.frames[0],
+        "last_frame": comparison.frames[-1],
+        "against_reference": comparison.against_reference,
+        "measures": measures,
+        "apart": error_facts(pair.apart),
+    }

@@ -71,7 +71,12 @@ def _project(args: Namespace, form: exporting.ExportFormat) -> exporting.Exporte
         if args.predictions is not None:
             return _project_keypoints(args, project, form)
         if args.reference is not None or "clicks" not in form.kinds:
-            return _project_reference(args, project, form)
+            exporting.writer(form, "reference")
+            reference = _reference(project, args.reference or None)
+            fps = None
+            if form.name != "npz":
+                fps = sources.recording_of(project).fps if args.fps is None else args.fps
+            return exporting.export_reference(args.output, reference, form, fps)
         recording = sources.recording_of(project)
         options.check_output(args.output, recording.folder)
         landmarks = project.landmark_set()
@@ -82,7 +87,7 @@ def _project(args: Namespace, form: exporting.ExportFormat) -> exporting.Exporte
 def _project_keypoints(
     args: Namespace, project: Project, form: exporting.ExportFormat
 ) -> exporting.Exported:
-    exporting.writer(form, "keypoints")
+    write = exporting.writer(form, "keypoints")
     recording = sources.recording_of(project)
     options.check_output(args.output, recording.folder)
     known = project.keypoints.sources()
@@ -94,18 +99,7 @@ def _project_keypoints(
             "`stereotrack import predictions`.",
         )
     keypoints = project.keypoints.all(args.predictions or None)
-    return exporting.export_keypoints(args.output, keypoints, recording, form)
-
-
-def _project_reference(
-    args: Namespace, project: Project, form: exporting.ExportFormat
-) -> exporting.Exported:
-    exporting.writer(form, "reference")
-    reference = _reference(project, args.reference or None)
-    fps = None
-    if form.name != "npz":
-        fps = sources.recording_of(project).fps if args.fps is None else args.fps
-    return exporting.export_reference(args.output, reference, form, fps)
+    return write(args.output, keypoints, recording)
 
 
 def _reference(project: Project, name: str | None) -> Reference:
@@ -123,7 +117,6 @@ def _reference(project: Project, name: str | None) -> Reference:
 
 
 def _trajectory(args: Namespace, form: exporting.ExportFormat) -> exporting.Exported:
-    """Export a run, a reference or landmarks."""
     for option_name, given, what in (
         ("--reference", args.reference, "references"),
         ("--predictions", args.predictions, "predictions"),
@@ -140,13 +133,13 @@ def _trajectory(args: Namespace, form: exporting.ExportFormat) -> exporting.Expo
         found = sources.read_measured(args.source, sources.stated_in(args))
         angles, fps = sources.angles_in(args.source, *found, args.fps)
         return exporting.export_angles(args.output, angles, fps)
-    exporting.writer(form, "run")
+    write = exporting.writer(form, "run")
     if holds_run(args.source):
         run = read_run(args.source)
         sources.say_if_unfinished(args.source, run)
-        return exporting.export_run(args.output, run, form, args.fps)
-    exporting.writer(form, "trajectory")
+        return write(args.output, run, args.fps)
+    write = exporting.writer(form, "trajectory")
     trajectory = read_trajectory(args.source, sources.stated_in(args))
     sources.say_notes(trajectory.notes)
     rate = trajectory.fps if args.fps is None else args.fps
-    return exporting.export_trajectory(args.output, trajectory, form, rate)
+    return write(args.output, trajectory, rate)

@@ -3,7 +3,6 @@
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,18 +14,15 @@ from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, 
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.personal_subject import (
+    Personalise,
     PersonalSubject,
-    clicked_lengths,
-    clicks_by_frame,
     lean_words,
     left_out_words,
     offset_table,
-    personal_subject,
-    tracked_for,
 )
 from stereotrack_core.annotation.reference import origin_of, reference_of_fit
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, progress, put_json, put_table, say, stoppable
 from stereotrack_core.cli.sources import clicks_in_file
@@ -42,40 +38,29 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import frame_count
 from stereotrack_core.recording.selection import check_calibrated, frames_within, views_of
 from stereotrack_core.tables import Table, number
-from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.repeating import other_files
 
 
-def personalise(
+def _personalise(
     args: Namespace,
     recording: Recording,
     clicks: Sequence[Click],
-    proportions: Proportions,
     settings: FitSettings,
     sigma: Mapping[str, float] | float,
 ) -> int:
-    """Estimate, print, and write the subject file."""
-    by_frame = clicks_by_frame(recording, clicks, sigma, args.views)
-    if not by_frame:
-        raise InputError(
-            "there is no click", where=str(args.clicks), remedy="Click a few frames first."
-        )
-    run = _run(args.tracked, recording, proportions, max(by_frame) + 1)
-    found = personal_subject(run, by_frame, recording, settings, str(args.clicks))
+    run = None if args.tracked is None else read_run(args.tracked)
+    where = str(args.clicks)
+    work = Personalise(recording, tuple(clicks), sigma, settings, where, run, args.views)
+    if not work.by_frame:
+        raise InputError("there is no click", where=where, remedy="Click a few frames first.")
+    for sentence in () if run is None else other_files(run, recording):
+        say(f"{args.tracked}: {sentence}")
+    end = max(work.by_frame) + 1
+    with progress("Tracking", end) as show, stoppable("Nothing was written.") as stopped:
+        found = work.estimated(lambda frame: show(frame + 1), stopped)
     write_subject(args.output, found.subject)
     _tell_subject(args, found)
     return OK
-
-
-def _run(path: Path | None, recording: Recording, lengths: Proportions, end: int) -> Run:
-    """The run that is named, or the frames up to the last clicked one, tracked now."""
-    if path is not None:
-        run = read_run(path)
-        for sentence in other_files(run, recording):
-            say(f"{path}: {sentence}")
-        return run
-    with progress("Tracking", end) as show, stoppable("Nothing was written.") as stopped:
-        return tracked_for(recording, lengths, end, lambda frame: show(frame + 1), stopped)
 
 
 def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
@@ -154,11 +139,7 @@ def run(args: Namespace) -> int:
     clicks, usual = clicks_in_file(args.clicks, recording, count)
     sigma = args.sigma or usual
     if args.personalise:
-        if recording.subject is None:
-            lengths = clicked_lengths(recording, clicks, args.views)
-        else:
-            lengths = proportions_of(recording.subject)
-        return personalise(args, recording, clicks, lengths, settings, sigma)
+        return _personalise(args, recording, clicks, settings, sigma)
     with progress("Reading", len(frames)) as show, stoppable() as stopped:
         fit = fit_reference(
             recording,

@@ -10,9 +10,9 @@ from typing import Any
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_result, say, watched
 from stereotrack_core.errors import InputError, did_you_mean
-from stereotrack_core.interop.calibrations.deciding import CONVENTIONS
-from stereotrack_core.interop.calibrations.for_recording import with_calibration
+from stereotrack_core.interop.calibrations.deciding import CONVENTIONS, with_calibration
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
+from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.recording.importing import making, synchronise
 from stereotrack_core.recording.importing.choices import (
     ROLES,
@@ -29,9 +29,8 @@ from stereotrack_core.tables import Table
 
 @options.command(
     options.path(
-        "sources VIDEOS|FOLDER|BAG",
-        "videos, images, a folder that holds them, or a ROS bag (.bag, .mcap, or the folder of "
-        "a bag of ROS 2)",
+        "sources VIDEOS|FOLDER",
+        "videos, images, or a folder that holds them",
         nargs="+",
     ),
     options.path(
@@ -112,8 +111,7 @@ def run(args: Namespace) -> int:
         say(f"note: {note}.")
     folder = args.output or found.folder
     if folder is None:
-        bag = any(source.topic for source in found.sources)
-        what = "a bag has no place for a recording" if bag else "the sources lie in several folders"
+        what = "the sources lie in several folders"
         raise InputError(what, remedy="Say where the recording is to be made, with -o DIR.")
     choices = replace(propose(found), name=args.title or folder.resolve().name)
     choices = synchronise.at_one_rate(_decided(choices, args))
@@ -138,17 +136,15 @@ def run(args: Namespace) -> int:
 
 def _decided(choices: Choices, args: Namespace) -> Choices:
     """The proposal with everything that the options say."""
-    named = {use.source.topic: use.source.name for use in choices.uses if use.source.topic}
-    mirrored = [named.get(name, name) for name in args.mirrored]
     names = [use.source.name for use in choices.uses]
     if args.views:
-        choices = replace(choices, uses=viewed(choices.uses, _views(args.views, named, names)))
-    _check_known(mirrored, names, "--mirrored")
-    rates = _rates(args.fps, named, names)
+        choices = replace(choices, uses=viewed(choices.uses, _views(args.views, names)))
+    _check_known(args.mirrored, names, "--mirrored")
+    rates = _rates(args.fps, names)
     uses = tuple(
         replace(
             use,
-            mirrored=use.source.name in mirrored,
+            mirrored=use.source.name in args.mirrored,
             source=replace(use.source, fps=rates.get(use.source.name, use.source.fps)),
         )
         for use in choices.uses
@@ -158,14 +154,12 @@ def _decided(choices: Choices, args: Namespace) -> Choices:
     return _calibrated(replace(choices, depth_unit=_unit(choices, args.unit)), args)
 
 
-def _rates(
-    texts: Sequence[str], named: Mapping[str, str], known: Sequence[str]
-) -> Mapping[str, float]:
+def _rates(texts: Sequence[str], known: Sequence[str]) -> Mapping[str, float]:
     """Frames per second by the name of the source, those of the recording by an empty name."""
     rates = {}
     for text in texts:
         source, _, number = text.rpartition("=")
-        source = named.get(source.strip(), source.strip())
+        source = source.strip()
         if source:
             _check_known([source], known, "--fps")
         rates[source] = _number(number, "--fps", "rate")
@@ -175,12 +169,11 @@ def _rates(
     return rates
 
 
-def _views(texts: Sequence[str], named: Mapping[str, str], known: Sequence[str]) -> Views:
+def _views(texts: Sequence[str], known: Sequence[str]) -> Views:
     """The names of the sources of each view that is asked for."""
     views: dict[str, tuple[str, ...]] = {}
-    for name, text in (_pair(text, "--view") for text in texts):
-        sources = [one.strip() for one in text.split(",")]
-        views[name] = tuple(named.get(one, one) for one in sources)
+    for name, text in _pairs(texts, "--view").items():
+        views[name] = tuple(one.strip() for one in text.split(","))
         _check_known(views[name], known, "--view")
         if len(views[name]) > 2:
             what = f"the view {name} has {len(views[name])} sources"
@@ -191,7 +184,7 @@ def _views(texts: Sequence[str], named: Mapping[str, str], known: Sequence[str])
 def _calibrated(choices: Choices, args: Namespace) -> Choices:
     """The choices with the cameras of the calibration that is given or lies there."""
     if args.cameras:
-        cameras = dict(_pair(text, "--camera") for text in args.cameras)
+        cameras = _pairs(args.cameras, "--camera")
         _check_known(cameras, choices.camera_names(), "--camera")
         choices = replace(choices, cameras=cameras)
     paths = args.calibration or ([] if choices.calibration is None else [choices.calibration])
@@ -213,7 +206,7 @@ def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[synchron
             )
         for lead in leads:
             say(f"synchronised by {args.method}: {lead.says(choices.fps or 1.0)}")
-    firsts = dict(_pair(text, "--first") for text in args.firsts)
+    firsts = _pairs(args.firsts, "--first")
     _check_known(firsts, [use.source.name for use in choices.uses], "--first")
     given = {name: _number(text, "--first", "frame") for name, text in firsts.items()}
     uses = tuple(replace(use, lead=given.get(use.source.name, use.lead)) for use in choices.uses)
@@ -244,13 +237,8 @@ def _unit(choices: Choices, given: float | None) -> float:
     return units[0][0]
 
 
-def _pair(text: str, where: str) -> tuple[str, str]:
-    first, sign, second = text.partition("=")
-    if not sign or not first.strip() or not second.strip():
-        raise InputError(
-            f"{text!r} cannot be read", where=where, remedy="Write two names joined by =."
-        )
-    return first.strip(), second.strip()
+def _pairs(texts: Sequence[str], where: str) -> Mapping[str, str]:
+    return stated_names(texts, where, "two names joined by =")
 
 
 def _check_known(asked: Any, known: Sequence[str], where: str) -> None:
@@ -295,7 +283,7 @@ def _shows(use: Use) -> str:
 def _table(choices: Choices, title: str) -> Table:
     rows = [
         (
-            use.source.topic or use.source.name,
+            use.source.name,
             use.source.says(),
             _shows(use),
             use.view if use.role != "unused" else "",

@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,10 @@ def run(args: Namespace) -> int:
             "corrections need what is measured", where="--correct", remedy="Add --deep."
         )
     depth = preset(args.preset, args.changes).depth
-    measured = _measured(folder) if args.deep else ()
+    measured: tuple[Finding, ...] = ()
+    if args.deep:
+        with suppress(InputError):  # told by the other checks
+            measured = diagnose(open_recording(folder))
     corrected = []
     if args.correct:
         found = by_severity((*examine(folder, compare=True), *measured))
@@ -69,15 +73,6 @@ def run(args: Namespace) -> int:
     return WRONG_INPUT if errors else OK
 
 
-def _measured(folder: Path) -> tuple[Finding, ...]:
-    """What the images and depths say; nothing where the recording cannot be opened."""
-    try:
-        recording = open_recording(folder)
-    except InputError:
-        return ()  # told by the other checks
-    return diagnose(recording)
-
-
 def _content(folder: Path, depth: DepthParameters) -> dict[str, Any] | None:
     """What the recording holds; None where it cannot be opened (the findings say why)."""
     try:
@@ -86,7 +81,10 @@ def _content(folder: Path, depth: DepthParameters) -> dict[str, Any] | None:
         with FrameReader(recording, read_ahead=0) as reader:
             frames = reader.frame_count
             counts = reader.stream_counts()
-            space = _working_space(recording, reader, depth)
+            space: WorkingSpace | None = None
+            if frames and not recording.guessed:
+                with suppress(InputError):  # no depth can be measured
+                    space = working_space(recording, depth, reader, usable_views(recording, None))
     except InputError:
         return None
     return {
@@ -101,19 +99,6 @@ def _content(folder: Path, depth: DepthParameters) -> dict[str, Any] | None:
         "detections": None if detections is None else len(detections),
         "working_space": space,
     }
-
-
-def _working_space(
-    recording: Recording, reader: FrameReader, depth: DepthParameters
-) -> WorkingSpace | None:
-    """Where the person is looked for; None where no depth can be measured."""
-    if recording.guessed or not reader.frame_count:
-        return None
-    try:
-        views = usable_views(recording, None)
-        return working_space(recording, depth, reader, views)
-    except InputError:
-        return None
 
 
 def _view(recording: Recording, view: View, counts: Any) -> dict[str, Any]:
@@ -165,7 +150,12 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     frames, fps = content["frames"], content["fps"]
     rows = [("frames", f"{frames} at {fps:g} Hz, {content['seconds']:.1f} s")]
     subject = content["subject"]
-    rows.append(("subject", "none, average proportions" if subject is None else _subject(subject)))
+    told = "none, average proportions"
+    if subject is not None:
+        fields = [name for name in vars(subject) if name != "name"]
+        measured = [name for name in fields if getattr(subject, name) is not None]
+        told = f"{subject.name or 'unnamed'}, {len(measured)} of {len(fields)} lengths measured"
+    rows.append(("subject", told))
     known = content["reference_frames"]
     rows.append(("reference", "none" if known is None else f"{known} frames"))
     segments = [f"{s.name} {s.first}:{s.end}" for s in content["segments"]]
@@ -173,12 +163,6 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     if content["detections"] is not None:
         rows.append(("detections", str(content["detections"])))
     return rows
-
-
-def _subject(subject: Any) -> str:
-    fields = [name for name in vars(subject) if name != "name"]
-    measured = [name for name in fields if getattr(subject, name) is not None]
-    return f"{subject.name or 'unnamed'}, {len(measured)} of {len(fields)} lengths measured"
 
 
 def _view_row(view: dict[str, Any]) -> tuple[str, ...]:

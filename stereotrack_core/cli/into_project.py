@@ -1,7 +1,6 @@
 """Commands that write projects: ``project create``, ``import labels``, ``import predictions``."""
 
 from argparse import Namespace
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -96,7 +95,6 @@ def import_labels(args: Namespace) -> int:
 
 
 def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
-    """Take in clicks by one edit."""
     mine = project.clicks.all(with_deleted=True)
     problems, left_out = 0, "none"
     _refuse(args, "clicks are pixels, which have no axes in the world", "axes")
@@ -106,7 +104,10 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
         sources.say_notes(notes)
         found = incoming(mine, theirs, args.file.name)
     else:
-        labels = _labels(args, project, stated.names)
+        recording, landmarks = sources.recording_of(project), project.landmark_set().names
+        source = LabelSource(args.file, recording, landmarks, args.camera, stated.names)
+        labels = read_labels(source, frame_count(recording))
+        _say_problems(labels, skip=args.skip_problems)
         problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
         found = incoming(mine, labels.clicks, args.file.name, unstated=labels.unstated)
     decided: Decision | None = args.conflicts
@@ -130,18 +131,7 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
     }
 
 
-def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labels:
-    """What a file of another tool holds; InputError where it has problems that are not allowed."""
-    recording = sources.recording_of(project)
-    landmarks = project.landmark_set().names
-    source = LabelSource(args.file, recording, landmarks, args.camera, names)
-    labels = read_labels(source, frame_count(recording))
-    _say_problems(labels, skip=args.skip_problems)
-    return labels
-
-
 def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
-    """Keep a trajectory as a reference of the project."""
     _refuse(args, "a trajectory belongs to no camera", "camera")
     recording = sources.recording_of(project)
     stated = replace(stated, up=sources.up_of_recording(recording))
@@ -167,7 +157,6 @@ def _refuse(args: Namespace, why: str, *options: str) -> None:
 
 
 def _say_problems(labels: Labels, *, skip: bool) -> None:
-    """Tell what is wrong; refuse the file unless that was allowed for."""
     for problem in labels.problems[:_SHOWN]:
         say(str(problem))
     more = len(labels.problems) - _SHOWN

@@ -6,15 +6,18 @@ from dataclasses import replace
 from stereotrack_core.cli import options, sources
 from stereotrack_core.cli.output import OK, put_facts, watched
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.pages import repeat_command, write_page
 from stereotrack_core.report.reported import Reported, Source, gathered
 from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import up_of_meta
 
 
 @options.command(
@@ -99,7 +102,11 @@ def _with_truth(
     """What is reported, with the reference that was named or the recording's own."""
     reference, states, said = None, None, ""
     if args.reference is not None:
-        states = sources.reference_of_run(args, stored, recording)
+        stated = sources.stated_for(args, args.reference).get(args.reference, Stated())
+        stated = replace(stated, up=up_of_meta(stored.meta))
+        fps, path = stated_fps(stored.meta), args.reference
+        states = sources.named_reference(path, recording, fps, stored.frame, stated)
+        sources.say_left_out(path, states)
         reference = states.trajectory()
         said = f"the reference {args.reference.name}"
     elif recording is not None and recording.reference is not None:

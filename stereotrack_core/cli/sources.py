@@ -1,10 +1,17 @@
-"""What commands are given: runs and projects, with what belongs to them and must be told."""
+"""What commands are given: runs and projects, with what belongs to them and must be told.
+
+The modules of projects and of other programs' files are loaded when one is opened, as most
+commands go without.
+"""
+
+from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,17 +26,12 @@ from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.interop import run_file
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import stated_names
-from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.project.detectors import keypoints_in
-from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording, Segment, read_segments
 from stereotrack_core.recording.detections import Detections
-from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
-from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import frame_count
@@ -38,6 +40,9 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
 from stereotrack_core.tracking.stored import up_of_meta
 from stereotrack_core.tracking.unfinished import INCOMPLETE
+
+if TYPE_CHECKING:
+    from stereotrack_core.project.project import Project
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +103,7 @@ def truth_of(
         beside = segments or (read_segments(own) if own.is_file() else ())
         stated = replace(stated or Stated(), up=up_of_meta(meta))
         states = named_reference(given, recording, measured.fps, measured.frame, stated)
-        _say_left_out(given, states)
+        say_left_out(given, states)
         return Truth(states.trajectory(), given, beside, states)
     if not folder:
         what = "the file does not state its recording"
@@ -141,34 +146,18 @@ def named_reference(
     if recording is not None:
         count = 0 if measured is None else int(measured.max(initial=-1)) + 1
         if reference.frame.max(initial=0) >= count:
-            count = max(count, _frames_of(recording))
+            with suppress(InputError):  # of a recording that cannot be read
+                count = max(count, frame_count(recording))
         if count:
             reference = run_file.at_recording(reference, recording.fps, count, str(path))
     say_notes(reference.notes)
     return reference
 
 
-def reference_of_run(args: Namespace, run: Run, recording: Recording | None) -> Reference:
-    """The file that --reference names, at the frames of a run and in its world."""
-    stated = stated_for(args, args.reference).get(args.reference, Stated())
-    stated = replace(stated, up=up_of_meta(run.meta))
-    fps = stated_fps(run.meta)
-    states = named_reference(args.reference, recording, fps, run.frame, stated)
-    _say_left_out(args.reference, states)
-    return states
-
-
-def _say_left_out(path: Path, reference: Reference) -> None:
+def say_left_out(path: Path, reference: Reference) -> None:
+    """Say what of a reference is too uncertain to be used."""
     if reference.covariance is not None and (note := reference.left_out(MAX_SIGMA)):
         say(f"{path}: {note}")
-
-
-def _frames_of(recording: Recording) -> int:
-    """Number of frames of a recording; 0 if it cannot be read."""
-    try:
-        return frame_count(recording)
-    except InputError:
-        return 0
 
 
 def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording | None:
@@ -187,20 +176,6 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
             "do not belong to the run."
         )
     return recording
-
-
-def some_segments(segments: Sequence[Segment], where: Path) -> Sequence[Segment]:
-    """The named stretches of a recording. Raises InputError where there are none."""
-    if not segments:
-        remedy = "Put a segments.csv beside the recording or the reference, or omit --segments."
-        raise InputError("the recording has no segments", where=str(where), remedy=remedy)
-    return segments
-
-
-def warn_about_size(truth: Truth) -> None:
-    """Say where the reference is not as large as a person."""
-    for finding in check_size(truth.reference):
-        say(f"{truth.source}: {finding.what}. {finding.remedy}")
 
 
 def say_if_unfinished(path: Path, run: Run) -> None:
@@ -222,6 +197,8 @@ def clicks_in_file(
     left out. Raises InputError where they cannot be read.
     """
     if path.suffix != SUFFIX:
+        from stereotrack_core.interop.labels import read_clicks
+
         return read_clicks(path, recording, frames=frames).checked(), USUAL_SIGMA
     with open_project(path) as project:
         every, sigma = project.clicks.all(), project.click_sigmas()
@@ -244,6 +221,8 @@ def clicks_for_tracking(path: Path, recording: Recording, frames: int) -> Detect
 
 def open_project(path: Path, *, read_only: bool = True) -> Project:
     """Open a project and say on standard error what its file has to tell."""
+    from stereotrack_core.project.project import Project
+
     project = Project.open(path, read_only=read_only)
     say_notes(project.notes)
     return project
@@ -260,6 +239,8 @@ def keypoints_from(path: Path, recording: Recording, args: Namespace) -> Keypoin
 
     The options --layout and --person hold. Raises InputError where there are none.
     """
+    from stereotrack_core.project.detectors import keypoints_in
+
     found = keypoints_in(path, recording, args.layout, args.person)
     for note in found.notes:
         say(f"{path}: {note}.")
@@ -294,7 +275,7 @@ def angles_in(
     if run is not None:
         return joint_angles.angles_of_run(run), rate
     if path.suffix.lower() == ".npz":
-        return joint_angles.angles_of_reference(read_reference(path)), rate
+        trajectory = read_reference(path).trajectory()
     return joint_angles.angles_of_trajectory(trajectory), rate
 
 

@@ -9,7 +9,7 @@ from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_table, say, watched
 from stereotrack_core.cli.study import RUNNING, SETTINGS, settings_of, workers_of
 from stereotrack_core.errors import InputError, did_you_mean
-from stereotrack_core.evaluation.measures import MEASURES, Measure, measure_named
+from stereotrack_core.evaluation.measures import MEASURES, measure_named
 from stereotrack_core.locks import refuse_second
 from stereotrack_core.parameters import value_text
 from stereotrack_core.recording.selection import gives_depth
@@ -84,7 +84,6 @@ def run(args: Namespace) -> int:
 
 
 def _study_of(args: Namespace) -> Study:
-    """The study that the command describes. Raises InputError if it makes no sense."""
     options.check_suffix(args.table, ".csv")
     settings = settings_of(args)
     if args.search and settings.grid:
@@ -161,7 +160,12 @@ def _point_table(summaries: Sequence[PointSummary], by: str) -> Table:
     usual = _WITH_REFERENCE if is_known("forearms") else tuple(filter(is_known, _WITHOUT))
     names = dict.fromkeys((by, *usual, "frames_per_second"))
     measures = [measure for name in names if (measure := measure_named(name)) is not None]
-    rows = [_row(summary, varied, measures) for summary in summaries[:_MOST_ROWS]]
+    rows = []
+    for summary in summaries[:_MOST_ROWS]:
+        values = summary.point.by_name
+        runs = str(summary.runs) + (f", {summary.failed} failed" if summary.failed else "")
+        cells = [summary.values[measure.name].text() for measure in measures]
+        rows.append([*(value_text(values.get(name, "")) for name in varied), runs, *cells])
     title = (
         f"Mean ± standard deviation over recordings and seeds, best "
         f"{measures[0].short or measures[0].label} first"
@@ -170,13 +174,6 @@ def _point_table(summaries: Sequence[PointSummary], by: str) -> Table:
         title += f"; the table has {len(summaries) - len(rows)} more points"
     headings = [f">{one.short or one.label} {one.unit}".strip() for one in measures]
     return Table(title, (*varied, ">runs", *headings), rows)
-
-
-def _row(summary: PointSummary, varied: Sequence[str], measures: Sequence[Measure]) -> list[str]:
-    values = summary.point.by_name
-    runs = str(summary.runs) + (f", {summary.failed} failed" if summary.failed else "")
-    cells = [summary.values[measure.name].text() for measure in measures]
-    return [*(value_text(values.get(name, "")) for name in varied), runs, *cells]
 
 
 def _point_facts(summary: PointSummary) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.doctor import diagnose
 from stereotrack_core.experiments.tracked_run import TrackedRun
 from stereotrack_core.interop.run_file import run_suffix
-from stereotrack_core.recording.findings import examine
+from stereotrack_core.recording.findings import examine_described
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run
@@ -69,7 +69,7 @@ def say_signs(job: TrackedRun) -> None:
         say(f"warning: {warning}. {CHECK}")
     if job.nothing and len(job.run.frame):
         say(f"No person was tracked in any of the {counted(len(job.run.frame), 'frame')}.")
-        for cause in job.untracked.causes():
+        for cause in job.untracked.causes:
             say(cause.sentence())
 
 
@@ -150,7 +150,7 @@ def _check(args: Namespace, plan: TrackPlan) -> None:
     """Tell what looks wrong, and refuse what is plainly wrong unless told not to or resumed."""
     views = plan.spec.views
     found = (
-        examine(args.recording)
+        examine_described(plan.recording, compare=False)
         if args.resume
         else diagnose.checks_before_tracking(plan.recording, views, plan.spec.settings.depth)
     )

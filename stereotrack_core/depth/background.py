@@ -121,7 +121,8 @@ class ViewBackground:
         self._limit: Float32Array | None = None
         self.motionless = False
         shape = source.geometry.height, source.geometry.width
-        self._outside = (np.full(shape, np.nan, dtype=np.float32),) * 2
+        # Disparity and range (H, W) of the empty scene, which is shown where nothing differs
+        self.outside = (np.full(shape, np.nan, dtype=np.float32),) * 2
 
     def take_empty_scene(self, picture: ImageArray | None, disparity: Float32Array) -> None:
         """The model from one image without anybody; it is never changed afterwards."""
@@ -205,18 +206,13 @@ class ViewBackground:
         if self._scene is not None:
             known = np.isfinite(self._limit)
             disparity = np.where(known, model.disparity, np.float32(np.nan))
-            self._outside = disparity, self._source.ranges(disparity)
+            self.outside = disparity, self._source.ranges(disparity)
 
     def foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
         """Equation (3.3) in a region; whatever is valid where there is no model."""
         if self._limit is None:
             return np.isfinite(disparity)
         return disparity > self._limit[region.slices]
-
-    def outside(self) -> tuple[Float32Array, Float32Array]:
-        """Copies of the empty scene's disparity and range (H, W), where nothing differs."""
-        disparity, ranges = self._outside
-        return disparity.copy(), ranges.copy()
 
     def light(self, picture: ImageArray | None) -> Light | None:
         """Light of a picture against the empty scene's; None where one of them is missing."""
@@ -242,14 +238,12 @@ class ViewBackground:
         """Compare a region of the picture with the empty scene in its light, if that is known."""
         if light is None or self._scene is None or frame.picture is None:
             return None
-        apart = self._apart_from_foreground(disparity, region)
-        scene = self._scene
+        beside_person, scene = beside(self.foreground(disparity, region)), self._scene
         if isinstance(frame, StereoFrame) and frame.noisy and self._filtered is not None:
             scene = replace(scene, picture=self._filtered)
-        empty = relit(frame.picture, scene, light, apart)
-        now, before, noise = frame.picture[region.slices], empty.picture[region.slices], empty.noise
+        empty = relit(frame.picture, scene, light, beside_person, region.slices)
+        now, before, noise = frame.picture[region.slices], empty.picture, empty.noise
         difference, shadow = difference_of(now, before), np.zeros(now.shape, dtype=bool)
-        beside_person = apart[region.slices]
         new = new_pixels(difference, noise) & beside_person
         if isinstance(frame, StereoFrame) and self._is_large(new):
             behind = beside_person & self._measured_behind(disparity, region)
@@ -273,14 +267,6 @@ class ViewBackground:
         """Whether pixels (h, w) are more than a limb that the matcher has missed."""
         image = self._source.geometry.width * self._source.geometry.height
         return bool(np.count_nonzero(part) > _SHADOW * image)
-
-    def _apart_from_foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
-        """Where (H, W) no foreground disparity (h, w) of a region is near."""
-        apart = np.ones((self._source.geometry.height, self._source.geometry.width), dtype=bool)
-        if self._limit is not None:
-            in_front = disparity > self._limit[region.slices]
-            apart[region.slices] = beside(in_front)
-        return apart
 
     def _measured_behind(self, disparity: Float32Array, region: Region) -> BoolArray:
         """Where disparities (h, w) of a region are those of the empty scene."""

@@ -43,6 +43,10 @@ class DepthGeometry:
         """Disparity over inverse range, px m; a depth camera counts as a usual stereo camera."""
         return self.focal * self.baseline if self.baseline > 0 else _DEPTH_CAMERA_SCALE
 
+    def disparity_at(self, ranges: Float32Array) -> Float32Array:
+        """Disparity of a pair, pixels, at ranges z, metres."""
+        return np.float32(self.focal * self.baseline) / ranges + np.float32(self.disparity_offset)
+
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Columns, rows and ranges z of points (N, 3), world; without sense where z <= 0."""
         x, y, z = self.world_from_depth.inverse().apply(points).T
@@ -61,12 +65,16 @@ class ViewDepth:
     """Depth of one view at one instant."""
 
     geometry: DepthGeometry
-    disparity: Float32Array | None  # (H, W), pixels. NaN where invalid; None for depth views.
     range_z: Float32Array  # (H, W), metres. Along the rectified camera's z, NaN where not known.
     foreground: BoolArray  # (H, W). Valid and in front of the background model.
     silhouette: BoolArray | None = None  # (H, W). Generously, what differs from the empty scene
     outline: BoolArray | None = None  # (H, W). The same with sharp edges, to be measured
     picture: ImageArray | None = None  # (H, W, 3). Rectified, BGR; None without colours
+
+    @property
+    def disparity(self) -> Float32Array | None:
+        """Disparity (H, W), pixels, NaN where not known; None for depth views."""
+        return self.geometry.disparity_at(self.range_z) if self.geometry.baseline > 0 else None
 
     @property
     def person(self) -> BoolArray:

@@ -45,13 +45,10 @@ class CoarseToFine:
         result = np.empty((region.bottom - region.top, region.right - region.left), dtype=np.int16)
         for tile in _tiles(region):
             near = _reduced(tile.grown(_AROUND), self._shrink) & part
-            rows = slice(near.top - part.top, near.bottom - part.top)
-            columns = slice(near.left - part.left, near.right - part.left)
-            searched = self._range_of(known[rows, columns])
+            searched = self._range_of(known[near.slices_in(part)])
             found = Matcher(self._p, searched)(left, right, tile)
             found[found <= searched.invalid] = self.disparities.invalid
-            top, at = tile.top - region.top, tile.left - region.left
-            result[top : top + found.shape[0], at : at + found.shape[1]] = found
+            result[tile.slices_in(region)] = found
         return result
 
     def _coarsely(

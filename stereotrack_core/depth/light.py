@@ -104,7 +104,7 @@ def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
 class Relit:
     """The empty scene in the light of a picture."""
 
-    picture: ImageArray  # (H, W)
+    picture: ImageArray  # (h, w)
     noise: float  # grey levels, of the difference of a pixel after a 3 x 3 blur
     blur: float  # pixels of blur that the picture has more than the empty scene
 
@@ -122,26 +122,39 @@ def shaded(light: Light) -> BoolArray:
     return np.asarray(alike & (np.abs(ratio) > _FLAT))
 
 
-def relit(picture: ImageArray, scene: EmptyScene, light: Light, background: BoolArray) -> Relit:
-    """The empty scene as it would look in the picture (H, W).
+def relit(
+    picture: ImageArray,
+    scene: EmptyScene,
+    light: Light,
+    background: BoolArray,
+    part: tuple[slice, slice] = np.s_[:, :],
+) -> Relit:
+    """The empty scene as it would look in a part (h, w) of the picture (H, W).
 
-    Pixels of `background` (H, W) surely show it: their gain is taken as it is, so that soft shadows
-    are no difference.
+    Pixels of `background` (h, w) surely show it, and so do all beside the part: their gain is taken
+    as it is, so that soft shadows are no difference.
     """
-    height, width = picture.shape
+    everywhere = np.ones(picture.shape, dtype=bool)
+    everywhere[part] = background
     small = light.small.shape[1], light.small.shape[0]
-    known = cv2.resize(background.view(np.uint8) * 255, small, interpolation=cv2.INTER_AREA) > 250
+    known = cv2.resize(everywhere.view(np.uint8) * 255, small, interpolation=cv2.INTER_AREA) > 250
     log_gain = light.log_gain
     apart = np.abs(light.small - light.empty_small)[known]
     if np.count_nonzero(apart > _SHADE) > _SHADED * apart.size:
         log_gain = log_gain + _local_gain(light, known)
-    gain = cv2.resize(np.exp(log_gain), (width, height), interpolation=cv2.INTER_LINEAR)
-    lit = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
-    empty = np.asarray(lit, dtype=np.uint8)
-    noise, blur = _noise(picture, empty, background), 0.0
-    if noise > _QUIET:
-        empty, blur = _aligned(picture, empty, background)
-        noise = _noise(picture, empty, background)
+    gain = cv2.resize(np.exp(log_gain), picture.shape[::-1], interpolation=cv2.INTER_LINEAR)
+
+    def lit(part: tuple[slice, slice]) -> ImageArray:
+        toned = cv2.LUT(scene.picture[part], light.curve)
+        return np.asarray(cv2.multiply(toned, gain[part], dtype=cv2.CV_8U), dtype=np.uint8)
+
+    empty = lit(part)
+    noise, blur = _noise(picture[part], empty, background), 0.0
+    if noise > _QUIET:  # shift and blur are told by all of the background
+        whole = lit(np.s_[:, :])
+        if _noise(picture, whole, everywhere) > _QUIET:
+            whole, blur = _aligned(picture, whole, everywhere)
+        noise, empty = _noise(picture, whole, everywhere), whole[part]
     return Relit(empty, noise, blur)
 
 

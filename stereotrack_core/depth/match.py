@@ -42,6 +42,11 @@ class Region:
         """Index of the region in an image."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
+    def slices_in(self, part: Region) -> tuple[slice, slice]:
+        """Index of the region in a part that was cut out of an image."""
+        left, top = part.left, part.top
+        return slice(self.top - top, self.bottom - top), slice(self.left - left, self.right - left)
+
     @property
     def is_empty(self) -> bool:
         """Whether there is no pixel inside."""
@@ -174,11 +179,8 @@ class Matcher:
         if self._edges_first:
             left, right = edge_image(left), edge_image(right)
         mirrored = self._matcher.compute(cv2.flip(right, 1), cv2.flip(left, 1))
-        first, top = region.left - crop.left, region.top - crop.top
-        columns = slice(first, first + region.right - region.left)
-        rows = slice(top, top + region.bottom - region.top)
-        wanted = np.asarray(cv2.flip(mirrored, 1), dtype=np.int16)[rows, columns]
-        disparity = np.ascontiguousarray(wanted)
+        found = np.asarray(cv2.flip(mirrored, 1), dtype=np.int16)
+        disparity = np.ascontiguousarray(found[region.slices_in(crop)])
         self._drop_unseen(disparity, region, width)
         return disparity
 

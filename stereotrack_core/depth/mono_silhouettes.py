@@ -118,7 +118,7 @@ class MonoSilhouettes:
             outline &= ~rectification.image_map.outside
         if outline.mean() > _LARGEST_SHARE:
             return None
-        return ViewDepth(rectification.geometry, None, nowhere, nothing, None, outline)
+        return ViewDepth(rectification.geometry, nowhere, nothing, None, outline)
 
 
 def _undistorted(rectification: Rectification, image: ImageArray) -> ImageArray:

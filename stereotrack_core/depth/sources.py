@@ -168,9 +168,7 @@ class StereoSource:
 
     def disparity_of(self, ranges: Float32Array) -> Float32Array:
         """Disparity, pixels, of ranges z, metres."""
-        geometry = self.geometry
-        scale = np.float32(geometry.focal * geometry.baseline)
-        return scale / ranges + np.float32(geometry.disparity_offset)
+        return self.geometry.disparity_at(ranges)
 
 
 class DepthSource:

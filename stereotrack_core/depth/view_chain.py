@@ -73,11 +73,13 @@ def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | Non
     return x, y, z
 
 
-def _matched(frame: OpenedFrame, bands: Sequence[Region], out_disparity: Float32Array) -> int:
-    """Match parts of an image; returns how many pixels have a disparity."""
+def _matched(
+    frame: OpenedFrame, bands: Sequence[Region], region: Region, out_disparity: Float32Array
+) -> int:
+    """Match parts of a region (h, w) of an image; returns how many pixels have a disparity."""
     count = 0
     for band in bands:
-        found = out_disparity[band.slices] = frame.disparity(band)
+        found = out_disparity[band.slices_in(region)] = frame.disparity(band)
         count += int(np.count_nonzero(np.isfinite(found)))
     return count
 
@@ -167,9 +169,9 @@ class ViewChain:
             return self._without_depth("it does not see the working volume", watch)
         if not bands:
             return self._with_nobody(images, watch)
-        region = functools.reduce(operator.or_, bands)
-        whole, ranges = self.background.outside()
-        measured, disparity = _matched(frame, bands, whole), whole[region.slices]
+        region, (behind, ranges) = functools.reduce(operator.or_, bands), self.background.outside
+        disparity, ranges = behind[region.slices].copy(), ranges.copy()
+        measured = _matched(frame, bands, region, disparity)
         watch.lap("match")
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
@@ -180,8 +182,8 @@ class ViewChain:
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        beside = outline if self._p.halo_trim == "silhouette" else None
-        shown = chosen if beside is None else chosen & beside
+        trims = self._p.halo_trim == "silhouette"
+        shown = chosen & outline if trims and outline is not None else chosen
         pixels = thinned_pixels(shown, self._p.pixel_step, (region.left, region.top))
         if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
             frame.align(disparity, chosen if outline is None else outline, pixels, region)
@@ -191,7 +193,7 @@ class ViewChain:
         points = self.source.geometry.points(pixels[:, 0], pixels[:, 1], range_z.astype(np.float64))
         inside = self._volume.contains(points)
         kept = points[inside]
-        depth = self._view_depth(images, (whole, ranges), (chosen, silhouette, outline), region)
+        depth = self._view_depth(images, ranges, (chosen, silhouette, outline), region)
         watch.lap("points")
         if depth.edges is not None:  # measured in this thread, for all who ask for them later
             watch.lap("edges")
@@ -203,10 +205,10 @@ class ViewChain:
 
     def _with_nobody(self, images: ViewImages, watch: Stopwatch) -> ViewResult:
         """The empty scene, if the picture does not differ from it."""
-        known, nobody = self.background.outside(), np.zeros((0, 0), dtype=bool)
+        (_, ranges), nobody = self.background.outside, np.zeros((0, 0), dtype=bool)
         sharp = nobody if self._p.silhouettes else None
-        depth = self._view_depth(images, known, (nobody, sharp, sharp), Region(0, 0, 0, 0))
-        counts = PointCounts(measured=int(np.count_nonzero(np.isfinite(known[0]))))
+        depth = self._view_depth(images, ranges, (nobody, sharp, sharp), Region(0, 0, 0, 0))
+        counts = PointCounts(measured=int(np.count_nonzero(np.isfinite(ranges))))
         return replace(self._without_depth("", watch), depth=depth, problem="", counts=counts)
 
     def _person(
@@ -236,23 +238,21 @@ class ViewChain:
     def _view_depth(
         self,
         images: ViewImages,
-        known: tuple[Float32Array, Float32Array],
+        ranges: Float32Array,
         masks: Sequence[BoolArray | None],
         region: Region,
     ) -> ViewDepth:
-        """Disparity and range (H, W) with the masks of a region, and colours if they are wanted."""
-        disparity, ranges = known
+        """Ranges (H, W) with the masks of a region, and colours if they are wanted."""
         placed = [None if mask is None else np.zeros(ranges.shape, dtype=bool) for mask in masks]
         for image, mask in zip(placed, masks, strict=True):
             if image is not None and mask is not None:
                 image[region.slices] = mask
         chosen, silhouette, outline = placed
         assert chosen is not None  # noqa: S101 - only the others may be unknown
-        given = disparity if isinstance(self.source, StereoSource) else None
         coloured = self._colour and images.image.ndim == 3
         picture = self.source.rectification.rectified(images.image) if coloured else None
         geometry = self.source.geometry
-        return ViewDepth(geometry, given, ranges, chosen, silhouette, outline, picture)
+        return ViewDepth(geometry, ranges, chosen, silhouette, outline, picture)
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
         """Drop small patches in place (2.1.4), last: only the foreground is searched."""

@@ -7,7 +7,7 @@ none on the demo, where arms cross; depth finds four of five there.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, permutations
 from typing import TypeAlias
 
@@ -177,18 +177,9 @@ _LEAST, _WRONG = 0.75, 2.0  # frames from which a view is late, and plainly late
 _MENDED, _LEAST_WORTH = 0.68, 0.01  # most share of the distance left in step, least fall in m
 
 
-@dataclass(frozen=True)
-class Delay:
-    """Delay of a view against the others."""
-
-    frames: float
-    before: float  # metres (rms) from its moving points to the others' at the same frame
-    after: float  # the same with the delay taken away
-
-    @property
-    def clear(self) -> bool:
-        """Whether it fits clearly better so."""
-        return self.after < _MENDED * self.before and self.before - self.after > _LEAST_WORTH
+Delay: TypeAlias = tuple[float, float, float]
+"""Frames by which a view is late, and metres (rms) from its moving points to those of the others,
+at the same frame, and with the delay taken away."""
 
 
 def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> Delay | None:
@@ -214,7 +205,7 @@ def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> De
     distance = np.sqrt(squares / count)
     at = int(np.argmin(distance))
     frames = step * (longest - at - beside_least(distance, at))
-    return Delay(frames, float(distance[longest]), float(distance[at]))
+    return frames, float(distance[longest]), float(distance[at])
 
 
 def _moving(own: Sequence[FloatArray | None], k: int, apart: int) -> FloatArray | None:
@@ -232,28 +223,31 @@ def check_delays(
     instants: Instants, places: Places, fps: float, step: int = 1
 ) -> Iterator[Finding]:
     """The view that shows everything earlier or later, by instants `step` frames apart."""
-    known = {name: delay_of(instants, places, name, step) for name in places}
-    found = {name: one for name, one in known.items() if one is not None}
-    late = {name: one for name, one in found.items() if one.clear and abs(one.frames) >= _LEAST}
+    late: dict[str, Delay] = {}
+    for name in places:
+        if (delay := delay_of(instants, places, name, step)) is not None:
+            frames, before, after = delay
+            clear = after < _MENDED * before and before - after > _LEAST_WORTH
+            if clear and abs(frames) >= _LEAST:
+                late[name] = delay
     if not late:
         return
-    name = max(late, key=lambda one: late[one].before / max(late[one].after, 1e-6))
-    delay = late[name]
+    name = max(late, key=lambda one: late[one][1] / max(late[one][2], 1e-6))
+    frames, before, after = late[name]
     alone = len(places) > 2
     other = next(one for one in places if one != name)
-    if delay.frames < 0 and not alone:  # of two views, one is as late as the other is early
-        name, other, delay = other, name, replace(delay, frames=-delay.frames)
+    if frames < 0 and not alone:  # of two views, one is as late as the other is early
+        name, other, frames = other, name, -frames
     others = "the other views" if alone else f"view {other}"
-    streams = others if delay.frames < 0 else f"view {name}"
+    streams = others if frames < 0 else f"view {name}"
     yield Finding(
-        "error" if abs(delay.frames) > _WRONG else "warning",
+        "error" if abs(frames) > _WRONG else "warning",
         f"view {name}" if alone else f"views {', '.join(places)}",
-        f"view {name} shows everything {span(delay.frames, fps)} than {others}: limbs that move "
-        f"lie {100 * delay.before:.0f} cm from what {others} measured",
-        f"Make first_frame of the streams of {streams} larger by "
-        f"{max(1, round(abs(delay.frames)))}, or synchronise the cameras (tested: then they lie "
-        f"{100 * delay.after:.0f} cm from it).",
-        Correction("shift_frames", (name,), float(round(delay.frames) or np.sign(delay.frames))),
+        f"view {name} shows everything {span(frames, fps)} than {others}: limbs that move lie "
+        f"{100 * before:.0f} cm from what {others} measured",
+        f"Make first_frame of the streams of {streams} larger by {max(1, round(abs(frames)))}, or "
+        f"synchronise the cameras (tested: then they lie {100 * after:.0f} cm from it).",
+        Correction("shift_frames", (name,), float(round(frames) or np.sign(frames))),
     )
 
 

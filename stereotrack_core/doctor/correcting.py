@@ -95,28 +95,23 @@ def correct_all(
 ) -> Iterator[Corrected]:
     """Make corrections one after the other, also of new findings; `say` is told of each."""
     tried: set[tuple[str, Correction]] = set()
-    while True:
-        finding = next(
-            (
-                one for one in found
-                if one.correction and one.severity != "note"
-                and (one.where, one.correction) not in tried
-            ),
-            None,
-        )  # fmt: skip
-        if finding is None or finding.correction is None:
-            return
-        tried.add((finding.where, finding.correction))
+    waiting = list(found)
+    while waiting:
+        finding = waiting.pop(0)
+        correction = finding.correction
+        if correction is None or finding.severity == "note" or (finding.where, correction) in tried:
+            continue
+        tried.add((finding.where, correction))
         try:
             say(f"{finding.where}: {finding.what}.")
-            say(f"Testing a correction of {intended(folder, finding.correction)}")
+            say(f"Testing a correction of {intended(folder, correction)}")
             done = correct(folder, finding)
         except InputError as error:
             say(f"Not corrected: {error}")
             continue
         say(f"Corrected. The file before is {done.kept.name}.")
         yield done
-        found = by_severity((*examine(folder, compare=True), *done.measured))
+        waiting = list(by_severity((*examine(folder, compare=True), *done.measured)))
 
 
 def correct_elsewhere(folder: Path, finding: Finding, asker: Asker) -> Corrected:
@@ -200,11 +195,8 @@ def _exchange(views: Sequence[dict[str, Any]]) -> None:
     else:
         one, other = views
         if [key in one for key in _STREAMS] != [key in other for key in _STREAMS]:
-            raise InputError(
-                f"the views {one['name']} and {other['name']} have other streams",
-                where=DESCRIPTION,
-                remedy="Exchange the files by hand.",
-            )
+            what = f"the views {one['name']} and {other['name']} have other streams"
+            raise InputError(what, where=DESCRIPTION, remedy="Exchange the files by hand.")
         pairs = [(one[key], other[key]) for key in _STREAMS if key in one]
     for a, b in pairs:
         files = [{key: one[key] for key in one if key != "camera"} for one in (b, a)]

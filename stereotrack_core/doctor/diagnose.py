@@ -7,8 +7,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from stereotrack_core.counting import counted
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.lost_points import LEAST_POINTS, LostPoints
@@ -26,15 +24,16 @@ from stereotrack_core.doctor.light import check_light, check_pictures
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.reference import bodies, check_reference
 from stereotrack_core.doctor.views import (
+    MEASURED,
     Instants,
     check_views,
     measurable,
-    measured_frames,
     measured_views,
 )
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.findings import by_severity, examine
+from stereotrack_core.recording.findings import by_severity, examine_described
+from stereotrack_core.recording.images import spread
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.worker_processes import Asker
@@ -62,8 +61,8 @@ def check_clouds(
     lost = LostPoints(recording, depth)
     try:
         chain.learn_background(reader, range(count))
-        for k in np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int)):
-            cloud = chain.process(reader.frame_set(int(k)))
+        for k in spread(count, _FRAMES):
+            cloud = chain.process(reader.frame_set(k))
             if len(cloud.points) >= LEAST_POINTS:
                 return
             lost.note(cloud)
@@ -129,8 +128,8 @@ def _measured(
 ) -> Iterator[Finding]:
     """Findings by the points of the person, of views about which nothing was found before."""
     views = measurable(recording, _views_of(before))
-    frames = measured_frames(reader)
-    every = np.union1d(frames, stretch) if len(views) > 1 else frames
+    frames = spread(reader.frame_count, MEASURED)
+    every = sorted({*frames, *stretch}) if len(views) > 1 else frames
     instants: Instants = []
     places: Places = {}
     if views and (len(views) > 1 or recording.reference is not None):
@@ -139,18 +138,18 @@ def _measured(
         except InputError as error:
             yield Finding.of(error)
             return
-    at = dict(zip(every.tolist(), instants, strict=False))
+    at = dict(zip(every, instants, strict=False))
     late = []
     if len(places) > 1:
         in_a_row = [at[k] for k in stretch]
         late = list(check_delays(in_a_row, places, recording.fps, STEP))
     yield from late
     in_step = {name: one for name, one in places.items() if name not in _views_of(late)}
-    spread = [at[k] for k in frames.tolist()] if in_step else []
-    found = list(check_views(recording, spread, in_step))
+    apart = [at[k] for k in frames] if in_step else []
+    found = list(check_views(recording, apart, in_step))
     yield from found
     sound = {name: one for name, one in in_step.items() if name not in _views_of(found)}
-    yield from check_reference(recording, bodies(spread, sound, frames) if sound else ())
+    yield from check_reference(recording, bodies(apart, sound, frames) if sound else ())
 
 
 def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:
@@ -166,7 +165,7 @@ def checks_before_tracking(
     recording: Recording, views: Sequence[str] | None = None, depth: DepthParameters | None = None
 ) -> tuple[Finding, ...]:
     """Findings of the files, a glance, and changed disparities. Raises InputError."""
-    found = (*examine(recording.folder), *glance(recording, views))
+    found = (*examine_described(recording, compare=False), *glance(recording, views))
     return by_severity((*found, *changed_reach(recording, views, depth or DepthParameters())))
 
 
@@ -203,8 +202,5 @@ def refuse_plainly_wrong(found: Sequence[Finding], where: str, remedy: str) -> N
     """Raise InputError where there are hindrances: the run would look right and be wrong."""
     if found:
         more = f", and {counted(len(found) - 1, 'more error')}" if len(found) > 1 else ""
-        raise InputError(
-            f"it would not be tracked correctly: {found[0].where}: {found[0].what}{more}",
-            where=where,
-            remedy=remedy,
-        )
+        what = f"it would not be tracked correctly: {found[0].where}: {found[0].what}{more}"
+        raise InputError(what, where=where, remedy=remedy)

@@ -5,8 +5,8 @@ Frames are compared with the picture of the empty scene, after its light has bee
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import permutations
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ from stereotrack_core.depth.light import (
 from stereotrack_core.depth.sources import grey
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.images import spread
 from stereotrack_core.recording.importing.signals import reduced
 from stereotrack_core.recording.reader import FrameReader, ViewImages
 
@@ -35,65 +36,46 @@ _MOST_SHIFT = 2.0  # pixels in images 640 wide; rounding and people shift by up 
 _CHANGED, _NOISES = 10.0, 5.0  # grey levels, and sigmas of the noise, that a change has
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """One image beside that of the empty scene."""
-
-    gain: float
-    noise: float
-    clipped: float
-    shadow: float  # share of the image
-    shift: float  # pixels in images 640 wide
-    blur: float  # pixels, more than in the empty scene
-
-
-@dataclass(frozen=True)
-class _Measure:
-    """A measure of :class:`_Seen` whose median is told."""
-
-    name: str
-    scale: float
-    note: float
-    warning: float
-    words: str
-    remedy: str
-
+_Seen: TypeAlias = Mapping[str, float]
+"""One image beside that of the empty scene: ``gain``, ``noise``, ``clipped`` and ``shadow`` (shares
+of the image), ``shift`` (pixels in images 640 wide), ``blur`` (pixels, more than in the empty)."""
 
 _MEASURES = (
-    _Measure(
+    (
         "noise", 1.0, 4.0, 12.0,
         "the images have noise of {:.0f} grey levels",
         "Use more light, a wider aperture or less gain. The tracker filters the images, at the "
         "cost of fine texture.",
     ),
-    _Measure(
+    (
         "clipped", 100.0, 10.0, 40.0,
         "{:.0f} % of the image are black or white, and were not in the empty scene",
         "Nothing is measured there. Change the exposure.",
     ),
-    _Measure(
+    (
         "shadow", 100.0, 2.0, 15.0,
         "shadows or reflections cover {:.0f} % of the image",
         "Use light from several sides. Shadows on walls without texture are taken for the person.",
     ),
-    _Measure(
+    (
         "shift", 1.0, 0.4, _MOST_SHIFT,
         "the camera has moved by {:.1f} px since the picture of the empty scene (in images 640 px "
         "wide)",
         "Calibrate again and record the empty scene again, or fix the tripod.",
     ),
-    _Measure(
+    (
         "blur", 1.0, 1.2, 2.5,
         "the images are blurred by {:.1f} px against that of the empty scene",
         "Focus the lens on the person, or use a shorter exposure.",
     ),
 )  # fmt: skip
+"""Measures whose median is told: name, scale, least values of notes and warnings, text, remedy."""
 
 
 def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
     """Findings about light, flicker, shadows, noise and camera movement against empty scenes."""
     count = reader.frame_count
-    spread = np.unique(np.linspace(0, count - 1, min(_SPREAD, count)).astype(int)).tolist()
+    some = spread(count, _SPREAD)
     first = max((count - _SUCCESSIVE) // 2, 0)
     row = range(first, min(first + _SUCCESSIVE, count))
     scenes = {}
@@ -103,9 +85,9 @@ def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
             scenes[view.name] = empty_scene(grey(background[1]))
     if not scenes:
         return
-    images = {k: reader.frame_set(k).views for k in sorted({*spread, *row})}
+    images = {k: reader.frame_set(k).views for k in sorted({*some, *row})}
     for name, scene in scenes.items():
-        seen = [_seen(scene, images[k][name]) for k in spread if name in images[k]]
+        seen = [_seen(scene, images[k][name]) for k in some if name in images[k]]
         row_of = [grey(images[k][name].image) for k in row if name in images[k]]
         gains = [_gain(light_of(picture, scene), scene) for picture in row_of]
         if seen:
@@ -121,19 +103,19 @@ def _seen(scene: EmptyScene, images: ViewImages) -> _Seen:
     shift = _shift(light) * 640.0 / picture.shape[1]
     size = picture.shape[1], picture.shape[0]
     here = cv2.resize(_around(new), size, interpolation=cv2.INTER_NEAREST) == 0
-    return _Seen(
-        _gain(light, scene),
-        sensor_noise(picture),
-        max(_clipped(picture) - _clipped(scene.picture), 0.0),
-        float(np.mean(shadow & changed)),
-        shift,
-        relit(picture, scene, light, here).blur if shift < _MOST_SHIFT else 0.0,
-    )
+    return {
+        "gain": _gain(light, scene),
+        "noise": sensor_noise(picture),
+        "clipped": max(_clipped(picture) - _clipped(scene.picture), 0.0),
+        "shadow": float(np.mean(shadow & changed)),
+        "shift": shift,
+        "blur": relit(picture, scene, light, here).blur if shift < _MOST_SHIFT else 0.0,
+    }
 
 
 def _of_view(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
     """Findings about one view, by images spread over the recording."""
-    gains = np.array([one.gain for one in seen])
+    gains = np.array([one["gain"] for one in seen])
     gain, swing = float(np.median(gains)), float(np.ptp(gains)) / 2.0
     lock = "Lock exposure, gain and white balance, and record the empty scene in the same light."
     if abs(gain - 1.0) > _GAIN or swing > _GAIN:
@@ -142,12 +124,11 @@ def _of_view(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
         if swing > _GAIN:
             words += f", and change by {100 * swing:.0f} % while recording"
         yield _finding(max(abs(np.log(gain)), swing) > _MOST_GAIN, where, words, lock)
-    for measure in _MEASURES:
-        value = measure.scale * float(np.median([getattr(one, measure.name) for one in seen]))
-        if value > measure.note:
-            words = measure.words.format(value)
-            yield _finding(value > measure.warning, where, words, measure.remedy)
-    first, last = (np.median([one.shift for one in part]) for part in (seen[:3], seen[-3:]))
+    for name, scale, note, warning, text, remedy in _MEASURES:
+        value = scale * float(np.median([one[name] for one in seen]))
+        if value > note:
+            yield _finding(value > warning, where, text.format(value), remedy)
+    first, last = (np.median([one["shift"] for one in part]) for part in (seen[:3], seen[-3:]))
     if last - first > _MOST_SHIFT:
         words = f"the camera was moved while recording, by {last - first:.1f} px"
         remedy = "Leave the view out from then on, or calibrate the frames after it on their own."
@@ -217,9 +198,7 @@ def check_pictures(
     recording: Recording, reader: FrameReader, frames: int = _FRAMES
 ) -> Iterator[Finding]:
     """Findings about views whose background image is another's."""
-    count = reader.frame_count
-    spread = np.unique(np.linspace(0, count - 1, min(frames, count)).astype(int))
-    sets = [reader.frame_set(int(k)) for k in spread]
+    sets = [reader.frame_set(k) for k in spread(reader.frame_count, frames)]
     shown: dict[str, list[FloatArray]] = {}
     empty: dict[str, FloatArray] = {}
     for view in recording.views:

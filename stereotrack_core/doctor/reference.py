@@ -60,7 +60,7 @@ class Body:
     unknown: Callable[[FloatArray], BoolArray]  # which of points (N, 3), world, no view knows
 
 
-def bodies(instants: Instants, places: Places, frames: IntArray) -> Sequence[Body]:
+def bodies(instants: Instants, places: Places, frames: Sequence[int]) -> Sequence[Body]:
     """The instants, of these frames, at which any view measured the person."""
     found = []
     for frame, seen in zip(frames, instants, strict=True):
@@ -78,7 +78,7 @@ def bodies(instants: Instants, places: Places, frames: IntArray) -> Sequence[Bod
                 np.all([_unknown_to(one, points) for one in depths], axis=0), dtype=bool
             )
 
-        found.append(Body(int(frame), scipy.spatial.cKDTree(points), unknown))
+        found.append(Body(frame, scipy.spatial.cKDTree(points), unknown))
     return found
 
 
@@ -91,7 +91,7 @@ def _unknown_to(depth: ViewDepth, points: FloatArray) -> BoolArray:
     column, row = (np.where(inside, np.rint(np.nan_to_num(a)), 0).astype(int) for a in (u, v))
     measured = depth.range_z[row, column]
     hidden = depth.foreground[row, column] & (measured < z - _HIDDEN)
-    if depth.disparity is not None:  # stereo often fails on plain clothes and walls
+    if depth.geometry.baseline > 0:  # stereo often fails on plain clothes and walls
         hidden |= np.isnan(measured)
     return np.asarray(inside & hidden, dtype=bool)
 
@@ -105,29 +105,14 @@ def limbs_of(points: FloatArray) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-@dataclass(frozen=True, eq=False)
-class LimbFit:
-    """Distances (N,) of points on limbs from the surface, metres, at most 0.3; those that move."""
-
-    values: FloatArray
-    moving: BoolArray
-
-    @property
-    def mean(self) -> float:
-        """Of all of them; NaN where there are too few."""
-        return float(self.values.mean()) if len(self.values) >= _FEWEST else float("nan")
-
-    @property
-    def moving_rms(self) -> float:
-        """Root mean square of the points that move, which tells instants apart more sharply."""
-        some = self.values[self.moving]
-        return float(np.sqrt(np.mean(some**2))) if len(some) >= _FEWEST else float("nan")
-
-
 def limb_fit(
     measured: Sequence[Body], limbs: FloatArray, frame: IntArray, late: int = 0
-) -> LimbFit:
-    """Distances of limbs (F, N, 3) at frames (F,), taken as late by some frames."""
+) -> tuple[float, float]:
+    """Mean distance of limbs (F, N, 3) at frames (F,) from the surface, taken as late by some
+    frames, and the root mean square of points that move, which tells instants apart more sharply.
+
+    Metres, each distance at most 0.3; NaN where there are too few points.
+    """
     at = {int(k): i for i, k in enumerate(frame)}
     values, moving = [np.zeros(0)], [np.zeros(0, dtype=bool)]
     for body in measured:
@@ -140,7 +125,12 @@ def limb_fit(
         distance, _ = body.tree.query(points[seen])
         values.append(np.minimum(distance, _FARTHEST))
         moving.append(_moves(limbs, i)[known][seen])
-    return LimbFit(np.concatenate(values), np.concatenate(moving))
+    every = np.concatenate(values)
+    some = every[np.concatenate(moving)]
+    return (
+        float(every.mean()) if len(every) >= _FEWEST else float("nan"),
+        float(np.sqrt(np.mean(some**2))) if len(some) >= _FEWEST else float("nan"),
+    )
 
 
 def _moves(limbs: FloatArray, i: int) -> BoolArray:
@@ -165,37 +155,33 @@ def _misplaced(
 ) -> Finding | None:
     """The finding about place and time, by how far the limbs lie from the measured person."""
     frame, limbs = reference.frame, limbs_of(reference.points)
-    given = limb_fit(measured, limbs, frame)
+    mean, moving = limb_fit(measured, limbs, frame)
     if (late := _late(measured, limbs, frame)) is not None:
-        then = limb_fit(measured, limbs, frame, late)
+        _, then = limb_fit(measured, limbs, frame, late)
         frames = f"{abs(late)} frames ({1000 * abs(late) / fps:.0f} ms)"
         return Finding(
             "error" if abs(late) > _LEAST_LAG else "warning",
             "reference.csv",
             f"it is {frames} {'late' if late > 0 else 'early'}: limbs that move lie "
-            f"{_cm(given.moving_rms)} from the measured person",
+            f"{_cm(moving)} from the measured person",
             f"Make its frame numbers {'smaller' if late > 0 else 'larger'} by about {abs(late)} "
-            f"(tested: then they lie {_cm(then.moving_rms)} from it).",
+            f"(tested: then they lie {_cm(then)} from it).",
         )
-    moving = np.nan_to_num(given.moving_rms)
-    far = given.mean > _FITS or moving > _FITS_MOVING
-    if not (np.isfinite(given.mean) and far):
+    if not (mean > _FITS or moving > _FITS_MOVING) or np.isnan(mean):
         return None
-    beside = f"its limbs lie {_cm(given.mean)} from the measured person"
+    beside = f"its limbs lie {_cm(mean)} from the measured person"
     for axis, axes in _AXES.items():
-        changed = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
-        if changed.mean < min(_FITS, _MENDED * given.mean):
-            return Finding(
-                "error",
-                "reference.csv",
-                f"{axis}; {beside}",
-                f"Write {', '.join(axes)} for x, y, z (tested: then they lie {_cm(changed.mean)} "
-                "from it).",
+        changed, _ = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
+        if changed < min(_FITS, _MENDED * mean):
+            remedy = (
+                f"Write {', '.join(axes)} for x, y, z (tested: then they lie {_cm(changed)} "
+                "from it)."
             )
-    if np.isfinite(given.moving_rms):
-        beside = f"{beside}, and those that move {_cm(given.moving_rms)}"
+            return Finding("error", "reference.csv", f"{axis}; {beside}", remedy)
+    if np.isfinite(moving):
+        beside = f"{beside}, and those that move {_cm(moving)}"
     return Finding(
-        "error" if max(given.mean, moving) > _WRONG else "warning",
+        "error" if np.fmax(mean, moving) > _WRONG else "warning",
         "reference.csv",
         f"{beside} (less than 5 cm usually)",
         "It may belong to another recording or another world frame: no usual slip explains it.",
@@ -216,9 +202,9 @@ def _cm(metres: float) -> str:
 def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int | None:
     """Frames by which the reference is late where it fits clearly better then; None elsewhere."""
     fits = {
-        late: fit.moving_rms
+        late: moving
         for late in range(-_LONGEST_LAG, _LONGEST_LAG + 1)
-        if np.isfinite((fit := limb_fit(measured, limbs, frame, late)).moving_rms)
+        if np.isfinite(moving := limb_fit(measured, limbs, frame, late)[1])
     }
     if 0 not in fits:
         return None

@@ -10,7 +10,7 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.chain import DepthChain, rectification_of
 from stereotrack_core.depth.cloud import ViewDepth, seen_through
 from stereotrack_core.depth.parameters import DepthParameters
@@ -20,9 +20,10 @@ from stereotrack_core.doctor.pairs import exchanged_views
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.images import spread
 from stereotrack_core.recording.reader import FrameReader
 
-_FRAMES = 8
+MEASURED = 8  # frames that views are measured in, spread over the recording
 _EVERYWHERE = 100_000.0  # metres of a working volume that leaves nothing out
 _FARTHEST = 8.0  # metres from a camera beyond which nothing is a person that this measures
 _MOST_POINTS = 1500  # points of a view and frame that are compared
@@ -49,18 +50,12 @@ class Seen:
 Instants = Sequence[Mapping[str, Seen]]  # of the views, instant by instant, by name
 
 
-def measured_frames(reader: FrameReader) -> IntArray:
-    """The frames that views are measured in."""
-    count = reader.frame_count
-    return np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(np.int64))
-
-
 def measured_views(
     recording: Recording,
     reader: FrameReader,
     views: Sequence[str],
     parameters: DepthParameters | None = None,
-    frames: Sequence[int] | IntArray | None = None,
+    frames: Sequence[int] | None = None,
 ) -> tuple[Instants, Places]:
     """Measure the person in some views, in frames spread or given. Raises InputError."""
     given = settled(recording, parameters or DepthParameters(), reader, views)
@@ -68,11 +63,11 @@ def measured_views(
         volume_x=_EVERYWHERE, volume_y=_EVERYWHERE, volume_z=_EVERYWHERE,
         volume_bottom=-0.5 * _EVERYWHERE, disparity_from_volume=False, subpixel="matcher",
     )  # fmt: skip
-    frames = measured_frames(reader) if frames is None else frames
+    frames = spread(reader.frame_count, MEASURED) if frames is None else frames
     chain = DepthChain(recording, everywhere, views=views)
     try:
         chain.learn_background(reader, range(reader.frame_count))
-        clouds = [chain.process(reader.frame_set(int(k))) for k in frames]
+        clouds = [chain.process(reader.frame_set(k)) for k in frames]
         places = {name: one.world_from_depth for name, one in chain.geometry.items()}
     finally:
         chain.close()
@@ -156,12 +151,9 @@ def check_views(recording: Recording, instants: Instants, places: Places) -> Ite
     absent = [name for name in places if not any(name in seen for seen in instants)]
     measured = {name: place for name, place in places.items() if name not in absent}
     for name in absent if len(measured) > 1 else ():
-        yield Finding(
-            "warning",
-            f"view {name}",
-            "it measures nothing of the person, whom the other views see",
-            "Check its images, its calibration, and that it belongs to this recording.",
-        )
+        what = "it measures nothing of the person, whom the other views see"
+        remedy = "Check its images, its calibration, and that it belongs to this recording."
+        yield Finding("warning", f"view {name}", what, remedy)
     if len(measured) < 2:
         return
     given = misfits(instants, measured)

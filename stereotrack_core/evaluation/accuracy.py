@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.evaluation.summary import (
     Doubts,
@@ -87,7 +87,13 @@ def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float
         covariance[~known] = np.nan
         hips = covariance[:, _places("hip")].mean(axis=1)
         values["torso_position"] = 1000.0 * root_mean(np.trace(hips, axis1=1, axis2=2))
-        values["torso_cross"] = _cross_deg(points, covariance)
+        left, right = _places("shoulder")
+        axis = points[:, right] - points[:, left]
+        length = np.linalg.norm(axis, axis=1)
+        unit = axis / np.where(length > 0, length, np.nan)[:, None]
+        both = covariance[:, left] + covariance[:, right]
+        across = np.trace(both, axis1=1, axis2=2) - np.einsum("fi,fij,fj->f", unit, both, unit)
+        values["torso_cross"] = float(np.degrees(root_mean(across / np.square(length))))
     if reference.limb_sigma_deg is not None:
         sigma = reference.limb_sigma_deg[chosen]
         for i, limb in enumerate(LIMBS):
@@ -113,17 +119,6 @@ def stated(error: float, unit: str, quality: Mapping[str, float], measure: str) 
     text = f"{error:.1f} {unit}" if np.isfinite(error) else f"- {unit}"
     good = quality.get(measure)
     return text if good is None else f"{text}, reference uncertainty {good:.1f}"
-
-
-def _cross_deg(nine: FloatArray, covariance: FloatArray) -> float:
-    """Angle of the line between the shoulders, degrees."""
-    left, right = _places("shoulder")
-    axis = nine[:, right] - nine[:, left]
-    length = np.linalg.norm(axis, axis=1)
-    unit = axis / np.where(length > 0, length, np.nan)[:, None]
-    both = covariance[:, left] + covariance[:, right]
-    across = np.trace(both, axis1=1, axis2=2) - np.einsum("fi,fij,fj->f", unit, both, unit)
-    return float(np.degrees(root_mean(across / np.square(length))))
 
 
 def _places(joint: str) -> list[int]:

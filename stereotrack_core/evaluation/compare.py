@@ -149,17 +149,13 @@ def interval(values: FloatArray, weight: FloatArray, block: int) -> tuple[float,
     n = len(values)
     mean = float(np.average(values, weights=weight))
     away = (values - mean) * weight / weight.mean()
-    variance = float(np.mean(_block_sums(away, block) ** 2)) / (block * n)
+    # sums of the blocks that begin at each frame; after the last frame comes the first
+    summed = np.concatenate([[0.0], np.cumsum(np.concatenate([away, away[: block - 1]]))])
+    variance = float(np.mean((summed[block:] - summed[:-block]) ** 2)) / (block * n)
     blocks = n / block
     student = float(scipy.special.stdtrit(blocks - 1.0, 0.5 * (1.0 + LEVEL)))
     half = student * math.sqrt(variance * blocks / (blocks - 1.0))
     return mean - half, mean + half
-
-
-def _block_sums(values: FloatArray, block: int) -> FloatArray:
-    """Sum (n,) of the block that begins at each frame; after the last frame comes the first."""
-    summed = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values[: block - 1]]))])
-    return np.asarray(summed[block:] - summed[:-block])
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,15 +216,13 @@ def compare(
     truth = _truth_at(reference, shared)
     measured = [_measures(candidate, truth) for candidate in chosen]
     first, *others = zip(chosen, measured, strict=True)
-    pairs = (
-        Pair(
-            first[0].name,
-            other.name,
-            _differences(first[1], measures),
-            _apart(first[0].trajectory, other.trajectory),
-        )
-        for other, measures in others
-    )
+    pairs = []
+    for other, measures in others:
+        theirs = {one.measure.name: one for one in measures}
+        own = [one for one in first[1] if one.measure.name in theirs]
+        differences = tuple(paired(one, theirs[one.measure.name]) for one in own)
+        apart = _apart(first[0].trajectory, other.trajectory)
+        pairs.append(Pair(first[0].name, other.name, differences, apart))
     names = tuple(candidate.name for candidate in candidates)
     return Comparison(names, shared, truth is not None, tuple(pairs))
 
@@ -306,12 +300,6 @@ def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[S
     known = np.isfinite(candidate.trajectory.points).any(axis=(1, 2))
     rows.append(("not_tracked", "frames not tracked", "%", np.where(known, 0.0, 100.0)))
     return tuple(Series.of(values, *measure) for *measure, values in rows)
-
-
-def _differences(first: Sequence[Series], second: Sequence[Series]) -> tuple[Paired, ...]:
-    others = {one.measure.name: one for one in second}
-    own = [one for one in first if one.measure.name in others]
-    return tuple(paired(one, others[one.measure.name]) for one in own)
 
 
 def _apart(first: LandmarkTrajectory, second: LandmarkTrajectory) -> Summary:

@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray, IntArray, stretches_of
 from stereotrack_core.body.skeleton import HEAD, PARTS
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -188,11 +186,6 @@ def angles_of_run(run: Run) -> JointAngles:
     return JointAngles(found.frame, np.where(tracked, found.angle, np.nan))
 
 
-def angles_of_reference(reference: Reference, max_sigma: float = MAX_SIGMA) -> JointAngles:
-    """Angles of the landmarks that are known within a standard deviation, in metres."""
-    return angles_of_trajectory(reference.trajectory(max_sigma))
-
-
 def unwrapped(frame: IntArray, angle: FloatArray) -> FloatArray:
     """Take away jumps by whole turns of angles (F, A) in any range, radians.
 
@@ -202,23 +195,13 @@ def unwrapped(frame: IntArray, angle: FloatArray) -> FloatArray:
     for column, (name, lowest) in enumerate(_LOWEST.items()):
         if lowest is not None:
             begin = lowest
-            for stretch in _stretches(frame, np.isfinite(angle[:, column])):
+            for stretch in stretches_of(np.isfinite(angle[:, column]), frame):
                 values = np.unwrap(angle[stretch, column])
                 turns = np.floor((values[0] - begin) / (2.0 * np.pi))
                 result[stretch, column] = values - 2.0 * np.pi * turns
                 if name == _CONTINUES:
                     begin = result[stretch, column][-1] - np.pi
     return result
-
-
-def _stretches(frame: IntArray, known: BoolArray) -> list[slice]:
-    """Places of successive frames (F,) that are all known (F,), as slices."""
-    places = np.flatnonzero(known)
-    if not len(places):
-        return []
-    follows = (np.diff(places) == 1) & (np.diff(frame[places]) == 1)
-    ends = [0, *(np.flatnonzero(~follows) + 1), len(places)]
-    return [slice(int(places[a]), int(places[b - 1]) + 1) for a, b in pairwise(ends)]
 
 
 _DIGITS = 4

@@ -96,11 +96,12 @@ def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory
     found = _whole_landmarks(points_at(trajectory, frame))
     axes, true_axes = _axes(found), _axes(truth)
     angles = {name: _angles(axis, true_axes[name]) for name, axis in axes.items()}
+    hips, true_hips = (_both(points, "hip").mean(axis=1) for points in (found, truth))
+    distance = np.linalg.norm(hips - true_hips, axis=-1)
+    missed = np.where(np.isnan(distance), NOT_TRACKED_POSITION, distance)
     return LimbErrors(
         frame=frame,
-        torso_position=_distances(
-            _both(found, "hip").mean(axis=1), _both(truth, "hip").mean(axis=1)
-        ),
+        torso_position=np.where(np.isnan(true_hips).any(axis=-1), np.nan, missed),
         **angles,
         tracked=np.asarray(np.isfinite(found).any(axis=(1, 2))),
     )
@@ -112,7 +113,6 @@ def knows_something(trajectory: LandmarkTrajectory) -> BoolArray:
 
 
 def _whole_landmarks(points: FloatArray) -> FloatArray:
-    """Blank landmarks of which only some coordinates are known."""
     return np.where(np.isfinite(points).all(axis=-1, keepdims=True), points, np.nan)
 
 
@@ -145,12 +145,6 @@ def _angles(axis: FloatArray, true_axis: FloatArray) -> FloatArray:
     scored = (true_axis != 0).any(axis=-1) & np.isfinite(true_axis).all(axis=-1)
     missed = np.where(np.isnan(angle), NOT_TRACKED_ANGLE, angle)
     return np.where(scored, missed, np.nan)
-
-
-def _distances(found: FloatArray, truth: FloatArray) -> FloatArray:
-    distance = np.linalg.norm(found - truth, axis=-1)
-    missed = np.where(np.isnan(distance), NOT_TRACKED_POSITION, distance)
-    return np.where(np.isnan(truth).any(axis=-1), np.nan, missed)
 
 
 LOST_ANGLE = np.deg2rad(45.0)  # an arm segment farther off than this is lost

@@ -23,8 +23,9 @@ from stereotrack_core.tracking.run_checks import (
     Blindness,
     Gap,
     Untracked,
-    ViewProblems,
+    blind_stretches,
     gaps_of,
+    untracked_in,
 )
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.second_look import LOOKING_AGAIN
@@ -61,7 +62,7 @@ class TrackedRun:
             "blind_views": self.blind,
             "heading": run.meta.get(HEADING),
             "warnings": list(run.meta["warnings"]),
-            "untracked_because": self.untracked.causes(),
+            "untracked_because": self.untracked.causes,
             "points": self.untracked.counts,
             "smoothed": bool(run.meta.get("smoothed", False)),
             "bridged": list(run.meta.get("bridged", [])),
@@ -88,21 +89,9 @@ class _Course:
     stopped: Callable[[], bool]
     before: int
     begun: UnfinishedRun | None
-    untracked: Untracked
-    reasons: list[tuple[int, str]] = field(default_factory=list)
-    problems: ViewProblems = field(default_factory=ViewProblems)
+    frames: list[TrackedFrame]  # so far, without clouds
     changed: list[int] = field(default_factory=list)
     steps: int = 0
-    noted: list[TrackedFrame] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        for frame in () if self.begun is None else self.begun.done:
-            self._take(frame.without_cloud())
-
-    @property
-    def done(self) -> int:
-        """Frames that there are."""
-        return len(self.noted)
 
     def prepare(self, stage: str, _done: int, _count: int) -> None:
         """A part of what is no next frame: of what comes before the first, or of a second look."""
@@ -110,35 +99,19 @@ class _Course:
             self.steps += 1
             self.show(self.steps, "")
         elif stage == LOOKING_AGAIN:
-            self.show(self.before + self.done, stage)
+            self.show(self.before + len(self.frames), stage)
         if self.stopped():
             raise Cancelled
 
     def note(self, gained: Replaced) -> None:
         """New frames of the run, in the place of all from the first of them on."""
-        if self.noted and gained.first <= self.noted[-1].frame:
-            self._begin_again(gained.first)
+        if self.frames and gained.first <= self.frames[-1].frame:
+            self.begun, self.changed = None, []  # what was begun before is done again as well
+        self.frames = gained.into(self.frames)
         for frame in gained.frames:
-            self._take(frame.without_cloud())
             if self.begun is not None and self.begun.changed_by(frame):
                 self.changed.append(frame.frame)
-            self.show(self.before + self.done, "")
-
-    def _begin_again(self, first: int) -> None:
-        """Forget the frames from `first` on; what was begun before is done again as well."""
-        kept = [frame for frame in self.noted if frame.frame < first]
-        self.begun, self.problems = None, ViewProblems()
-        self.untracked = Untracked(self.untracked.recording, self.untracked.settings)
-        self.reasons, self.changed, self.noted = [], [], []
-        for frame in kept:
-            self._take(frame)
-
-    def _take(self, frame: TrackedFrame) -> None:
-        self.noted.append(frame)
-        self.problems.note(frame.frame, frame.problems)
-        self.untracked.note(frame)
-        if not frame.tracked:
-            self.reasons.append((frame.frame, frame.reason))
+            self.show(self.before + len(self.frames), "")
 
 
 def track_recording(
@@ -163,8 +136,8 @@ def track_recording(
     def clock() -> float:
         return time.perf_counter() - started
 
-    untracked = Untracked(recording, spec.settings)
-    course = _Course(on_step, cancelled, steps(spec, wanted, begun) - wanted, begun, untracked)
+    done = [] if begun is None else [frame.without_cloud() for frame in begun.done]
+    course = _Course(on_step, cancelled, steps(spec, wanted, begun) - wanted, begun, done)
     journal = None if part is None else RunJournal(part, clock, Wish(spec.smooth, count))
 
     def note(advance: Advance) -> None:
@@ -181,7 +154,8 @@ def track_recording(
             begun=begun,
             count=count,
         )
-    return _tracked(run, course, clock(), wanted)
+    untracked = untracked_in(course.frames, recording, spec.settings)
+    return _tracked(run, course, untracked, clock(), wanted)
 
 
 def steps(spec: RunSpec, count: int, begun: UnfinishedRun | None = None) -> int:
@@ -190,10 +164,12 @@ def steps(spec: RunSpec, count: int, begun: UnfinishedRun | None = None) -> int:
     return count + (min(LENGTH_FRAMES, len(spec.frames_of(0))) if first_pass else 0)
 
 
-def _tracked(run: Run, course: _Course, seconds: float, wanted: int) -> TrackedRun:
+def _tracked(
+    run: Run, course: _Course, untracked: Untracked, seconds: float, wanted: int
+) -> TrackedRun:
     bridged = {*run.meta["bridged"], *run.meta.get(REPAIRED, ())}
-    reasons = [(frame, reason) for frame, reason in course.reasons if frame not in bridged]
-    blind = course.problems.stretches()
+    gone = [one for one in course.frames if not (one.tracked or one.frame in bridged)]
+    blind = blind_stretches(course.frames)
     meta = {
         **run.meta,
         "wall_seconds": seconds,
@@ -203,9 +179,9 @@ def _tracked(run: Run, course: _Course, seconds: float, wanted: int) -> TrackedR
     return TrackedRun(
         run=dataclasses.replace(run, meta=meta),
         wanted=wanted,
-        gaps=gaps_of(reasons),
+        gaps=gaps_of([(one.frame, one.reason) for one in gone]),
         blind=blind,
         stopped=len(run.frame) < wanted,
-        untracked=course.untracked,
+        untracked=untracked,
         changed=tuple(course.changed),
     )

@@ -1,19 +1,9 @@
 """The unscented correction in O(m n^2), equal to the dense one (docs/method.md 4.3)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Correction:
-    """Change of the state and its covariance after a correction."""
-
-    dx: FloatArray  # (n,). To be added to the state.
-    P: FloatArray  # (n, n)
 
 
 def normalised(nu: FloatArray, variance: FloatArray) -> float:
@@ -23,8 +13,8 @@ def normalised(nu: FloatArray, variance: FloatArray) -> float:
 
 def correct(
     P: FloatArray, dX: FloatArray, dY: FloatArray, Wc: FloatArray, nu: FloatArray, R: FloatArray
-) -> Correction:
-    """Correct a state with m measurements of independent noise.
+) -> tuple[FloatArray, FloatArray]:
+    """Change (n,) of a state by m measurements of independent noise, and its covariance (n, n).
 
     With V = dY R^-1, G = V dY', q = V nu and M = I + G Wc: dx = dX' Wc M^-1 q and P - dX' Wc M^-1 G
     Wc dX, which are the dense K nu and P - K Pnunu K' of section 2.2.1 by the matrix inversion
@@ -52,4 +42,4 @@ def correct(
     weighted = dX.T * Wc
     dx = weighted @ solved[:, 0]
     after = P - weighted @ (solved[:, 1:] @ dX)
-    return Correction(dx, 0.5 * (after + after.T))
+    return dx, 0.5 * (after + after.T)

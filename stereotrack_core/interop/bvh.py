@@ -11,7 +11,6 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -57,14 +56,10 @@ def skeleton(landmarks: FloatArray, known: BoolArray) -> tuple[FloatArray, list[
     world_from_chest = _frame(across, world_from_hips[..., 1], exact="x")
     still = np.broadcast_to(np.eye(3), world_from_hips.shape)
     neck = _turn(_UP, _local(world_from_chest, at["head"] - shoulders))
+    chest = np.swapaxes(world_from_hips, -1, -2) @ world_from_chest
     joints = [
         Joint("hips", "", np.zeros(3), world_from_hips),
-        Joint(
-            "chest",
-            "hips",
-            _UP * length("hips", "shoulders"),
-            np.swapaxes(world_from_hips, -1, -2) @ world_from_chest,
-        ),
+        Joint("chest", "hips", _UP * length("hips", "shoulders"), chest),
         Joint("neck", "chest", np.zeros(3), neck),
         Joint("head", "neck", _UP * length("shoulders", "head"), still),
     ]
@@ -133,7 +128,14 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     lines = ["HIERARCHY", *_hierarchy(joints, joints[0], 0), "MOTION", f"Frames: {len(points)}"]
     lines.append(f"Frame Time: {1.0 / fps:.10g}")
     lines += [" ".join(f"{value:.6f}" for value in row) for row in channels.tolist()]
-    notes = _notes(fps, first, (np.flatnonzero(unknown.any(axis=1)) + first).tolist())
+    notes = {
+        "unit": "cm",
+        "axes": "X = -x (the person's left when facing north), Y = z (up), Z = y (north)",
+        "rotation_order": "intrinsic Z, X, Y in degrees",
+        "frames_per_second": fps,
+        "first_frame": first,
+        "frames_with_held_landmarks": (np.flatnonzero(unknown.any(axis=1)) + first).tolist(),
+    }
     beside = path.with_name(path.name + ".json")
     write_files({path: "\n".join(lines) + "\n", beside: json.dumps(notes, indent=2) + "\n"})
 
@@ -146,17 +148,6 @@ def _held(values: FloatArray, unknown: BoolArray) -> FloatArray:
         last = np.searchsorted(known, np.arange(len(values)), side="right") - 1
         result[:, k] = values[known[np.maximum(last, 0)], k]
     return result
-
-
-def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:
-    return {
-        "unit": "cm",
-        "axes": "X = -x (the person's left when facing north), Y = z (up), Z = y (north)",
-        "rotation_order": "intrinsic Z, X, Y in degrees",
-        "frames_per_second": fps,
-        "first_frame": first,
-        "frames_with_held_landmarks": held,
-    }
 
 
 def _euler_zxy_deg(rotation: FloatArray) -> FloatArray:
@@ -179,17 +170,17 @@ def _hierarchy(joints: list[Joint], joint: Joint, depth: int) -> list[str]:
     kind, channels = "JOINT", "CHANNELS 3 "
     if not joint.parent:
         kind, channels = "ROOT", "CHANNELS 6 Xposition Yposition Zposition "
-    lines = [f"{indent}{kind} {joint.name}", f"{indent}{{", f"{inner}{_offset(joint.offset)}"]
-    lines.append(f"{inner}{channels}Zrotation Xrotation Yrotation")
+    x, y, z = (joint.offset + 0.0).tolist()  # adding zero turns -0.0 into 0.0
+    lines = [
+        f"{indent}{kind} {joint.name}",
+        f"{indent}{{",
+        f"{inner}OFFSET {x:.6f} {y:.6f} {z:.6f}",
+        f"{inner}{channels}Zrotation Xrotation Yrotation",
+    ]
     children = [child for child in joints if child.parent == joint.name]
     for child in children:
         lines += _hierarchy(joints, child, depth + 1)
     if not children:
-        end = ["End Site", "{", f"\t{_offset(np.zeros(3))}", "}"]
+        end = ["End Site", "{", "\tOFFSET 0.000000 0.000000 0.000000", "}"]
         lines += [f"{inner}{line}" for line in end]
     return [*lines, f"{indent}}}"]
-
-
-def _offset(offset: FloatArray) -> str:
-    x, y, z = (offset + 0.0).tolist()  # adding zero turns -0.0 into 0.0
-    return f"OFFSET {x:.6f} {y:.6f} {z:.6f}"

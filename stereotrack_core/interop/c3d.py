@@ -64,19 +64,19 @@ _PROCESSORS = {84: _Processor(), 85: _Processor(vax_floats=True), 86: _Processor
 class _C3DContent:
     """What a file holds of points (F, N, 3), in `units` and NaN where marked as missing.
 
-    The first frame is counted from 0, as ezc3d does, though the file counts from 1; `right` and
-    `vertical` are ``POINT:X_SCREEN`` and ``POINT:Y_SCREEN``, empty where not stated. A point
-    without a label has an empty one.
+    The first frame is counted from 0, as ezc3d does, though the file counts from 1. A point without
+    a label has an empty one. `texts` are the parameters of :data:`_TEXTS` that are stated.
     """
 
     first_frame: int
     rate: float
-    units: str
-    right: str
-    vertical: str
+    texts: Mapping[str, str]
     labels: tuple[str, ...]
     points: FloatArray
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
+
+
+_TEXTS = ("POINT:UNITS", "POINT:X_SCREEN", "POINT:Y_SCREEN")
 
 
 @dataclass(frozen=True)
@@ -138,14 +138,11 @@ def _content(data: bytes, processor: _Processor, parameters: dict[str, _Paramete
     rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale
     points[(rows[..., 3] < 0) | ~np.isfinite(points).all(axis=-1)] = np.nan
-    units, right, vertical = (
-        "".join(parameters[name].texts()[:1]) if name in parameters else ""
-        for name in ("POINT:UNITS", "POINT:X_SCREEN", "POINT:Y_SCREEN")
-    )
+    texts = {name: "".join(parameters[name].texts()[:1]) for name in _TEXTS if name in parameters}
     labels, notes = _labels(parameters, count), (*about_rate, *notes)
     if unlabelled := labels.count(""):
         notes += (f"{counted(unlabelled, 'point')} of {count} without a label left out",)
-    return _C3DContent(first, rate, units, right, vertical, labels, points, notes)
+    return _C3DContent(first, rate, texts, labels, points, notes)
 
 
 def _rate_of(
@@ -188,38 +185,30 @@ def _stretch(
     if not (overflown or by_size) and (
         in_header == 0 or (0 < in_header <= room and point_frames in (0, in_header))
     ):
-        return _begun(first, start if trial == in_header else 0, in_header, ())
-    statements = {
-        "the group TRIAL": trial,
-        "POINT:LONG_FRAMES": long_frames,
-        "its size": by_size,
-        "POINT:FRAMES": point_frames,
-        "the header": in_header,
-        # Optotrak states frames that it has not written; a copy that was cut ends within one
-        "its end": room if row and len(data) % row == 0 else 0,
-    }
-    source = next((name for name, value in statements.items() if 0 < value <= room), "")
-    if not source:
-        raise ValueError("the file ends before its last frame")
-    frames = statements[source]
-    note = f"{counted(frames, 'frame')} by {source}; the header states {in_header}"
-    notes = () if frames == in_header else (note,)
-    return _begun(first, start if frames == trial else 0, frames, notes)
-
-
-def _begun(
-    in_header: int, stated: int, frames: int, notes: tuple[str, ...]
-) -> tuple[int, int, tuple[str, ...]]:
-    """First frame, counted from 0, number of frames, and notes.
-
-    ``TRIAL:ACTUAL_START_FIELD`` (0 if not stated) goes before the header's number of 16 bits.
-    """
-    if stated in (0, in_header):
-        return in_header - 1, frames, notes
-    if stated <= _LARGEST_WORD:
-        begins = f"begins at frame {stated} by TRIAL:ACTUAL_START_FIELD"
-        notes += (f"{begins}; the header states {in_header}",)
-    return stated - 1, frames, notes
+        frames = in_header
+    else:
+        statements = {
+            "the group TRIAL": trial,
+            "POINT:LONG_FRAMES": long_frames,
+            "its size": by_size,
+            "POINT:FRAMES": point_frames,
+            "the header": in_header,
+            # Optotrak states frames that it has not written; a copy that was cut ends within one
+            "its end": room if row and len(data) % row == 0 else 0,
+        }
+        source = next((name for name, value in statements.items() if 0 < value <= room), "")
+        if not source:
+            raise ValueError("the file ends before its last frame")
+        frames = statements[source]
+    notes = []
+    if frames != in_header:
+        notes.append(f"{counted(frames, 'frame')} by {source}; the header states {in_header}")
+    if start in (0, first) or frames != trial:
+        return first - 1, frames, tuple(notes)
+    if start <= _LARGEST_WORD:  # it goes before the header's number of 16 bits
+        begins = f"begins at frame {start} by TRIAL:ACTUAL_START_FIELD"
+        notes.append(f"{begins}; the header states {first}")
+    return start - 1, frames, tuple(notes)
 
 
 def _frames_by_size(data: bytes, row: int, counted_frames: int) -> int:
@@ -347,42 +336,37 @@ def _new_file(fps: float, first: int, frames: int) -> Any:
     return file
 
 
-def read_c3d(
-    path: Path, stated: landmark_file.Stated | None = None
-) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks, matched by name and NaN where lacking, and frame rate of a C3D file.
+def read_c3d(path: Path, stated: landmark_file.Stated) -> LandmarkTrajectory:
+    """Landmarks of a C3D file, matched by name and NaN where lacking.
 
     Up and east are where the file's screen has them, else z and x. InputError for a damaged file,
     unknown axes or unit, or a file without any of the nine landmarks.
     """
-    stated = stated or landmark_file.Stated()
     try:
         content = _parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
         raise InputError(
             str(error), where=str(path), remedy="Use another copy of the file, or export it again."
         ) from error
-    metres = landmark_file.metres_per(content.units, f"{path}, POINT:UNITS")
+    metres = landmark_file.metres_per(content.texts.get("POINT:UNITS", ""), f"{path}, POINT:UNITS")
     stated_axes = stated.world_from_file is not None
     axes = landmark_file.FileAxes(np.eye(3), "") if stated_axes else _axes_of_screen(content, path)
     markers = Markers(content.labels, metres * content.points, axes, path, "POINT:LABELS")
     points, notes = landmarks_in_world(markers, stated)
     notes = (*(Finding("note", str(path), note, "") for note in content.notes), *notes)
     frame = np.arange(content.first_frame, content.first_frame + len(points), dtype=np.int64)
-    return LandmarkTrajectory(frame, points, content.rate, notes), content.rate
+    return LandmarkTrajectory(frame, points, content.rate, notes)
 
 
 def _axes_of_screen(content: _C3DContent, path: Path) -> landmark_file.FileAxes:
     """Axes of a file, of which the screen's vertical one points up and its right one east."""
-    up, east = (
-        landmark_file.axis_in(content.vertical or "+Z"),
-        landmark_file.axis_in(content.right or "+X"),
-    )
+    screen = {name: content.texts.get(name, "") for name in ("POINT:X_SCREEN", "POINT:Y_SCREEN")}
+    right, vertical = screen.values()
+    east, up = landmark_file.axis_in(right or "+X"), landmark_file.axis_in(vertical or "+Z")
     if up is None:
-        what = f"{content.vertical!r} is not an axis"
+        what = f"{vertical!r} is not an axis"
         remedy = "State the axes that point east, north and up with --axes."
         raise InputError(what, where=f"{path}, POINT:Y_SCREEN", remedy=remedy)
-    screen = {"POINT:X_SCREEN": content.right, "POINT:Y_SCREEN": content.vertical}
     given = [name for name, text in screen.items() if text]
     words = f"as stated by {' and '.join(given)}" if given else "as usual in C3D"
     return landmark_file.FileAxes(landmark_file.world_from_up(up, east), words)

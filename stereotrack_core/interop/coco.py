@@ -81,7 +81,13 @@ def read_coco(source: label_source.LabelSource) -> label_source.Labels:
             "no category has keypoints", where=str(path), remedy="Export keypoints, not boxes."
         )
     there = [one for one in content["annotations"] if one.get("keypoints") is not None]
-    _refuse_scores(path, there)
+    marks = (v for one in there for v in one["keypoints"][2::3])
+    score = next((v for v in marks if isinstance(v, float) and not v.is_integer()), None)
+    if score is not None:
+        what = f"its keypoints have confidences ({score:g}), so they are predictions and no labels"
+        window = "File, Import predictions in the workbench"
+        remedy = f"Import them with `stereotrack import predictions`, or {window}."
+        raise InputError(what, where=str(path), remedy=remedy)
     place_of_picture = places_of_images(content["images"], source)
     seen: set[tuple[int, str]] = set()
 
@@ -100,17 +106,6 @@ def read_coco(source: label_source.LabelSource) -> label_source.Labels:
     return source.labels(theirs, there, read)
 
 
-def _refuse_scores(path: Path, annotations: Iterable[Mapping[str, Any]]) -> None:
-    """Refuse predictions, whose third numbers are confidences instead of visibilities."""
-    marks = (v for one in annotations for v in one["keypoints"][2::3])
-    score = next((v for v in marks if isinstance(v, float) and not v.is_integer()), None)
-    if score is not None:
-        what = f"its keypoints have confidences ({score:g}), so they are predictions and no labels"
-        window = "File, Import predictions in the workbench"
-        remedy = f"Import them with `stereotrack import predictions`, or {window}."
-        raise InputError(what, where=str(path), remedy=remedy)
-
-
 def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, Any]:
     keypoints: list[float] = []
     for name in names:
@@ -120,9 +115,8 @@ def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) 
         else:
             keypoints += [*map(float, click.position), int(click.visibility)]
     places = [click.position for click in clicks.values() if click.position is not None]
-    low = [min((place[i] for place in places), default=0.0) for i in (0, 1)]
-    high = [max((place[i] for place in places), default=0.0) for i in (0, 1)]
-    size = [high[i] - low[i] for i in (0, 1)]
+    axes = list(zip(*places, strict=True)) or [(0.0,), (0.0,)]
+    low, size = [min(axis) for axis in axes], [max(axis) - min(axis) for axis in axes]
     return {
         "id": number,
         "image_id": number,

@@ -1,7 +1,10 @@
 """DeepLabCut's tables of labels and of predictions: one file for each camera.
 
-CSV; HDF5 (:mod:`deeplabcut_hdf5`) is read only: DeepLabCut itself makes it of the CSV, by
-``deeplabcut.convertcsv2h5``.
+CSV; HDF5 is read only: DeepLabCut itself makes it of the CSV, by ``deeplabcut.convertcsv2h5``. It
+is a table of pandas with the key ``df_with_missing``, of the format ``fixed`` or ``table``, read by
+h5py alone, which runs nothing that a file may hold. The format ``table`` keeps names of columns as
+a pickle, of which only texts, numbers, lists and tuples are read; anything else is refused, as it
+could run a program.
 
 Labels have the pictures' paths in the first column (or in the first three), predictions the number
 of the frame and a likelihood for each point. Coordinates are raw-image pixels, (0, 0) the centre of
@@ -9,19 +12,26 @@ the first one. The table has no column for how a landmark is seen: one that is g
 seen, and one that is outside the image has no values, like one that nobody has labelled.
 """
 
+import io
 import math
+import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, NoReturn, TypeAlias
+
+import numpy as np
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_files
 from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import label_source
-from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable, stored_table
+from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.reading import TABLE_BYTES, decoding
 from stereotrack_core.tables import csv_text, read_cells
+from stereotrack_core.versions import check_library
 
 # Not read by sleap-io (0.9.5): it gives no labels and no complaint for a CSV whose pictures are not
 # beside it, or of predictions, and cannot open the HDF5 files.
@@ -65,22 +75,9 @@ class DeepLabCutTable(NamedTuple):
 def read_table(path: Path, remedy: str) -> DeepLabCutTable:
     """The table of a CSV or HDF5 file; InputError where it cannot be read."""
     if path.suffix.lower() == ".h5":
-        return table_of_stored(path, stored_table(path))
-    return table_of(path, read_cells(path, headers=3), remedy)
-
-
-def table_of_stored(path: Path, table: StoredTable) -> DeepLabCutTable:
-    """The table of an HDF5 file."""
-    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
-    rows: list[Row] = [
-        (f"{path}, row {'/'.join(named)}", named, values)
-        for named, values in zip(table.rows, table.values.tolist(), strict=True)
-    ]
-    return DeepLabCutTable(columns, rows)
-
-
-def table_of(path: Path, lines: Sequence[Sequence[str]], remedy: str) -> DeepLabCutTable:
-    """The table of the lines of a file; InputError where those before the numbers do not fit."""
+        check_h5py(path)
+        return table_of_stored(path, read_hdf5(path, _stored, _WHAT, _REMEDY))
+    lines = read_cells(path, headers=3)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if "bodyparts" not in header or "coords" not in header:
         what = "the lines bodyparts and coords are missing"
@@ -198,3 +195,129 @@ def _number(text: str | float) -> float | None:
         return float(text) if text in _WORDS or isinstance(text, float) else typed_number(text)
     except ValueError:
         return None
+
+
+_KEY = "df_with_missing"
+_WHAT = "this is not a file of DeepLabCut's labels or predictions"
+_REMEDY = "Use a .csv or .h5 file written by DeepLabCut; have it write a damaged one again."
+
+
+class StoredTable(NamedTuple):
+    """A table of pandas."""
+
+    columns: Sequence[tuple[str, ...]]
+    """(C,). Scorer, individual if there are several, body part and coordinate."""
+    rows: Sequence[tuple[str, ...]]  # (R,). Number of the frame, or the parts of a picture's path.
+    values: FloatArray  # (R, C). NaN where there is none.
+
+
+def table_of_stored(path: Path, table: StoredTable) -> DeepLabCutTable:
+    """The table of an HDF5 file."""
+    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
+    rows: list[Row] = [
+        (f"{path}, row {'/'.join(named)}", named, values)
+        for named, values in zip(table.rows, table.values.tolist(), strict=True)
+    ]
+    return DeepLabCutTable(columns, rows)
+
+
+def _stored(path: Path) -> StoredTable:
+    """The table of an HDF5 file, in a process of its own."""
+    import h5py
+
+    with decoding(path, _WHAT, _REMEDY), h5py.File(path) as stored:
+        return table_in(stored)
+
+
+def table_in(stored: Any) -> StoredTable:
+    """The table of an open file. ValueError where there is none, or its parts do not fit."""
+    groups = [stored[_KEY]] if _KEY in stored else list(stored.values())
+    fixed = next((g for g in groups if "block0_values" in g), None)
+    table = next((g["table"] for g in groups if "table" in g), None)
+    if fixed is not None:
+        found = _of_fixed(fixed)
+    elif table is not None:
+        found = _of_table(table)
+    else:
+        raise ValueError("it has no table of this kind")
+    names = [name for name in found.columns if 3 <= len(name) <= 4]
+    if found.values.shape != (len(found.rows), len(names)) or len(set(names)) < len(names):
+        raise ValueError("its parts do not fit together")
+    return found
+
+
+def _of_fixed(group: Mapping[str, Any]) -> StoredTable:
+    """Of the format ``fixed``, whose columns of other types than the first are further blocks."""
+    columns: list[tuple[str, ...]] = []
+    blocks: list[FloatArray] = []
+    while f"block{len(blocks)}_values" in group:
+        columns += _names(group, f"block{len(blocks)}_items")
+        blocks.append(_array(group[f"block{len(blocks)}_values"]).astype(np.float64))
+    values = np.concatenate(blocks, axis=1)
+    there = "axis0" in group or "axis0_level0" in group
+    order = {name: k for k, name in enumerate(_names(group, "axis0") if there else columns)}
+    places = sorted(range(len(columns)), key=lambda k: order.get(columns[k], k))
+    return StoredTable([columns[k] for k in places], _names(group, "axis1"), values[:, places])
+
+
+def _of_table(table: Any) -> StoredTable:
+    """Of the format ``table``."""
+    if table.size * table.dtype.itemsize > TABLE_BYTES:
+        raise ValueError("it is too large")
+    blocks = [name for name in table.dtype.names or () if name.startswith("values_block_")]
+    columns = [name for block in blocks for name in _plain(bytes(table.attrs[f"{block}_kind"]))]
+    if not blocks or not all(isinstance(name, tuple) for name in columns):
+        raise ValueError("its columns are not named by body part and coordinate")
+    index, values = table["index"], [table[block] for block in blocks]
+    if index.ndim != 1 or any(one.ndim != 2 or one.dtype.kind not in "iuf" for one in values):
+        raise ValueError("its parts do not fit together")
+    rows = [(_text(value),) for value in _array(index).tolist()]
+    names = [tuple(map(str, name)) for name in columns]
+    return StoredTable(names, rows, np.concatenate(values, axis=1).astype(np.float64))
+
+
+class _Plain(pickle.Unpickler):
+    """Reads lists, tuples, texts and numbers, and nothing that could run."""
+
+    def find_class(self, module: str, name: str) -> NoReturn:
+        """Refuse every class and function."""
+        raise ValueError(f"it names {module}.{name}")
+
+
+def _plain(content: bytes) -> Any:
+    try:
+        return _Plain(io.BytesIO(content)).load()
+    except pickle.UnpicklingError as error:
+        raise ValueError("its columns have no names") from error
+
+
+def _names(group: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:
+    """What an axis is called at each place: one text for each of its levels."""
+    if f"{axis}_level0" not in group:
+        return [(_text(value),) for value in _array(group[axis]).tolist()]
+    columns = []
+    for level in range(4):
+        if f"{axis}_level{level}" in group:
+            texts = [_text(value) for value in _array(group[f"{axis}_level{level}"]).tolist()]
+            codes = _array(group[f"{axis}_label{level}"]).tolist()
+            if not all(0 <= code < len(texts) for code in codes):
+                raise ValueError("its parts do not fit together")
+            columns.append([texts[code] for code in codes])
+    return list(zip(*columns, strict=True))
+
+
+def _array(stored: Any) -> Any:
+    """Numbers or texts, in the file or read, that are not too large."""
+    if stored.dtype.kind not in "iufS" or stored.size * stored.dtype.itemsize > TABLE_BYTES:
+        raise ValueError("it holds something else than numbers and texts")
+    return stored[()]
+
+
+def _text(value: bytes | float) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def check_h5py(path: Path) -> None:
+    """InputError where h5py is not installed; another process will load it."""
+    missing = "DeepLabCut's HDF5 files need the library h5py, which is not installed"
+    check_library("h5py", "sleap", missing=missing, where=str(path), instead="DeepLabCut's .csv")

@@ -5,14 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.posing import pose_of_landmarks
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.interop import run_file
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import stated_fps
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
 from stereotrack_core.tracking.stored import pose_of_run
@@ -52,7 +50,9 @@ def first_pose(
             trajectory = trajectory.at_rate(recording.fps, f"--init {path}")
         if notes is not None:
             notes += trajectory.notes
-        pose = _pose_at(trajectory, frame)
+        for points in trajectory.points[trajectory.frame == frame]:
+            with suppress(ValueError):
+                pose = pose_of_landmarks(points)
     if pose is None:
         what = f"the file does not contain frame {frame}"
         remedy = "Start at a frame that the file contains: --frames A:B."
@@ -84,13 +84,6 @@ def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
         remedy = "Use north, east, south, west, or degrees from north over east, such as 135."
         raise InputError(f"{heading!r} is not a heading", where="--heading", remedy=remedy)
     return f"{AUTO} {degrees % 360.0:g}"
-
-
-def _pose_at(trajectory: LandmarkTrajectory, frame: int) -> Pose | None:
-    for points in trajectory.points[trajectory.frame == frame]:
-        with suppress(ValueError):
-            return pose_of_landmarks(points)
-    return None
 
 
 def _frame_in_run(run: Run, frame: int, recording: Recording | None) -> int:

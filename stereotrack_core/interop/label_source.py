@@ -59,9 +59,7 @@ class LabelSource:
         items: Iterable[Item],
         read: Callable[[Item, Mapping[str, str]], Iterable[Click]],
     ) -> Labels:
-        """Clicks of a file's items, by `read` with our landmarks by `theirs`; what fails is a
-        problem.
-        """
+        """Clicks of items, by `read` with our landmarks by `theirs`; what fails is a problem."""
         theirs = tuple(dict.fromkeys(theirs))
         known = map_names(theirs, self.landmarks, self.names, where=str(self.path))
         clicks: list[Click] = []
@@ -96,14 +94,17 @@ def pictures_of(
     return [(recording.cameras[key[0]], key[1], own) for key, own in sorted(pictures.items())]
 
 
-def stated_names(pairs: Iterable[str], where: str = "") -> dict[str, str]:
+def stated_names(
+    pairs: Iterable[str],
+    where: str = "",
+    form: str = "THEIRS=OURS, such as left_wrist=left_hand",
+) -> dict[str, str]:
     """Names as typed, ``THEIRS=OURS``, empty parts passed over; InputError for anything else."""
     names = {}
     for text in filter(None, map(str.strip, pairs)):
         theirs, sign, ours = (part.strip() for part in text.partition("="))
         if not (sign and theirs and ours):
-            remedy = "Write THEIRS=OURS, for example left_wrist=left_hand."
-            raise InputError(f"{text!r} cannot be read", where=where, remedy=remedy)
+            raise InputError(f"{text!r} cannot be read", where=where, remedy=f"Write {form}.")
         names[theirs] = ours
     return names
 
@@ -208,8 +209,6 @@ class PicturePlaces:
         self._source, self._own = source, own or {}
         self._known = _cameras_by_name(source.recording)
         self._left_out: frozenset[str] = frozenset()
-        self.left_out = 0
-        """Pictures of other cameras than the stated one, as often as they were asked for."""
         if source.camera is not None:
             self._choose(tuple(dict.fromkeys(pictures)), source.camera)
 
@@ -240,7 +239,6 @@ class PicturePlaces:
     def camera(self, picture: str, where: str) -> str | None:
         """Camera of a picture; None if it is left out. InputError where it cannot be told."""
         if picture in self._left_out:
-            self.left_out += 1
             return None
         stated = self._source.camera or self._own.get(picture)
         return camera_of(picture, self._source.recording, stated, where=where)

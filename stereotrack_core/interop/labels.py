@@ -60,27 +60,25 @@ POINT_TABLES = (
 """A header is of the first whose pattern it has."""
 
 
-def point_table_of(header: Sequence[str]) -> PointTable | None:
-    """The format of a file whose first line this is; None if it is none of these."""
-    fitting = (
-        table
-        for table in POINT_TABLES
-        if header and all(table.pattern.fullmatch(name) for name in header)
-    )
-    return next(fitting, None)
+def point_columns(header: Sequence[str]) -> tuple[PointTable, list[re.Match[str]]] | None:
+    """The format of a file whose first line this is, and its columns; None if it is none."""
+    for table in POINT_TABLES:
+        found = [match for name in header if (match := table.pattern.fullmatch(name))]
+        if found and len(found) == len(header):
+            return table, found
+    return None
 
 
 def read_points(source: LabelSource) -> Labels:
     """Read clicks of the cameras in the recording's order; InputError if no point is known."""
     path = source.path
     lines = tables.read_cells(path, headers=1)
-    table = point_table_of(lines[0])
-    assert table is not None  # noqa: S101 - the header was looked at
+    known_columns = point_columns(lines[0])
+    assert known_columns is not None  # noqa: S101 - the header was looked at
+    table, columns_of_points = known_columns
     cameras = {str(k): name for k, name in enumerate(source.recording.cameras, start=1)}
     places: dict[tuple[str, str], dict[str, int]] = {}
-    for column, name in enumerate(lines[0]):
-        match = table.pattern.fullmatch(name)
-        assert match is not None  # noqa: S101 - the whole header was looked at
+    for column, match in enumerate(columns_of_points):
         point, number, axis = match.groups()
         if number not in cameras:
             what = f"the file has a camera {number}, the recording has {len(cameras)}"
@@ -136,7 +134,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
         lines = tables.read_cells(source.path)
         if is_deeplabcut(lines):
             read = read_deeplabcut
-        elif lines and point_table_of(lines[0]) is not None:
+        elif lines and point_columns(lines[0]) is not None:
             read = read_points
     if read is not None:
         return _checked(read(source), source, frames)
@@ -226,8 +224,7 @@ def read_clicks(
 
 
 def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:
-    """Write clicks so that :func:`read_clicks` gives them again, but for author, time, flag and
-    sigma.
+    """Write clicks for :func:`read_clicks`, but without author, time, flag and sigma.
 
     Deleted ones are left out. The reference image of a view is named by the view, other cameras by
     their names. InputError where a view has the name of another view's camera.

@@ -263,8 +263,8 @@ def _places(marker_set: MarkerSet, by_sign: Mapping[str, str]) -> dict[str, list
     for place, patterns in marker_set.places.items():
         for sign, side in _SIDES.items():
             sided = "{S}" in patterns[0]
-            own = [by_sign.get(one.replace("{S}", sign), "") for one in patterns]
-            own = [name for name in own if name]
+            signs = [one.replace("{S}", sign) for one in patterns]
+            own = [by_sign[one] for one in signs if one in by_sign]
             if own:
                 name = f"{side} {place}" if sided else place
                 places[name] = own if place in _ANYWHERE else own[:1]

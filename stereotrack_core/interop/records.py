@@ -43,45 +43,21 @@ def read_journal(path: Path) -> list[dict[str, Any]]:
     return entries
 
 
-class Journal:
-    """A journal to write to; each entry is on the disk after :meth:`append`. Else InputError."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        try:
-            self._file: IO[bytes] = path.open("a+b")
-            if size := self._file.seek(0, os.SEEK_END):
-                self._file.seek(size - 1)
-            self._torn = self._file.read(1) not in (b"\n", b"")  # the last line has no end
-        except OSError as error:
-            raise self._refusal(error) from None
-
-    def __enter__(self) -> Journal:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def append(self, entry: Mapping[str, Any]) -> None:
-        """Write one entry; InputError where the disk is full or gone."""
-        line = json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
-        try:
-            self._file.write(b"\n" + line if self._torn else line)
-            self._file.flush()
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            self._torn = True
-            raise self._refusal(error) from None
-        self._torn = False
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-    def _refusal(self, error: OSError) -> InputError:
+def append_entry(path: Path, entry: Mapping[str, Any]) -> None:
+    """Write one entry, which is on the disk then; InputError where the disk is full or gone."""
+    line = json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+    try:
+        with path.open("a+b") as file:
+            if size := file.seek(0, os.SEEK_END):
+                file.seek(size - 1)
+            torn = file.read(1) not in (b"\n", b"")  # the last line has no end
+            file.write(b"\n" + line if torn else line)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
         what = f"the journal cannot be written ({error.strerror})"
         remedy = "Free space or choose another place. The data written so far remain valid."
-        return InputError(what, where=str(self._path), remedy=remedy)
+        raise InputError(what, where=str(path), remedy=remedy) from None
 
 
 _FRAME = struct.Struct("<4sII")  # kind of record, length and checksum of what follows

@@ -1,5 +1,6 @@
-"""Runs and trajectories in files, by the suffix of their name."""
+"""Runs and trajectories in files, by the suffix of their name, and where their recording is."""
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,26 +15,27 @@ from stereotrack_core.interop.c3d import read_c3d, write_c3d
 from stereotrack_core.interop.landmark_file import FileAxes, Stated
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
-from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
+from stereotrack_core.interop.run_npz import check_run, read_meta, read_npz, write_npz
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.reading import check_file
 from stereotrack_core.recording import landmarks
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import DESCRIPTION, describe, fingerprint
 from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import upright_run
 
 
-def _read_archive(path: Path, stated: Stated | None) -> landmarks.LandmarkTrajectory:
-    if stated is not None and stated.about_file:
+def _read_archive(path: Path, stated: Stated) -> landmarks.LandmarkTrajectory:
+    if stated.about_file:
         raise unstatable(path)
-    return (
-        reference_npz.read_reference(path) if reference_npz.is_reference(path) else read_run(path)
-    ).trajectory()
+    read = reference_npz.read_reference if reference_npz.is_reference(path) else read_run
+    return read(path).trajectory()
 
 
-def _read_table(path: Path, stated: Stated | None) -> landmarks.LandmarkTrajectory:
+def _read_table(path: Path, stated: Stated) -> landmarks.LandmarkTrajectory:
     """Landmarks of a table, whose axes are those of the world unless others are stated."""
-    trajectory, stated = landmarks.read_landmarks(path), stated or Stated()
+    trajectory = landmarks.read_landmarks(path)
     if stated.names:
         raise unstatable(path)
     axes = FileAxes(stated.up.rotation, "as usual in tables of landmarks")
@@ -46,12 +48,12 @@ def _read_table(path: Path, stated: Stated | None) -> landmarks.LandmarkTrajecto
 _OWN_AXES = (".csv", ".trc", ".c3d")
 """Suffixes of files whose axes, and but for ``.csv`` whose names, may be others than here."""
 
-_READERS: Mapping[str, Callable[[Path, Stated | None], landmarks.LandmarkTrajectory]] = {
+_READERS: Mapping[str, Callable[[Path, Stated], landmarks.LandmarkTrajectory]] = {
     ".npz": _read_archive,
     PART_SUFFIX: _read_archive,
     ".csv": _read_table,
-    ".trc": lambda path, stated: read_trc(path, stated)[0],
-    ".c3d": lambda path, stated: read_c3d(path, stated)[0],
+    ".trc": read_trc,
+    ".c3d": read_c3d,
 }
 
 _WRITERS: Mapping[str, Callable[[Path, landmarks.LandmarkTrajectory, float], None]] = {
@@ -149,14 +151,13 @@ def read_run(path: Path) -> Run:
 
 
 def read_trajectory(path: Path, stated: Stated | None = None) -> landmarks.LandmarkTrajectory:
-    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d), at its own
-    rate.
+    """Landmarks of a run, a reference (.npz) or landmarks (.csv, .trc, .c3d), at its own rate.
 
     `stated`: names and axes of a file of another program, axes of a ``.csv``. InputError for an
     unknown suffix, a damaged file, or something stated about another format.
     """
     path = Path(path)
-    return _READERS[_suffix(path, TRAJECTORY_SUFFIXES)](path, stated)
+    return _READERS[_suffix(path, TRAJECTORY_SUFFIXES)](path, stated or Stated())
 
 
 def has_own_axes(path: Path) -> bool:
@@ -207,9 +208,7 @@ def _turned(
 
 
 def at_recording(reference: Reference, fps: float, frames: int, where: str) -> Reference:
-    """A file's reference at the `frames` of a recording, by time; InputError if it has none of
-    them.
-    """
+    """A file's reference at the `frames` of a recording, by time; InputError if it has none."""
     reference = reference.at_rate(fps, where)
     last = reference.frame.max(initial=-1)
     if not ((reference.frame >= 0) & (reference.frame < frames)).any():
@@ -217,3 +216,43 @@ def at_recording(reference: Reference, fps: float, frames: int, where: str) -> R
         remedy = "Check the times in the file: they count from the recording's first frame."
         raise InputError(f"{none}; its last one is {last}", where=where, remedy=remedy)
     return reference.in_recording(frames, where)
+
+
+_MOST_FOLDERS = 60  # more recordings beside a run than this are not looked at
+
+
+def meta_of_run(path: Path) -> Mapping[str, Any]:
+    """What a run file says about itself; InputError where it is no run, or damaged."""
+    path = Path(path)
+    return read_run(path).meta if path.suffix.lower() == PART_SUFFIX else read_meta(path)
+
+
+def recording_of_run_file(path: Path) -> Path | None:
+    """The folder of the recording that a run was tracked in; None where it is not found.
+
+    It is the folder that the run names, also where both have moved together, or a recording of the
+    same content beside the run. Raises InputError where the file is no run.
+    """
+    meta = meta_of_run(path)
+    named, content = str(meta.get("recording_folder") or ""), meta.get("fingerprint")
+    if named and (Path(named) / DESCRIPTION).is_file():
+        return Path(named)
+    parent = Path(path).absolute().parent
+    beside = (parent / DESCRIPTION, *sorted(parent.glob(f"*/{DESCRIPTION}"))[:_MOST_FOLDERS])
+    for folder in (one.parent for one in beside if content is not None and one.is_file()):
+        recording = describe(folder, [])
+        if recording is not None and fingerprint(recording) == content:
+            return folder
+    return None
+
+
+def is_run_of(path: Path, recording: Recording) -> bool:
+    """Whether a run was tracked in a recording, or in a copy of it; False for no run."""
+    try:
+        meta = meta_of_run(path)
+    except InputError:
+        return False
+    if meta.get("fingerprint") is not None:
+        return bool(meta["fingerprint"] == fingerprint(recording))
+    named = str(meta.get("recording_folder") or "")
+    return bool(named) and os.path.realpath(named) == os.path.realpath(recording.folder)

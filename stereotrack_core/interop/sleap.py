@@ -1,4 +1,4 @@
-"""Labels of SLEAP (``.slp``), by the optional library sleap-io.
+"""Labels of SLEAP (``.slp``), by the optional library sleap-io in a process of its own.
 
 Pixels are SLEAP's own (the centre of the first one is 0, as here), frames those of the video: a
 stream that begins earlier or later than the recording is accounted for. Of numbered pictures SLEAP
@@ -6,11 +6,13 @@ counts the files, so that a missing number moves all frames behind it. The forma
 is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,18 +21,46 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop import label_source, sleap_file
+from stereotrack_core.interop import label_source
+from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.limited_process import write_apart
+from stereotrack_core.reading import decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
+from stereotrack_core.versions import check_library, extra_library
+
+_MISSING = "SLEAP files need the library sleap-io, which is not installed"
+_INSTEAD = "COCO keypoints (.json)"
+_WHAT = "this is not a SLEAP labels file"
+_REMEDY = "Use an .slp file saved by SLEAP; save a damaged one again."
+
+
+class SleapPerson(NamedTuple):
+    """Points of one person in one picture."""
+
+    track: str  # name of the person's track; empty if there is none
+    points: list[tuple[str, float, float, float]]
+    """Name, x and y in pixels of the points that have a place, and how sure they are: the score of
+    what was predicted; of what was labelled 1 where it is visible, else 0."""
+
+
+@dataclass(frozen=True)
+class SleapFrame:
+    """A picture and the people in it, labelled or predicted, whichever was asked for."""
+
+    number: int  # frame of its video
+    video: str  # path of the video, or of its first picture; ``/`` between folders
+    people: Sequence[SleapPerson]
+    problem: InputError | None = None  # why they cannot be read
+    picture: str = ""  # path of the picture, if the video is a list of pictures
 
 
 def write_sleap(
     path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
 ) -> None:
     """Write clicks, each camera as a video; InputError without sleap-io, or a clicked picture."""
-    sleap_file.check_sleap_library(path)
+    check_sleap_library(path)
     placed = (click for click in clicks if click.position is not None)
     found = label_source.pictures_of(placed, landmarks.names, recording, path)
     streams = _streams(recording)
@@ -62,7 +92,7 @@ def _save(
     path: Path,
 ) -> None:
     """Write them in this process, which HDF5 may end later where it could not."""
-    sio = sleap_file.sleap_library(path)
+    sio = sleap_library(path)
     names = landmarks.names
     bones = [(a, b) for a, b in SKELETON if {a, b} <= set(names)]
     skeleton = sio.Skeleton(nodes=list(names), edges=bones, name=landmarks.name)
@@ -94,10 +124,10 @@ def _save(
 def read_sleap(source: label_source.LabelSource) -> label_source.Labels:
     """Read what people have labelled, not predictions; InputError if unreadable or unknown."""
     path = source.path
-    stored = sleap_file.read_sleap_file(path)
-    place_of_labelled = places_of_labelled(stored.frames, source)
+    nodes, frames = read_sleap_file(path)
+    place_of_labelled = places_of_labelled(frames, source)
 
-    def read(labelled: sleap_file.SleapFrame, known: Mapping[str, str]) -> list[Click]:
+    def read(labelled: SleapFrame, known: Mapping[str, str]) -> list[Click]:
         if labelled.problem is not None:
             raise labelled.problem
         people = labelled.people
@@ -108,9 +138,16 @@ def read_sleap(source: label_source.LabelSource) -> label_source.Labels:
             what = f"{len(people)} people are labelled"
             raise InputError(what, where=where, remedy="Keep only the instances of one person.")
         place = place_of_labelled(labelled, where)
-        return [] if place is None else _clicks(people[0], place, known)
+        if place is None:
+            return []
+        clicks = []
+        for name, x, y, visible in people[0].points:
+            if name in known:
+                seen = Visibility.SEEN if visible else Visibility.GUESSED
+                clicks.append(Click(*place, known[name], (x, y), seen, origin="imported"))
+        return clicks
 
-    return source.labels(stored.nodes, stored.frames, read)
+    return source.labels(nodes, frames, read)
 
 
 def _streams(recording: Recording) -> dict[str, Stream]:
@@ -150,8 +187,8 @@ def _missing(files: Mapping[int, Path], before: int) -> int:
 
 
 def places_of_labelled(
-    frames: Iterable[sleap_file.SleapFrame], source: label_source.LabelSource
-) -> Callable[[sleap_file.SleapFrame, str], tuple[int, str] | None]:
+    frames: Iterable[SleapFrame], source: label_source.LabelSource
+) -> Callable[[SleapFrame, str], tuple[int, str] | None]:
     """Gives frame and camera of a labelled frame; None for one of another camera than stated."""
     recording = source.recording
     streams = _streams(recording)
@@ -162,7 +199,7 @@ def places_of_labelled(
         source, videos, {video: name for video, name in named if name}
     )
 
-    def place(labelled: sleap_file.SleapFrame, where: str) -> tuple[int, str] | None:
+    def place(labelled: SleapFrame, where: str) -> tuple[int, str] | None:
         name = places.camera(labelled.video, where)
         if name is None:
             return None
@@ -191,12 +228,62 @@ def _camera_of_video(video: str, streams: Mapping[str, Stream]) -> str | None:
     return own.get(parts[-1]) if parts and len(own) == len(paths) else None
 
 
-def _clicks(
-    person: sleap_file.SleapPerson, place: tuple[int, str], known: Mapping[str, str]
-) -> list[Click]:
-    clicks = []
-    for name, x, y, visible in person.points():
-        if name in known:
-            seen = Visibility.SEEN if visible else Visibility.GUESSED
-            clicks.append(Click(*place, known[name], (x, y), seen, origin="imported"))
-    return clicks
+def read_sleap_file(path: Path, *, predicted: bool = False) -> tuple[list[str], list[SleapFrame]]:
+    """Names of points, and pictures that people, or SLEAP (`predicted`), labelled; InputError."""
+    check_sleap_library(path)
+    return read_hdf5(path, partial(_stored, predicted=predicted), _WHAT, _REMEDY)
+
+
+def check_sleap_library(path: Path) -> None:
+    """InputError where the library sleap-io is not installed; another process will load it."""
+    check_library("sleap_io", "sleap", missing=_MISSING, where=str(path), instead=_INSTEAD)
+
+
+def sleap_library(path: Path) -> Any:
+    """The library sleap-io; InputError where it is not installed."""
+    return extra_library("sleap_io", "sleap", missing=_MISSING, where=str(path), instead=_INSTEAD)
+
+
+def _stored(path: Path, *, predicted: bool) -> tuple[list[str], list[SleapFrame]]:
+    sio = sleap_library(path)
+    with decoding(path, _WHAT, _REMEDY):
+        stored = sio.load_slp(str(path), open_videos=False)
+        nodes = [str(node.name) for skeleton in stored.skeletons for node in skeleton.nodes]
+        frames = [_frame(labelled, path, predicted) for labelled in stored.labeled_frames]
+    return nodes, frames
+
+
+def _frame(labelled: Any, path: Path, predicted: bool) -> SleapFrame:
+    number = int(labelled.frame_idx)
+    video, picture, people = "", "", []
+    again = "Predict it again in SLEAP." if predicted else "Label it again in SLEAP."
+    try:
+        with decoding(f"{path}, frame {number}", "it cannot be read", again):
+            found = labelled.predicted_instances if predicted else labelled.user_instances
+            people = [_person(one, "score" if predicted else "visible") for one in found]
+            video, picture = _files_of(labelled.video, number)
+    except InputError as problem:
+        return SleapFrame(number, video, (), problem)
+    return SleapFrame(number, video, people, picture=picture)
+
+
+def _person(instance: Any, sure: str) -> SleapPerson:
+    points, track = instance.points, instance.track
+    places = np.asarray(points["xy"], dtype=np.float64).reshape(len(points), 2).tolist()
+    scores = np.asarray(points[sure], dtype=np.float64).tolist()
+    found = [
+        (str(name), x, y, score)
+        for name, (x, y), score in zip(points["name"].tolist(), places, scores, strict=True)
+        if math.isfinite(x) and math.isfinite(y)
+    ]
+    return SleapPerson("" if track is None else str(track.name), found)
+
+
+def _files_of(video: Any, number: int) -> tuple[str, str]:
+    """Path of a video, and that of its picture of this number if it is a list of pictures."""
+    video = video.source_video or video  # of pictures that are kept in the file
+    file = video.filename
+    if not isinstance(file, list):
+        return str(file).replace("\\", "/"), ""
+    first = str(file[0]).replace("\\", "/")
+    return first, str(file[number]).replace("\\", "/") if 0 <= number < len(file) else ""

@@ -46,23 +46,13 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     ]
     cells = points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3).tolist()
     for frame, values in enumerate(cells, start=first):
-        rows.append(
-            [
-                str(frame),
-                f"{frame / fps:.10g}",
-                *(repr(value) if np.isfinite(value) else "NaN" for value in values),
-            ]
-        )
+        numbers = [repr(value) if np.isfinite(value) else "NaN" for value in values]
+        rows.append([str(frame), f"{frame / fps:.10g}", *numbers])
     write_file(path, "".join("\t".join(row) + "\n" for row in rows))
 
 
-def read_trc(
-    path: Path, stated: landmark_file.Stated | None = None
-) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks, matched by name and NaN where lacking, and frame rate of a TRC file; times tell
-    frames. InputError for a damaged file, an unknown unit, or none of the nine landmarks.
-    """
-    stated = stated or landmark_file.Stated()
+def read_trc(path: Path, stated: landmark_file.Stated) -> LandmarkTrajectory:
+    """Landmarks by name, NaN where lacking; InputError for a damaged file, or none of the nine."""
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if lines and "".join(lines[0][:1]).startswith("PathFileType,"):
         lines = read_cells(path, headers=5)
@@ -93,7 +83,7 @@ def read_trc(
     number, time = np.array(frames, dtype=np.int64), np.array([times[one] for one in frames])
     rows = row_times(number, time, fps, str(path))
     frame, places = on_frames(rows, world, str(path))
-    return LandmarkTrajectory(frame, places, rows.fps, (*rows.notes, *notes)), rows.fps or fps
+    return LandmarkTrajectory(frame, places, rows.fps, (*rows.notes, *notes))
 
 
 def _header(names: list[str], values: list[str]) -> dict[str, str]:

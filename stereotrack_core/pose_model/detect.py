@@ -1,7 +1,6 @@
 """Run a pose model over a recording: the keypoints of one person in every picture."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -50,7 +49,12 @@ def detect_keypoints(
     chosen = [view for view in recording.views if views is None or view.name in views]
     boxes = person_boxes(recording)
     source = DETECTOR_NAME if isinstance(model, PoseDetector) else model.path.stem
-    followers = {view.name: _follower(model, recording, view, boxes) for view in chosen}
+    followers = {
+        view.name: _DetectorFollower(model, whereabouts(recording, view, boxes.get(view.name)))
+        if isinstance(model, PoseDetector)
+        else _ModelFollower(model, recording, view, boxes.get(view.name))
+        for view in chosen
+    }
     rows: list[Row] = []
     with FrameReader(recording, views=list(followers)) as reader:
         for done, frame in enumerate(frames, start=1):
@@ -83,21 +87,6 @@ def _names(model: PoseModel | PoseDetector, count: int, layout: str | None) -> S
     return unnamed(count, str(model.path), stated=layout)
 
 
-class _Follower(Protocol):
-    def keypoints(self, picture: ImageArray) -> tuple[FloatArray, FloatArray]:
-        """Places (K, 2) and confidences (K,) in the next picture of a view."""
-        ...
-
-
-def _follower(
-    model: PoseModel | PoseDetector, recording: Recording, view: View, boxes: dict[str, Box]
-) -> _Follower:
-    box = boxes.get(view.name)
-    if isinstance(model, PoseDetector):
-        return _DetectorFollower(model, whereabouts(recording, view, box))
-    return _ModelFollower(model, recording, view, box)
-
-
 class _DetectorFollower:
     """Follows the person in one view with the installed detector."""
 
@@ -107,6 +96,7 @@ class _DetectorFollower:
         self._missed = 0
 
     def keypoints(self, picture: ImageArray) -> tuple[FloatArray, FloatArray]:
+        """Places (K, 2) and confidences (K,) in the next picture of the view."""
         tiles = self._missed % _TILES_AGAIN == 0
         pose = detect_person(self._detector, picture, self._pose, self._where, tiles=tiles)
         if pose is None:

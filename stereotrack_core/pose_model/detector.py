@@ -22,6 +22,7 @@ from stereotrack_core.pose_model import blazepose
 from stereotrack_core.pose_model.crops import Crop, crop_from_circle, whole_picture
 from stereotrack_core.pose_model.installation import (
     MODEL_FILES,
+    detector_folder,
     installation,
     is_installed,
     landmark_file,
@@ -92,7 +93,7 @@ def next_crop(pose: DetectedPose) -> Crop:
 
 def load_detector() -> PoseDetector | None:
     """The installed detector, ready to be asked; None if it or its runtime is not installed."""
-    return PoseDetector(installation().folder) if is_installed() else None
+    return PoseDetector(detector_folder()) if is_installed() else None
 
 
 def required_detector() -> PoseDetector:

@@ -73,11 +73,6 @@ class Clicks:
         condition = "" if with_deleted else "WHERE deleted = 0"
         return self._clicks(f"{condition} ORDER BY frame, camera, landmark")
 
-    def keys(self) -> frozenset[ClickKey]:
-        """Everything that a person has said something about: deleted clicks too."""
-        rows = self._access.rows("SELECT frame, camera, landmark FROM click")
-        return frozenset(ClickKey(*row) for row in rows)
-
     def frames(self) -> IntArray:
         """Frames (F,) that have a click, ascending."""
         found = self._access.rows(
@@ -114,8 +109,7 @@ class Clicks:
 
     def again_at(self, round_number: int, frame: int) -> tuple[Click, ...]:
         """Clicks of one frame in a blind reading."""
-        condition = "WHERE round = ? AND frame = ? AND deleted = 0"
-        return self._clicks(condition, round_number, frame, table="repeat_click")
+        return tuple(one for one in self.again(round_number) if one.frame == frame)
 
     def repeat_differences(self) -> tuple[Difference, ...]:
         """First against second readings of frames that were annotated again, round by round."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from stereotrack_core.atomic import replacing
+from stereotrack_core.atomic import make_folder, replacing
 from stereotrack_core.errors import InputError, shortened
 from stereotrack_core.project.schema import (
     ADDED_STATEMENTS,
@@ -111,13 +111,14 @@ def speaking(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def making_sense(path: Path) -> Iterator[None]:
-    """Take senseless values of the file for damage. Raises ProjectDamaged."""
+def making_sense(path: Path, *also: type[InputError]) -> Iterator[None]:
+    """Take senseless values of the file for damage, and errors of these kinds; ProjectDamaged."""
+    kinds: tuple[type[Exception], ...] = (*_NONSENSE, *also)
     with speaking(path):
         try:
             yield
-        except _NONSENSE as error:
-            said = shortened(str(error))
+        except kinds as error:
+            said = shortened(error.what if isinstance(error, InputError) else str(error))
             what = f"{said} is missing" if isinstance(error, KeyError) else said
             raise ProjectDamaged(path, what) from error
 
@@ -140,14 +141,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
             remedy="Open it, or choose another name for the new project.",
         )
     _check_nothing_beside(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be created ({error.strerror})",
-            where=str(path.parent),
-            remedy="Choose another place.",
-        ) from error
+    make_folder(path.parent)
     with (
         replacing(path) as temporary,
         speaking(path),

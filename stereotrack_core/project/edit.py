@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.project.schema import Row, Table
 from stereotrack_core.reading import parsed_json
 
@@ -41,7 +40,6 @@ def as_json(row: Row | None) -> str | None:
 
 
 def _from_json(text: str | None) -> Row | None:
-    """The row of :func:`as_json`; ValueError for anything else."""
     if text is None:
         return None
     try:
@@ -54,11 +52,8 @@ def _from_json(text: str | None) -> Row | None:
 
 
 def facts_of(text: str) -> dict[str, Any]:
-    """Plain data by name, as JSON; ValueError where they cannot be of this program."""
-    try:
-        facts = parsed_json(text, "facts")
-    except InputError as error:
-        raise ValueError(error.what) from error
+    """Plain data by name, as JSON; ValueError, InputError where they cannot be of this program."""
+    facts = parsed_json(text, "facts")
     if not isinstance(facts, dict):
         raise ValueError("facts have no names")
     return facts

@@ -79,13 +79,13 @@ class Entries:
             f"SELECT {self.table.columns} FROM {self.table.name} {condition}"  # noqa: S608
             " ORDER BY at, name"
         )
-        with making_sense(self.path):
+        with making_sense(self.path, InputError):
             return tuple(_entry(row[0], row[1:]) for row in rows)
 
     def get(self, name: str) -> Entry:
         """The one of that name; InputError where there is none."""
         values = self._access.read(self.table, (name,))
-        with making_sense(self.path):
+        with making_sense(self.path, InputError):
             entry = None if values is None else _entry(name, values)
         if entry is None or entry.deleted:
             raise _missing(self.table, name)
@@ -287,16 +287,10 @@ class UseSubject(Edit):
 def load_subject(subjects: Entries, name: str) -> Subject:
     """A subject of the project; InputError where there is none of that name."""
     facts = subjects.get(name).facts
-    with making_sense(subjects.path):
+    with making_sense(subjects.path, InputError):
         lengths = {key: _length(facts.get(key)) for key in LENGTHS}
-        return Subject(name, **lengths, offsets=_offsets(facts.get("offsets") or {}))
-
-
-def _offsets(values: Any) -> Mapping[str, tuple[float, float, float]]:
-    try:
-        return subject_in({"offsets": values}, "subject").offsets
-    except InputError as error:
-        raise ValueError(error.what) from error
+        offsets = subject_in({"offsets": facts.get("offsets") or {}}, "subject").offsets
+        return Subject(name, **lengths, offsets=offsets)
 
 
 def _length(value: Any) -> float | None:
@@ -316,11 +310,8 @@ def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
     if name is None or (name == NINE.name and name not in sets.names()):
         return NINE
     facts = sets.get(name).facts
-    with making_sense(sets.path):
-        try:
-            return landmark_set_of(facts)
-        except InputError as error:  # which says how to write one
-            raise ValueError(error.what) from error
+    with making_sense(sets.path, InputError):
+        return landmark_set_of(facts)
 
 
 def save_parameters(name: str, parameters: ParameterSet) -> SaveEntry:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles import (
     JointAngles,
-    angles_of_reference,
     angles_of_run,
     angles_of_trajectory,
     frame_columns,
@@ -105,21 +104,6 @@ class ExportFormat:
         return path.with_name(f"{path.name}{self.suffixes[0]}")
 
 
-def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = None) -> Exported:
-    """Write a complete run; frames per second are the run's where they are not given.
-
-    Raises InputError where the format cannot hold it, or the file cannot be written.
-    """
-    return writer(form, "run")(path, run, fps)
-
-
-def export_trajectory(
-    path: Path, trajectory: LandmarkTrajectory, form: ExportFormat, fps: float | None
-) -> Exported:
-    """Write landmarks of any origin; see :func:`export_run`."""
-    return writer(form, "trajectory")(path, trajectory, fps)
-
-
 def export_reference(
     path: Path,
     reference: Reference,
@@ -130,7 +114,7 @@ def export_reference(
     """Write what is known of a reference within a limit of sigma, in metres; says what is not.
 
     ``npz`` keeps the covariances, ``csv`` the standard deviations along the axes and ``c3d`` the
-    largest one as residual; see :func:`export_run` for the rest.
+    largest one as residual; raises InputError as :func:`writer` does.
     """
     written = writer(form, "reference")(path, reference.within(max_sigma), fps)
     lost = ""
@@ -141,19 +125,12 @@ def export_reference(
 
 
 def export_clicks(path: Path, clicked: ClickedRecording, form: ExportFormat) -> Exported:
-    """Write clicks; see :func:`export_run`."""
+    """Write clicks; raises InputError as :func:`writer` does."""
     written = writer(form, "clicks")(path, clicked)
     note = _lost_of_clicks(form, clicked.clicks)
     if not clicked.clicks:
         note = "The project has no clicks, so the file is empty."
     return replace(written, notes=(note,) if note else ())
-
-
-def export_keypoints(
-    path: Path, keypoints: Keypoints, recording: Recording, form: ExportFormat
-) -> Exported:
-    """Write what detectors have predicted; see :func:`export_run`."""
-    return writer(form, "keypoints")(path, keypoints, recording)
 
 
 def export_angles(path: Path, angles: JointAngles, fps: float | None) -> Exported:
@@ -165,34 +142,26 @@ def export_angles(path: Path, angles: JointAngles, fps: float | None) -> Exporte
     return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
 
 
-def _frames(path: Path, written: Run | LandmarkTrajectory | Reference) -> Exported:
-    return Exported({path: counted(len(written.frame), "frame")})
+def _frames(write: Callable[[Path, Any, float | None], object]) -> Callable[..., Exported]:
+
+    def written(path: Path, data: Any, fps: float | None) -> Exported:
+        write(path, data, fps)
+        return Exported({path: counted(len(data.frame), "frame")})
+
+    return written
 
 
-def _run(path: Path, run: Run, fps: float | None) -> Exported:
-    write_run(path, run, fps)
-    return _frames(path, run)
+def _clicks(write: Callable[[Path, ClickedRecording], object]) -> Callable[..., Exported]:
+    def written(path: Path, clicked: ClickedRecording) -> Exported:
+        write(path, clicked)
+        return Exported({path: f"{len(clicked.clicks)} clicks"})
+
+    return written
 
 
-def _landmarks(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Exported:
-    write_trajectory(path, trajectory, fps)
-    return _frames(path, trajectory)
-
-
-def _landmarks_of_reference(path: Path, reference: Reference, fps: float | None) -> Exported:
+def _landmarks_of_reference(path: Path, reference: Reference, fps: float | None) -> None:
     sigma = None if reference.covariance is None else reference.of_the_nine(reference.sigma())
     write_trajectory(path, reference.trajectory(np.inf), fps, sigma)
-    return _frames(path, reference)
-
-
-def _complete_reference(path: Path, reference: Reference, _fps: float | None) -> Exported:
-    write_reference(path, reference)
-    return _frames(path, reference)
-
-
-def _reference_table(path: Path, reference: Reference, _fps: float | None) -> Exported:
-    write_reference_table(path, reference)
-    return _frames(path, reference)
 
 
 def _angles_of_run(path: Path, run: Run, fps: float | None) -> Exported:
@@ -201,29 +170,6 @@ def _angles_of_run(path: Path, run: Run, fps: float | None) -> Exported:
 
 def _angles(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Exported:
     return export_angles(path, angles_of_trajectory(trajectory), fps)
-
-
-def _angles_of_reference(path: Path, reference: Reference, fps: float | None) -> Exported:
-    return export_angles(path, angles_of_reference(reference, np.inf), fps)
-
-
-def _clicks(path: Path, clicked: ClickedRecording) -> Exported:
-    return Exported({path: f"{len(clicked.clicks)} clicks"})
-
-
-def _click_table(path: Path, clicked: ClickedRecording) -> Exported:
-    write_clicks(path, clicked.clicks, clicked.recording)
-    return _clicks(path, clicked)
-
-
-def _coco(path: Path, clicked: ClickedRecording) -> Exported:
-    write_coco(path, clicked.clicks, clicked.recording, clicked.landmarks)
-    return _clicks(path, clicked)
-
-
-def _sleap(path: Path, clicked: ClickedRecording) -> Exported:
-    write_sleap(path, clicked.clicks, clicked.recording, clicked.landmarks)
-    return _clicks(path, clicked)
 
 
 def _deeplabcut(path: Path, clicked: ClickedRecording) -> Exported:
@@ -255,38 +201,47 @@ _PROPERTIES: Mapping[str, tuple[str, Callable[[Click], bool]]] = {
 _NOTES = frozenset({"sigma", "flag", "annotator"})
 _SIGMA_AND_SOURCE = "standard deviations, and which frames are interpolated"
 
+_TRAJECTORIES = (_frames(write_run), _frames(write_trajectory), _frames(_landmarks_of_reference))
+
 FORMATS: tuple[ExportFormat, ...] = (
     ExportFormat(
-        "csv", "Table", (".csv",), _run, _landmarks, _reference_table, _click_table,
+        "csv", "Table", (".csv",), *_TRAJECTORIES[:2],
+        _frames(lambda path, one, _: write_reference_table(path, one)),
+        _clicks(lambda path, one: write_clicks(path, one.clicks, one.recording)),
         _keypoint_table, loses=_NOTES,
         lost_of_reference="covariances between axes, and uncertainties of limbs",
     ),
     ExportFormat(
-        "trc", "TRC, OpenSim", (".trc",), _run, _landmarks, _landmarks_of_reference,
-        lost_of_reference=_SIGMA_AND_SOURCE,
+        "trc", "TRC, OpenSim", (".trc",), *_TRAJECTORIES, lost_of_reference=_SIGMA_AND_SOURCE
     ),
     ExportFormat(
-        "c3d", "C3D", (".c3d",), _run, _landmarks, _landmarks_of_reference,
+        "c3d", "C3D", (".c3d",), *_TRAJECTORIES,
         lost_of_reference="standard deviations other than the largest one of each landmark (its "
         "residual), and which frames are interpolated",
     ),
     ExportFormat(
-        "bvh", "BVH", (".bvh",), _run, _landmarks, _landmarks_of_reference,
+        "bvh", "BVH", (".bvh",), *_TRAJECTORIES,
         lost_of_reference=f"{_SIGMA_AND_SOURCE}, and gaps: unknown landmarks stay as they were "
         "last known",
     ),
     ExportFormat(
-        "npz", "Complete, with uncertainty", (".npz",), _run, reference=_complete_reference
+        "npz", "Complete, with uncertainty", (".npz",), _TRAJECTORIES[0],
+        reference=_frames(lambda path, one, _: write_reference(path, one)),
     ),
     ExportFormat(
-        "angles", "Joint angles", (".csv",), _angles_of_run, _angles, _angles_of_reference
+        "angles", "Joint angles", (".csv",), _angles_of_run,
+        _angles,
+        lambda path, one, fps: _angles(path, one.trajectory(np.inf), fps),
     ),
     ExportFormat(
-        "coco", "COCO keypoints", (".json",), clicks=_coco, keypoints=_coco_results, loses=_NOTES
+        "coco", "COCO keypoints", (".json",),
+        clicks=_clicks(lambda path, c: write_coco(path, c.clicks, c.recording, c.landmarks)),
+        keypoints=_coco_results, loses=_NOTES,
     ),
     ExportFormat(
-        "slp", "SLEAP", (".slp",), clicks=_sleap, module="sleap_io", extra="sleap",
-        loses=_NOTES | {"outside", "source"},
+        "slp", "SLEAP", (".slp",),
+        clicks=_clicks(lambda path, c: write_sleap(path, c.clicks, c.recording, c.landmarks)),
+        module="sleap_io", extra="sleap", loses=_NOTES | {"outside", "source"},
     ),
     ExportFormat(
         "dlc", "DeepLabCut", (".csv",), clicks=_deeplabcut, loses=frozenset(_PROPERTIES)
@@ -332,7 +287,11 @@ def format_of_file(path: Path) -> ExportFormat:
 
 
 def writer(form: ExportFormat, kind: Kind) -> Callable[..., Exported]:
-    """The function that writes a kind of data in a format; InputError where there is none."""
+    """The function that writes a kind of data in a format; InputError where there is none.
+
+    It is given path and data, and the frames per second or, of keypoints, the recording. A complete
+    run has its own rate where none is given. It raises InputError if the file cannot be written.
+    """
     found: Callable[..., Exported] | None = getattr(form, kind)
     if found is None:
         raise InputError(

@@ -42,14 +42,8 @@ class Predictions:
     ) -> int:
         """Let these be all predictions of a source, in these frames or altogether; how many.
 
-        None is kept where a person has said anything, or far from an image. Raises InputError;
-        ValueError for other sources or frames.
+        None is kept where a person has said anything, or far from an image. Raises InputError.
         """
-        predictions = tuple(predictions)
-        if any(one.source != source for one in predictions):
-            raise ValueError(f"not all predictions are of {source!r}")
-        if frames is not None and any(one.frame not in frames for one in predictions):
-            raise ValueError(f"not all predictions are of the frames {frames}")
         rows = [
             _row(one)
             for one in self.unclicked(predictions)

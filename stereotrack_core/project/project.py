@@ -81,7 +81,6 @@ class Project:
         self.notes: tuple[Finding, ...] = (*opened.notes, *self._unusable())
 
     def _unusable(self) -> Iterable[Finding]:
-        """Warnings about chosen entries that cannot be used."""
         if (name := self.chosen(self.descriptions)) is not None:
             what = f"it corrects the recording's description ({name}), which is not done any more"
             remedy = "Correct the recording's own files, or the clicks may not fit its cameras."

@@ -169,13 +169,13 @@ def is_guess(path: Path) -> bool:
 def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: bool = False) -> None:
     """Write cameras, lengths in metres; `guessed`: whether to state that nobody measured them."""
     content: dict[str, Any] = {
-        f"cam_{i}": _section(camera, 1.0) for i, camera in enumerate(cameras.values())
+        f"cam_{i}": section_of(camera, 1.0) for i, camera in enumerate(cameras.values())
     }
     content["metadata"] = {"units": "m"} | ({"guess": True} if guessed else {})
     write_file(path, tomli_w.dumps(content))
 
 
-def _section(camera: Camera, metres: float) -> dict[str, Any]:
+def section_of(camera: Camera, metres: float) -> dict[str, Any]:
     """A camera as a section of the file; `metres` are those of the file's unit."""
     placed = camera.camera_from_world
     section: dict[str, Any] = {
@@ -200,5 +200,5 @@ def edited_calibration(path: Path, cameras: Mapping[str, Camera]) -> str:
         camera = cameras.get(section.get("name", "")) if isinstance(section, dict) else None
         if camera is not None:
             section.pop("fisheye", None)
-            section.update(_section(camera, metres))
+            section.update(section_of(camera, metres))
     return tomli_w.dumps(content)

@@ -37,17 +37,14 @@ def check_cameras(recording: Recording) -> Iterator[Finding]:
         if view.left is not None:
             yield from _check_pair(recording, view)
     own = world_camera(cameras_of_views(recording).values())
-    likely = up_of_cameras(recording)
+    likely, where = up_of_cameras(recording), CALIBRATION
+    what = f"the world's {likely.axis} axis points up in the images, not z"
     if own is not None:
-        yield Finding(
-            "note" if likely.axis != UP_AXES[0] else "warning",
-            f"{CALIBRATION}, camera {own.name}",
-            f"the world is the frame of camera {own.name}: z is its viewing direction, not up",
-            _assumed(recording, likely),
-        )
-    elif likely.axis != UP_AXES[0]:
-        what = f"the world's {likely.axis} axis points up in the images, not z"
-        yield Finding("note", CALIBRATION, what, _assumed(recording, likely))
+        where = f"{CALIBRATION}, camera {own.name}"
+        what = f"the world is the frame of camera {own.name}: z is its viewing direction, not up"
+    if own is not None or likely.axis != UP_AXES[0]:
+        severity: Severity = "note" if likely.axis != UP_AXES[0] else "warning"
+        yield Finding(severity, where, what, _assumed(recording, likely))
     whole_rig = yield from _check_gaze(recording, upright=own is None)
     if not whole_rig:
         yield from _check_distances(recording)
@@ -77,7 +74,16 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
 def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
     width, height = camera.width, camera.height
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
-    resized = _of_another_size(camera)
+    middle = np.array([width, height]) / 2
+    aside, near = np.abs([cx, cy] - middle), _NEAR_MIDDLE * width
+    exchanged = np.all(np.abs([cy, cx] - middle) < near) and np.all(aside > near)
+    resized = ""  # what to do if it is the middle of a larger or smaller image
+    for factor in IMAGE_SIZES:
+        if not resized and np.all(np.abs(factor * camera.matrix[:2, 2] - middle) < near):
+            resized = (
+                "The matrix belongs to another image size: multiply its first two rows by "
+                f"{factor:.3g}."
+            )
     centre = f"the principal point ({cx:.1f}, {cy:.1f})"
     image = f"the image of {width} x {height} pixels"
     if not (0 <= cx <= width - 1 and 0 <= cy <= height - 1):
@@ -88,35 +94,15 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             fits = "It fits the image rotated by 90 degrees."
             remedy = f"{fits} Calibrate with the images as they are stored."
         yield Finding("error", where, what, remedy)
-    elif _centre_exchanged(camera):
-        near = f"({cy:.1f}, {cx:.1f}) is near the centre of {image}"
-        what = f"c_x and c_y are exchanged: {near}, {centre} is not"
+    elif exchanged:
+        there = f"({cy:.1f}, {cx:.1f}) is near the centre of {image}"
+        what = f"c_x and c_y are exchanged: {there}, {centre} is not"
         remedy = "Exchange c_x and c_y, or check that the matrix belongs to these images."
         yield Finding("warning", where, what, remedy)
-    elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
+    elif (aside > middle / 2).any():
         what = f"{centre} is far from the centre of {image}"
         remedy = resized or "This is correct only for cropped images; otherwise calibrate again."
         yield Finding("warning", where, what, remedy)
-
-
-def _centre_exchanged(camera: Camera) -> bool:
-    """Whether the principal point is near the image's middle only with c_x and c_y exchanged."""
-    middle, centre = np.array([camera.width, camera.height]) / 2, camera.matrix[:2, 2]
-    near = _NEAR_MIDDLE * camera.width
-    aside = np.abs(centre - middle)
-    return bool(np.all(np.abs(centre[::-1] - middle) < near) and np.all(aside > near))
-
-
-def _of_another_size(camera: Camera) -> str:
-    """Remedy if the principal point is the middle of a larger or smaller image; else empty."""
-    middle = np.array([camera.width, camera.height]) / 2
-    for factor in IMAGE_SIZES:
-        if np.all(np.abs(factor * camera.matrix[:2, 2] - middle) < _NEAR_MIDDLE * camera.width):
-            return (
-                "The matrix belongs to another image size: multiply its first two rows by "
-                f"{factor:.3g}."
-            )
-    return ""
 
 
 def _folded_share(camera: Camera) -> float:
@@ -253,7 +239,16 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
     likely = up_of_cameras(recording)
     world = Upright(likely.axis if likely.sure else UP_AXES[0])
     if len(cameras) < _LEAST_VIEWS:
-        yield from _check_upright(cameras, turns, world)
+        for name, turn in turns.items():
+            camera = cameras.get(name)
+            if camera is None or _is_upright(camera, turn, world):
+                continue
+            fits = [way for way, to in _WAYS.items() if _is_upright(to(camera), turn, world)]
+            if fits:  # a mistake of conversion that is seen often
+                what = f"view {name} {_NOT_UPRIGHT.format(axis=world.axis)}"
+                way = f"It would be if it were {fits[0]}: x_camera = R x_world + t."
+                where = f"{CALIBRATION}, camera {camera.name}, rotation"
+                yield Finding("warning", where, what, f"{way} Check its display_rotation, too.")
         return False
     misfits = _misfits(cameras, turns)
     if len(misfits) > len(cameras) // 2 or at_one_place(cameras):
@@ -279,23 +274,6 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
         where = f"{CALIBRATION}, camera {camera.name}, rotation"
         yield Finding("warning", where, f"view {name} {fault}", remedy, correction)
     return False
-
-
-def _check_upright(
-    cameras: Mapping[str, Camera], turns: Mapping[str, int], world: Upright
-) -> Iterator[Finding]:
-    """Of few views, those that are upright only if they are changed in a way that is seen often."""
-    for name, turn in turns.items():
-        camera = cameras.get(name)
-        if camera is None or _is_upright(camera, turn, world):
-            continue
-        fits = [way for way, change in _WAYS.items() if _is_upright(change(camera), turn, world)]
-        if fits:
-            what = _NOT_UPRIGHT.format(axis=world.axis)
-            way = f"It would be if it were {fits[0]}: x_camera = R x_world + t."
-            remedy = f"{way} Check its display_rotation, too."
-            where = f"{CALIBRATION}, camera {camera.name}, rotation"
-            yield Finding("warning", where, f"view {name} {what}", remedy)
 
 
 def transposed(camera: Camera) -> Camera:

@@ -42,7 +42,6 @@ class Observations:
     """
 
     views: tuple[str, ...]
-    points: tuple[str, ...]
     frame: IntArray
     pixels: FloatArray
     mirror: tuple[int, ...]
@@ -74,25 +73,20 @@ def observations(
     rows: list[tuple[int, int, int, float, float]] = []
     header = ("frame", "view", column, "x", "y")
     try:
-        lines = list(read_rows(path, header)) if path.is_file() else []
+        for line, cells in read_rows(path, header) if path.is_file() else ():
+            if cells["view"] not in views:
+                continue
+            try:
+                x, y = float(cells["x"]), float(cells["y"])
+            except ValueError:
+                continue  # not seen there
+            frame = whole_number(cells["frame"], path, line, "frame")
+            if 0 <= frame < frame_count and np.isfinite([x, y]).all():
+                view = names.setdefault(cells["view"], len(names))
+                point = points.setdefault(cells[column], len(points))
+                rows.append((view, frame, point, x, y))
     except InputError:
         return None
-    for line, cells in lines:
-        if cells["view"] not in views:
-            continue
-        try:
-            x, y = float(cells["x"]), float(cells["y"])
-        except ValueError:
-            continue  # not seen there
-        try:
-            frame = whole_number(cells["frame"], path, line, "frame")
-        except InputError:
-            return None
-        if not (0 <= frame < frame_count and np.isfinite([x, y]).all()):
-            continue
-        view = names.setdefault(cells["view"], len(names))
-        point = points.setdefault(cells[column], len(points))
-        rows.append((view, frame, point, x, y))
     if not rows:
         return None
     table = np.array(rows)
@@ -103,7 +97,7 @@ def observations(
     pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
     pixels[view_at, frame_at - frames[0], point_at] = table[:, 3:]
     mirror = tuple(points.get(exchanged(name), place) for name, place in points.items())
-    return Observations(tuple(names), tuple(points), frames, pixels, mirror)
+    return Observations(tuple(names), frames, pixels, mirror)
 
 
 def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:

@@ -141,9 +141,8 @@ def subject_in(values: Mapping[str, Any], where: str) -> Subject:
     lengths = {key: table.number(key) for key in LENGTHS}
     for key, length in lengths.items():
         if length is not None and length <= 0:
-            table.complain(
-                key, f"a length of {length:g} m is not possible", "Give the length in metres."
-            )
+            what = f"a length of {length:g} m is not possible"
+            table.complain(key, what, "Give the length in metres.")
     name = table.text("name") or ""
     offsets = _offsets(table.table("offsets", example="left_hip = [0.0, 0.01, 0.0]"))
     if complaints:
@@ -187,13 +186,12 @@ def read_segments(path: Path) -> tuple[Segment, ...]:
     for line, cells in read_rows(path, COLUMNS):
         first = whole_number(cells["first"], path, line, "first")
         end = whole_number(cells["end"], path, line, "end")
+        what, remedy = "", "Write 0 <= first < end. The frame `end` is not part of the segment."
         if not cells["segment"]:
-            raise InputError(
-                f"the segment in line {line} has no name", where=str(path), remedy="Give it a name."
-            )
-        if not 0 <= first < end:
+            what, remedy = f"the segment in line {line} has no name", "Give it a name."
+        elif not 0 <= first < end:
             what = f"segment {cells['segment']!r} in line {line} goes from {first} to {end}"
-            remedy = "Write 0 <= first < end. The frame `end` is not part of the segment."
+        if what:
             raise InputError(what, where=str(path), remedy=remedy)
         segments.append(Segment(cells["segment"], first, end))
     return tuple(segments)

@@ -1,6 +1,6 @@
 """Everything that is worth telling about a recording folder, at once."""
 
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import Finding, InputError, Severity
 from stereotrack_core.geometry.upright import UP_AXES
-from stereotrack_core.recording.camera_checks import check_cameras
+from stereotrack_core.recording.camera_checks import check_cameras, view_cameras
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.detections import own_detections
@@ -44,9 +44,9 @@ def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple
     return by_severity(findings)
 
 
-def examine_described(recording: Recording) -> tuple[Finding, ...]:
+def examine_described(recording: Recording, *, compare: bool = True) -> tuple[Finding, ...]:
     """The same of a recording that was read without complaints, its images not decoded."""
-    checks = _check(recording, readable=True, paced=True, deep=False, compare=True)
+    checks = _check(recording, readable=True, paced=True, deep=False, compare=compare)
     return by_severity(checks)
 
 
@@ -197,21 +197,20 @@ def _check_subject(recording: Recording) -> Iterator[Finding]:
         length = getattr(recording.subject, key)
         if length is None or low <= length <= high:
             continue
-        millimetres = low <= length / 1000 <= high
-        what = f"{length:g} m is not a body length"
+        severity: Severity = "warning"
         remedy = f"Measure it again. Usual values are {low} to {high} m."
-        if millimetres:
-            remedy = f"Lengths are in metres: write {length / 1000:g}."
-        yield Finding("error" if millimetres else "warning", f"subject.toml, {key}", what, remedy)
+        if low <= length / 1000 <= high:
+            severity, remedy = "error", f"Lengths are in metres: write {length / 1000:g}."
+        what = f"{length:g} m is not a body length"
+        yield Finding(severity, f"subject.toml, {key}", what, remedy)
 
 
 def _check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Segments behind the end of the recording."""
     for segment in recording.segments:
         if segment.end > frame_count:
-            span = f"ends at frame {segment.end}"
-            if segment.first >= frame_count:
-                span = f"starts at frame {segment.first}"
+            late = segment.first >= frame_count
+            span = f"starts at frame {segment.first}" if late else f"ends at frame {segment.end}"
             what = f"it {span}, but the recording has {frame_count} frames"
             remedy = "Correct the segment, or check whether a stream is too short."
             yield Finding("warning", f"segments.csv, {segment.name}", what, remedy)
@@ -241,7 +240,9 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
         counts = "or whether the reference counts frames differently"
         remedy = f"Check whether a stream is too short, {counts}."
         yield Finding("warning", where, what, remedy)
-    if not (yield from check_size(reference)):
+    if (wrong := wrong_size(reference)) is not None:
+        yield wrong
+    else:
         has_north = up_of_cameras(recording).axis == UP_AXES[0]
         yield from _check_sides(_by_name(reference), has_north=has_north)
         yield from _check_visible(recording, reference)
@@ -256,19 +257,14 @@ def _by_name(reference: LandmarkTrajectory) -> Mapping[str, FloatArray]:
     return {name: reference.points[:, i] for i, name in enumerate(LANDMARKS)}
 
 
-def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
-    """Findings about the size of the person; the generator's value says whether it is wrong."""
+def wrong_size(reference: LandmarkTrajectory) -> Finding | None:
+    """The finding that the person is of no possible size, as in other units than metres."""
     points = _by_name(reference)
     hips = (points["left_hip"] + points["right_hip"]) / 2
     shoulders = (points["left_shoulder"] + points["right_shoulder"]) / 2
-    lengths = {
-        "torso_length": _median(np.linalg.norm(shoulders - hips, axis=1)),
-        "shoulder_width": _median(
-            np.linalg.norm(points["left_shoulder"] - points["right_shoulder"], axis=1)
-        ),
-    }
-    for key, length in lengths.items():
-        low, high = PLAUSIBLE_LENGTHS_M[key]
+    across = points["left_shoulder"] - points["right_shoulder"]
+    for key, vectors in (("torso_length", shoulders - hips), ("shoulder_width", across)):
+        length, (low, high) = _median(np.linalg.norm(vectors, axis=1)), PLAUSIBLE_LENGTHS_M[key]
         if not np.isfinite(length) or 0.7 * low <= length <= 1.4 * high:
             continue
         tall = 1.7 * length / ((low + high) / 2)
@@ -276,9 +272,8 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
         size = size if tall > 0.02 else f"{1000 * tall:.2g} mm"
         own = f"its {key.replace('_', ' ')} is {length:.4g} m"
         what = f"{own}, which corresponds to a person {size} tall"
-        yield Finding("error", "reference.csv", what, "The reference must be in metres.")
-        return True
-    return False
+        return Finding("error", "reference.csv", what, "The reference must be in metres.")
+    return None
 
 
 def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterator[Finding]:
@@ -311,12 +306,7 @@ def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterat
 def _check_visible(recording: Recording, reference: LandmarkTrajectory) -> Iterator[Finding]:
     points = reference.points.reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
-    if not len(points):
-        return
-    for view in recording.views:
-        camera = recording.cameras.get(view.image.camera)
-        if camera is None:
-            continue
+    for name, camera in view_cameras(recording).items():
         x, y = camera.project(points).T
         inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
         if inside.mean() < 0.05:
@@ -325,4 +315,4 @@ def _check_visible(recording: Recording, reference: LandmarkTrajectory) -> Itera
                 "Check the calibration of this camera, the units, and the world frame of the "
                 "reference."
             )
-            yield Finding("warning", f"reference.csv, view {view.name}", what, remedy)
+            yield Finding("warning", f"reference.csv, view {name}", what, remedy)

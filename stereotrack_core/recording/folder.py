@@ -5,7 +5,6 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -51,7 +50,11 @@ def parse_view(table: Table) -> description.View | None:
     own: dict[str, Any] = {"left": second} if kind == "stereo" else {}
     if kind == "depth":
         own = {"depth": second, "depth_unit": _depth_unit(table), "mask": mask}
-    turn = _display_rotation(table)
+    turn = table.whole_number("display_rotation", 0)
+    if turn not in (0, 90, 180, 270):
+        what, remedy = f"{turn} degrees is not possible", "Use 0, 90, 180 or 270 (clockwise)."
+        table.complain("display_rotation", what, remedy)
+        turn = 0
     named = cast(description.ViewKind, kind)
     return description.View(name, named, image, display_rotation=turn, **own)
 
@@ -64,10 +67,8 @@ def _stream(view: Table, key: str, *, required: bool = True) -> description.Stre
     frames = table.text("frames", required=True)
     first_frame = table.whole_number("first_frame", 0)
     if first_frame < 0:
-        table.complain(
-            "first_frame", f"{first_frame} is before the start of the stream", "Use 0 or more."
-        )
-        first_frame = 0
+        what = f"{first_frame} is before the start of the stream"
+        table.complain("first_frame", what, "Use 0 or more.")
     time_offset = table.number("time_offset", 0.0)
     if frames is None or (camera is None and key != "mask"):
         return None
@@ -75,7 +76,7 @@ def _stream(view: Table, key: str, *, required: bool = True) -> description.Stre
         camera=camera or "",
         frames=frames,
         background=table.text("background"),
-        first_frame=first_frame,
+        first_frame=max(first_frame, 0),
         time_offset=time_offset or 0.0,
     )
 
@@ -87,15 +88,6 @@ def _depth_unit(view: Table) -> float:
         return unit or 0.001
     view.complain("depth.unit", f"{unit:g} metres per count is not possible", "Write e.g. 0.001.")
     return 0.001
-
-
-def _display_rotation(table: Table) -> int:
-    rotation = table.whole_number("display_rotation", 0)
-    if rotation not in (0, 90, 180, 270):
-        what = f"{rotation} degrees is not possible"
-        table.complain("display_rotation", what, "Use 0, 90, 180 or 270 (clockwise).")
-        return 0
-    return rotation
 
 
 FORMAT = 1
@@ -150,6 +142,11 @@ def describe(
     elif fps is not None and fps <= 0:
         table.complain("fps", f"{fps:g} frame sets per second is invalid", "Write fps > 0.")
     rate = fps if fps is not None and fps > 0 else 1.0
+
+    def reference(path: Path) -> LandmarkTrajectory:
+        """The reference at the recording's frames, also if its times have another rate."""
+        return dataclasses.replace(read_landmarks(path).at_rate(rate, path.name), fps=None)
+
     cameras, unusable, guessed = _cameras(folder, table)
     views = _views(table)
     for view in views:
@@ -161,15 +158,10 @@ def describe(
         views=views,
         cameras=cameras,
         subject=_optional(folder, table, "subject", description.read_subject),
-        reference=_optional(folder, table, "reference", partial(_read_reference, fps=rate)),
+        reference=_optional(folder, table, "reference", reference),
         segments=_optional(folder, table, "segments", description.read_segments) or (),
         guessed=guessed,
     )
-
-
-def _read_reference(path: Path, fps: float) -> LandmarkTrajectory:
-    """The reference at the recording's frames, also if its times have another rate."""
-    return dataclasses.replace(read_landmarks(path).at_rate(fps, path.name), fps=None)
 
 
 def named_file(folder: Path, key: str) -> Path:
@@ -195,20 +187,15 @@ def _cameras(
     folder: Path, table: Table
 ) -> tuple[Mapping[str, Camera], frozenset[str] | None, bool]:
     """The usable cameras, names of the others (None: unknown), whether they are guessed."""
-    relative = table.text("calibration", required=True)
-    if relative is None:
-        return {}, None, False
-    try:
-        path = inside(folder, relative, f"{table.where}, calibration")
-    except InputError as error:
-        table.complaints.append(error)
+    path = _optional(folder, table, "calibration", lambda path: path)
+    if path is None:
         return {}, None, False
     cameras, stated = parse_calibration(path, table.complaints)
     return cameras, None if stated is None else stated - set(cameras), is_guess(path)
 
 
 def _optional(folder: Path, table: Table, key: str, read: Callable[[Path], T]) -> T | None:
-    relative = table.text(key)
+    relative = table.text(key, required=key == "calibration")
     if relative is None:
         return None
     try:

@@ -205,28 +205,20 @@ def _at_frames(
 def _columns_at(
     position: FloatArray, values: FloatArray, at: IntArray, longest: float
 ) -> FloatArray:
+    """Values (R, K, C) at positions `at`, between known ones that are at most `longest` apart."""
     result: FloatArray = np.full((len(at), *values.shape[1:]), np.nan)
     for k in range(values.shape[1]):
-        result[:, k] = _interpolated(position, values[:, k], at, longest)
-    return result
-
-
-def _interpolated(
-    position: FloatArray, values: FloatArray, at: IntArray, longest: float
-) -> FloatArray:
-    """Values (R, C) at positions `at`, between known ones that are at most `longest` apart."""
-    known: BoolArray = np.asarray(np.isfinite(values).all(axis=1))
-    result: FloatArray = np.full((len(at), values.shape[1]), np.nan)
-    if not known.any():
-        return result
-    position, values = position[known], values[known]
-    ends = np.concatenate([[-np.inf], position, [np.inf]])
-    after = np.searchsorted(position, at)
-    before, next_one = ends[after], ends[after + 1]
-    hit = np.minimum(at - before, next_one - at) <= _ON_SAMPLE
-    inside = hit | (next_one - before <= longest)
-    for axis, column in enumerate(values.T):
-        result[inside, axis] = np.interp(at[inside], position, column)
+        known: BoolArray = np.asarray(np.isfinite(values[:, k]).all(axis=1))
+        if not known.any():
+            continue
+        own = position[known]
+        ends = np.concatenate([[-np.inf], own, [np.inf]])
+        after = np.searchsorted(own, at)
+        before, next_one = ends[after], ends[after + 1]
+        hit = np.minimum(at - before, next_one - at) <= _ON_SAMPLE
+        inside = hit | (next_one - before <= longest)
+        for axis, column in enumerate(values[known, k].T):
+            result[inside, k, axis] = np.interp(at[inside], own, column)
     return result
 
 

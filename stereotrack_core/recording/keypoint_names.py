@@ -5,7 +5,7 @@ Every detector's points have the names that this module gives them, whatever its
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar
@@ -292,13 +292,13 @@ def unnamed(count: int, where: str, *, stated: str | None = None) -> Sequence[st
 
     Raises InputError if no usual layout has so many points, or fewer than the stated one.
     """
+    what = ""
     if stated is not None and count < len(LAYOUTS[stated]):
         what = f"a person has {count} points, the layout {stated} {len(LAYOUTS[stated])}"
-        remedy = f"State another layout with --layout: {', '.join(LAYOUTS)}."
-        raise InputError(what, where=where, remedy=remedy)
-    if stated is None and not layouts_of(count):
+    elif stated is None and not layouts_of(count):
         what = f"a person has {count} points, which is none of the usual layouts"
-        remedy = f"State the layout with --layout: {', '.join(LAYOUTS)}."
+    if what:
+        remedy = f"State another layout with --layout: {', '.join(LAYOUTS)}."
         raise InputError(what, where=where, remedy=remedy)
     return [f"point {i} of {count}" for i in range(count)]
 
@@ -316,10 +316,10 @@ class LayoutChoice:
     def sentence(self) -> str:
         """The choice and its reason; empty if there was nothing to choose."""
         order = f"{self.count} points without names: in the order of {self.layout}"
-        misfits = {name: np.nan_to_num(one, nan=np.inf) for name, one in self.others.items()}
-        best = min(misfits, key=lambda name: misfits[name], default="")
+        misfits = [(np.nan_to_num(one, nan=np.inf), name) for name, one in self.others.items()]
+        least, best = min(misfits, default=(np.inf, ""), key=lambda one: one[0])
+        better = least < self.misfit - _MARGIN
         if self.stated:
-            better = bool(best) and misfits[best] < self.misfit - _MARGIN
             doubt = f", although a body's proportions speak for {best}" if better else ""
             return f"{order}, as stated{doubt}"
         doubt = ""
@@ -329,9 +329,9 @@ class LayoutChoice:
             return f"{order}{doubt}"
         if np.isnan(self.misfit):
             why = "the usual one; no person is seen well enough to tell"
-        elif misfits[best] < self.misfit - _MARGIN:
+        elif better:
             why = f"the usual one, although {best} looks more like a body"
-        elif misfits[best] < self.misfit + _MARGIN:
+        elif least < self.misfit + _MARGIN:
             why = "a body's proportions hardly decide it"
         else:
             why = "told by a body's proportions"
@@ -409,8 +409,3 @@ def _misfit(places: FloatArray, names: Sequence[str]) -> float:
     shoulders = places[:, [names.index(f"{side}_shoulder") for side in ("left", "right")]]
     hidden = float(np.isnan(shoulders).mean())
     return float(np.nanmean(np.minimum(off, _MOST))) + _HIDDEN_SHOULDERS * hidden
-
-
-def sentences(choices: Sequence[LayoutChoice]) -> Iterator[str]:
-    """Sentences on the choices, without repetitions."""
-    yield from dict.fromkeys(choice.sentence() for choice in choices)

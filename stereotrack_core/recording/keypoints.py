@@ -72,9 +72,7 @@ Row: TypeAlias = tuple[int, str, str, float, float, float, str, int]
 
 
 def keypoints_of(rows: Iterable[Row]) -> Keypoints:
-    """Table of the rows with finite places, sorted by frame, camera, source, person and keypoint.
-    Confidences are cut to 0 to 1; one that is not known is 1.
-    """
+    """Sorted table of the rows with finite places; confidences from 0 to 1, 1 where unknown."""
     kept = [row for row in rows if np.isfinite(row[3:5]).all()]
     kept.sort(key=lambda row: (row[0], row[1], row[6], row[7], row[2]))
     frame, camera, keypoint, x, y, confidence, source, person = (

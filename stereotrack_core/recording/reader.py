@@ -29,6 +29,7 @@ class ViewImages:
     left: ImageArray | None = None  # (H, W) or (H, W, 3) uint8; left image of a stereo view
     depth: Float32Array | None = None  # (H, W), metres along the camera's z; NaN where not measured
     mask: BoolArray | None = None  # (H, W); True on the person
+    frame: int | None = None  # number in the recording; None if they show the empty scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +175,7 @@ class FrameReader:
                     else self._picture(self._streams[place], k)
                     for key, place in places.items()
                 }
-                views[view.name] = _view_images(view, pictures)
+                views[view.name] = _view_images(view, pictures, k)
             except DamagedFrame as problem:
                 problems[view.name] = f"View {view.name}, frame {k}: {problem}."
         if problems:
@@ -269,7 +270,7 @@ def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]
     return [known[name] for name in dict.fromkeys(views)]
 
 
-def _view_images(view: View, pictures: Mapping[str, NDArray[Any]]) -> ViewImages:
+def _view_images(view: View, pictures: Mapping[str, NDArray[Any]], k: int) -> ViewImages:
     depth = pictures.get("depth")
     mask = pictures.get("mask")
     return ViewImages(
@@ -277,6 +278,7 @@ def _view_images(view: View, pictures: Mapping[str, NDArray[Any]]) -> ViewImages
         left=pictures.get("left"),
         depth=None if depth is None else metres_of(depth, view.depth_unit),
         mask=None if mask is None else mask > _MASK_THRESHOLD,
+        frame=k,
     )
 
 

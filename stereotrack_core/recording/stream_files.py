@@ -122,13 +122,11 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
 
 def _no_video(frames: str, where: str, error: Exception) -> InputError:
     cause = "it contains no image" if isinstance(error, IndexError | ValueError) else reason(error)
-    return InputError(
-        f"{frames!r} cannot be opened as a video ({cause})",
-        where=where,
-        remedy=readable(
-            error, "Copy it again from the source, or convert it to a common format such as MP4."
-        ),
+    what = f"{frames!r} cannot be opened as a video ({cause})"
+    remedy = readable(
+        error, "Copy it again from the source, or convert it to a common format such as MP4."
     )
+    return InputError(what, where=where, remedy=remedy)
 
 
 _FRAMES_OF_A_VIDEO = 15

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.upright import UP_AXES, Upright
-from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.description import Recording
 
 _STILL_UP = 0.6
 """Cosine between up in the images and z from which the world is as it should be: a camera may look
@@ -40,24 +39,17 @@ def up_of_cameras(recording: Recording, views: Sequence[str] | None = None) -> L
     usual = LikelyUp(UP_AXES[0], True)
     if not chosen:
         return usual
-    ups = np.array([_up_in_world(recording, view) for view in chosen])
+    turns = np.radians([view.display_rotation for view in chosen])
+    in_image = np.stack([-np.sin(turns), -np.cos(turns), np.zeros(len(turns))], axis=1)
+    from_world = [recording.reference_camera(one).camera_from_world.rotation for one in chosen]
+    ups = np.einsum("vji,vj->vi", from_world, in_image)  # as the images are looked at
     mean = ups.mean(axis=0)
     axis = max(UP_AXES, key=lambda name: float(Upright(name).up @ mean))
     up = Upright(axis).up
     if mean[2] > _STILL_UP or axis == usual.axis or up @ mean < _AGREED:
         return usual
-    gazes = np.array(
-        [recording.reference_camera(view).camera_from_world.rotation[2] for view in chosen]
-    )
+    gazes = np.array(from_world)[:, 2]
     apart = float((gazes @ gazes.T).min()) < _APART
     upside_down = axis == "-z"  # cameras below a ceiling are often mounted so
     agreed = bool((ups @ up > 0.0).all())
     return LikelyUp(axis, bool(apart) and agreed and not upside_down)
-
-
-def _up_in_world(recording: Recording, view: View) -> FloatArray:
-    """Unit vector (3,), world, that points up in the image as it is looked at."""
-    turn = np.radians(view.display_rotation)
-    up = np.array([-np.sin(turn), -np.cos(turn), 0.0])
-    camera = recording.reference_camera(view)
-    return np.asarray(camera.camera_from_world.rotation.T @ up)

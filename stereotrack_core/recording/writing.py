@@ -148,17 +148,14 @@ class VideoWriter:
                 what = f"the video cannot be written ({error})"
                 remedy = "Use a name that ends in .mp4."
                 raise InputError(what, where=str(path), remedy=remedy) from None
-            self._stream = self._new_stream(width, height, colour, crf)
+            self._stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
+            self._stream.width, self._stream.height = width, height
+            self._stream.pix_fmt = "yuv420p" if colour else _FULL_RANGE_FORMAT
+            speed = {"preset": "fast", "bf": "0", "g": str(_KEY_FRAME_EVERY)}
+            self._stream.options = {"crf": str(crf), **speed}
+            self._stream.codec_context.thread_count = 1
+            self._stream.codec_context.time_base = self._time_base
             self._open = opening.pop_all()
-
-    def _new_stream(self, width: int, height: int, colour: bool, crf: int) -> Any:
-        stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
-        stream.width, stream.height = width, height
-        stream.pix_fmt = "yuv420p" if colour else _FULL_RANGE_FORMAT
-        stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(_KEY_FRAME_EVERY)}
-        stream.codec_context.thread_count = 1
-        stream.codec_context.time_base = self._time_base
-        return stream
 
     def __enter__(self) -> VideoWriter:
         return self

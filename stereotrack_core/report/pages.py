@@ -210,7 +210,6 @@ def run_page(reported: Reported) -> str:
 
 
 def _lead(reported: Reported) -> str:
-    """The most important in two or three sentences."""
     source = reported.source
     run = source.run
     tracked = int(run.tracked.sum())

@@ -80,7 +80,11 @@ def gathered(
     source = dataclasses.replace(source, run=_cut(source.run, source.frames))
     run, recording = source.run, source.recording
     first, end = int(run.frame[0]), int(run.frame[-1]) + 1
-    segments = () if recording is None else _within(recording.segments, first, end)
+    segments = tuple(
+        Segment(s.name, max(s.first, first), min(s.end, end))
+        for s in (() if recording is None else recording.segments)
+        if s.first < end and s.end > first
+    )
     on_progress(0.02, "reading the recording")
     findings = () if recording is None else examine(recording.folder, compare=True)
     accuracy = _accuracy(source, segments)
@@ -110,14 +114,6 @@ def _cut(run: Run, frames: range | None) -> Run:
         *("innovation", "limb_sigma_deg", "limb_lost", "seconds"),
     )
     return dataclasses.replace(run, **{name: getattr(run, name)[inside] for name in names})
-
-
-def _within(segments: Sequence[Segment], first: int, end: int) -> tuple[Segment, ...]:
-    return tuple(
-        Segment(s.name, max(s.first, first), min(s.end, end))
-        for s in segments
-        if s.first < end and s.end > first
-    )
 
 
 def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
@@ -150,11 +146,8 @@ def _failures(
             on_progress(0.6 + 0.4 * i / len(found), "rendering failures")
             strip = None
             if failure in longest:
-                strip = _jpeg(strip_of(searched, recording, failure, reader))
+                picture = strip_of(searched, recording, failure, reader)
+                done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+                strip = data.tobytes() if done else None
             shown.append(ShownFailure(failure, strip))
     return tuple(shown)
-
-
-def _jpeg(picture: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> bytes | None:
-    done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    return data.tobytes() if done else None

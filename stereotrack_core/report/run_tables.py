@@ -1,7 +1,7 @@
 """Tables of a run's errors, and all that stand in a report."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from stereotrack_core.evaluation.accuracy import Accuracy
@@ -96,7 +96,6 @@ def tables(reported: Reported) -> dict[str, Table | None]:
 
 
 def _lengths(run: Run) -> Table:
-    """The person's measured lengths."""
     stated = run.meta.get("subject") or {}
     known = {name.replace("_", " "): stated[name] for name in LENGTHS if name in stated}
     values = ["average" if value is None else f"{1000.0 * value:.0f}" for value in known.values()]
@@ -105,7 +104,6 @@ def _lengths(run: Run) -> Table:
 
 
 def _failures(reported: Reported) -> Table:
-    """Stretches in which limbs fail."""
     fps = reported.source.fps
     rows = []
     for shown in reported.failures:
@@ -136,7 +134,6 @@ def _parameters(stored: dict[str, Any]) -> Table:
 
 
 def _changed(stored: dict[str, Any], preset: str) -> Table:
-    """What differs from the preset."""
     units = {row.name: row.unit for row in Settings.rows()}
     rows = [
         (key, str(value), units.get(key, ""), str(usual))
@@ -153,13 +150,8 @@ def _versions(reported: Reported) -> Table:
         ("tracked", str(meta.get("made") or "unknown time")),
         ("seed", str(meta.get("seed", "unknown"))),
         ("initial pose", str(meta.get("init", "unknown"))),
-        *_heading_row(meta),
-        ("recording's fingerprint", str(meta.get("fingerprint") or "unknown")),
     ]
+    if (words := heading_words(meta.get(HEADING))) is not None:
+        rows.append(("direction that the person faces", words.brief))
+    rows.append(("recording's fingerprint", str(meta.get("fingerprint") or "unknown")))
     return Table("", ("", ""), rows)
-
-
-def _heading_row(meta: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Which way the person faces, where that was not plain from the first frames."""
-    words = heading_words(meta.get(HEADING))
-    return [] if words is None else [("direction that the person faces", words.brief)]

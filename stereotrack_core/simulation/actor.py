@@ -32,8 +32,7 @@ def _skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
         _share_leg(joints, vertices, side, leg, weights)
         trunk -= arm + leg
     _share_trunk(joints, vertices, np.maximum(trunk, 0.0), weights)
-    result: FloatArray = weights / weights.sum(axis=1, keepdims=True)
-    return result
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
 def _smooth_step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
@@ -212,8 +211,7 @@ def _arm_shift(bones: PosedBones, side: int) -> FloatArray:
         bones.joint[BONE[f"{bone}_{SIDES[side]}"]] for bone in ("clavicle", "upper_arm")
     )
     out = shoulder - clavicle
-    result: FloatArray = out - bones.girdle[side].T @ out
-    return result
+    return np.asarray(out - bones.girdle[side].T @ out)
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,13 +137,10 @@ class Simulation:
         return grown(person, self.options.stature) if self.options.stature else person
 
 
-def build_scene(
-    made: Simulation, workers: Executor, cameras: Mapping[str, Camera] | None = None
-) -> Scene:
-    """Dress the person, plan the motion, draw the room; `cameras` replace those of views."""
+def build_scene(made: Simulation, workers: Executor) -> Scene:
+    """Dress the person, plan the motion, draw the room."""
     options, seed, person = made.options, made.seed, made.who
-    if cameras is None:
-        cameras = rig(view_names(made.views), options, seed)
+    cameras = rig(view_names(made.views), options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
     disturber = Disturber(made.disturbances, seed, options.fps, made.frames)
 
@@ -251,7 +248,6 @@ def _make_frame(
     sensors: Mapping[str, DepthCamera],
     workers: Executor,
 ) -> FloatArray:
-    """Draw and store all pictures of a frame; return its landmarks (9, 3)."""
     people, points = scene.people(frame)
     instants = {name: scene.disturber.instant(name, videos, frame) for name in videos}
     shown = {at: people if at == frame else scene.people(at)[0] for at in {*instants.values()}}

@@ -14,7 +14,6 @@ from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
     STRETCHED,
     Arm,
-    Key,
     Motion,
     Posture,
     circle_path,
@@ -48,15 +47,9 @@ def _travolta() -> Motion:
     down = Posture(hip, low, (4.0, 4.0, 4.0), twist=8.0, sway=0.03, look=6.0, drop=0.03)
     middle = Posture(hip_low, front, (2.0, 2.0, 2.0), drop=0.04)
     up = Posture(hip_low, high, twist=-10.0, sway=-0.03, look=-14.0, drop=0.03)
-    return keyed((0.1, down), *_strokes(up, middle, down, times=3, seconds=0.62))
-
-
-def _strokes(
-    up: Posture, middle: Posture, down: Posture, *, times: int, seconds: float
-) -> list[Key]:
-    """Up and down again; the middle leads the hand round the body."""
-    half = seconds / 2
-    return [(half, middle), (half, up), (half, middle), (half, down)] * times
+    # up and down again; the middle leads the hand round the body
+    stroke = [(0.31, middle), (0.31, up), (0.31, middle), (0.31, down)]
+    return keyed((0.1, down), *stroke, *stroke, *stroke)
 
 
 def _whip() -> Motion:
@@ -97,7 +90,6 @@ def _tie_shoes() -> Motion:
 
 
 def _crossing() -> tuple[Posture, Posture, Posture]:
-    """Both arms in front, crossed, and crossed a little lower."""
     out = (0.7, 0.1, -1.0)
     front = Posture(
         Arm((0.05, 0.66, -0.40), out, bend=4.0), Arm((0.05, 0.76, -0.36), out, bend=4.0)

@@ -85,7 +85,6 @@ class Stand:
 
 
 def _turn_about(axis: Triple, degrees: float) -> FloatArray:
-    """Rotation matrix (3, 3) about a unit axis."""
     return rotation_from_vector(np.radians(degrees) * np.asarray(axis))
 
 
@@ -109,7 +108,6 @@ def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> Jo
 
 
 def _with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> JointState:
-    """The state with its arms as told."""
     bones = posed_bones(person, state)
     chest = BONE["chest"]
     rotations, flexions, hands = [], [], []
@@ -154,8 +152,7 @@ def _shoulder(person: Person, side: int, own: FloatArray) -> FloatArray:
     rest = rest_joints(person)
     clavicle, shoulder = (rest[BONE[f"{bone}_{SIDES[side]}"]] for bone in ("clavicle", "upper_arm"))
     moved = clavicle_rotation(side, np.zeros(3), own) - np.eye(3)
-    result: FloatArray = shoulder - rest[BONE["chest"]] + moved @ (shoulder - clavicle)
-    return result
+    return np.asarray(shoulder - rest[BONE["chest"]] + moved @ (shoulder - clavicle))
 
 
 def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
@@ -287,44 +284,39 @@ def _eased(t: float, ramp: float) -> float:
     return speed * (t - ramp / 2)
 
 
-class KeyedWay:
-    """Interpolates joint states in time, at ascending times in seconds; the first is held before.
+def _way(times: FloatArray, states: Sequence[JointState]) -> Callable[[float], JointState]:
+    """Interpolate joint states at ascending times in seconds; the first is held before.
 
     Between two keys a cubic Bezier curve on the rotations (Shoemake 1985,
     doi:10.1145/325165.325242); the velocity at a key is the harmonic mean of those before and
     after, none where they differ in sign (Fritsch and Butland 1984, doi:10.1137/0905021), so that
     nothing swings beyond its keys.
     """
+    steps = [difference(a, b) for a, b in itertools.pairwise(states)]
+    speeds = np.array(steps) / np.diff(times)[:, None]
+    velocities = np.zeros((len(states), speeds.shape[1]))
+    before, after = speeds[:-1], speeds[1:]
+    same = before * after > 0
+    total = np.where(same, before + after, 1.0)
+    velocities[1:-1] = np.where(same, 2 * before * after / total, 0.0)
 
-    def __init__(self, times: FloatArray, states: Sequence[JointState]) -> None:
-        self._times = np.asarray(times, dtype=np.float64)
-        self._states = tuple(states)
-        steps = [difference(a, b) for a, b in itertools.pairwise(states)]
-        speeds = np.array(steps) / np.diff(self._times)[:, None]
-        self._velocities = np.zeros((len(states), speeds.shape[1]))
-        before, after = speeds[:-1], speeds[1:]
-        same = before * after > 0
-        total = np.where(same, before + after, 1.0)
-        self._velocities[1:-1] = np.where(same, 2 * before * after / total, 0.0)
-
-    def at(self, time: float) -> JointState:
-        """The state at a time in seconds."""
-        times = self._times
+    def at(time: float) -> JointState:
         if time <= times[0]:
-            return self._states[0]
+            return states[0]
         k = min(int(np.searchsorted(times, time, side="left")), len(times) - 1)
         length = times[k] - times[k - 1]
         share = float(min((time - times[k - 1]) / length, 1.0))
-        start, end = self._states[k - 1], self._states[k]
         points = [
-            start,
-            moved(start, self._velocities[k - 1] * length / 3),
-            moved(end, -self._velocities[k] * length / 3),
-            end,
+            states[k - 1],
+            moved(states[k - 1], velocities[k - 1] * length / 3),
+            moved(states[k], -velocities[k] * length / 3),
+            states[k],
         ]
         while len(points) > 1:
             points = [between(a, b, share) for a, b in itertools.pairwise(points)]
         return points[0]
+
+    return at
 
 
 Key = tuple[float, Posture]  # the seconds that it takes to reach a posture from the one before
@@ -343,7 +335,7 @@ def keyed(*keys: Key) -> Motion:
     times = np.cumsum([seconds for seconds, _ in keys])
 
     def states(person: Person, frames: int) -> list[JointState]:
-        way = KeyedWay(times, [state_of(person, posture) for _, posture in keys])
-        return [way.at(times[-1] * frame / max(frames - 1, 1)) for frame in range(frames)]
+        way = _way(times, [state_of(person, posture) for _, posture in keys])
+        return [way(times[-1] * frame / max(frames - 1, 1)) for frame in range(frames)]
 
     return Motion(float(times[-1]), states)

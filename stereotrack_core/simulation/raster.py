@@ -19,8 +19,7 @@ SAMPLES = 2  # samples per pixel along each axis
 
 def in_samples(pixels: FloatArray, origin: tuple[int, int] = (0, 0)) -> FloatArray:
     """Coordinates in samples of pixels (V, 2); `origin` is the pixel at the buffers' corner."""
-    samples: FloatArray = (pixels - np.asarray(origin) + 0.5) * SAMPLES - 0.5
-    return samples
+    return np.asarray((pixels - np.asarray(origin) + 0.5) * SAMPLES - 0.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +40,7 @@ class Raster:
 
     def draw(
         self, samples: FloatArray, nearness: FloatArray, triangles: IntArray, first: int = 0
-    ) -> Visible:
+    ) -> None:
         """Draw a mesh of triangles (T, 3), the first of this number, where it is nearer.
 
         `samples` (V, 2) as :func:`in_samples` makes them, NaN drops the triangle; `nearness` (V,)
@@ -49,25 +48,15 @@ class Raster:
         """
         buffers = self.depth, self.triangle, self.weights
         _rasterise(buffers, samples, nearness, triangles, first)
-        return Visible(self, triangles, first)
 
-
-@dataclass(frozen=True, eq=False)
-class Visible:
-    """A mesh in a raster; `samples` tells what is seen of it once everything is drawn."""
-
-    raster: Raster
-    triangles: IntArray
-    first: int
-
-    def samples(self) -> Samples:
-        """The samples that show the mesh."""
-        numbers = self.raster.triangle - self.first
-        where = np.nonzero((numbers >= 0) & (numbers < len(self.triangles)))
+    def seen(self, triangles: IntArray, first: int = 0) -> Samples:
+        """The samples that show a mesh, once everything is drawn."""
+        numbers = self.triangle - first
+        where = np.nonzero((numbers >= 0) & (numbers < len(triangles)))
         triangle = numbers[where]
-        second, third = self.raster.weights[where].T
+        second, third = self.weights[where].T
         shares = np.stack([1.0 - second.astype(np.float64) - third, second, third])
-        return Samples(where, triangle, self.triangles[triangle], shares)
+        return Samples(where, triangle, triangles[triangle], shares)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +71,7 @@ class Samples:
     def of(self, values: FloatArray) -> FloatArray:
         """Interpolate values (V, C) of the vertices, (N, C)."""
         a, b, c = (s[:, None] * values[k] for s, k in zip(self.shares, self.corners.T, strict=True))
-        result: FloatArray = a + b + c
-        return result
+        return np.asarray(a + b + c)
 
 
 @compiled()

@@ -1,6 +1,6 @@
 """Pictures of a scene by one camera, and what a depth camera measures of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Stream, View
 from stereotrack_core.recording.writing import counts_of, write_png
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.raster import SAMPLES, Raster, Samples, Visible, in_samples
+from stereotrack_core.simulation.raster import SAMPLES, Raster, Samples, in_samples
 from stereotrack_core.simulation.rig import UNDISTURBED, Disturber, Sensor
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things, material_table
 from stereotrack_core.simulation.shading import Shadows, Stuff, clothing, shade
@@ -54,8 +54,9 @@ class CameraRenderer:
         self._depth = np.zeros((height, width), np.float32)
         self._light = np.zeros((height, width, len(sensor.response)), np.float32)
         pixels, nearness = self._projected(things.vertices)
-        room = Raster.over(self._depth).draw(in_samples(pixels), nearness, things.triangles)
-        samples = room.samples()
+        raster = Raster.over(self._depth)
+        raster.draw(in_samples(pixels), nearness, things.triangles)
+        samples = raster.seen(things.triangles)
         points, normals = samples.of(things.vertices), samples.of(things.normals)
         stuff = Stuff(material_table(ROOM_MATERIALS), things.stuff[samples.triangle], points[:, 2])
         self._light[samples.where] = shade(points, normals, stuff, lattice, sensor.response)
@@ -110,8 +111,8 @@ class CameraRenderer:
         rows, columns = (slice(SAMPLES * s.start, SAMPLES * s.stop) for s in box)
         depth, light = self._depth[rows, columns].copy(), room[rows, columns].copy()
         origin = box[1].start, box[0].start
-        for who, visible in _rasterised(people, projected, origin, depth):
-            samples, actor = visible.samples(), who.actor
+        for who, samples in _rasterised(people, projected, origin, depth):
+            actor = who.actor
             rest = samples.of(actor.vertices)
             stuff = clothing(actor.materials, actor.marks, rest)
             normals = samples.of(who.normals)
@@ -135,7 +136,6 @@ class CameraRenderer:
         return pixels, 1.0 / safe
 
     def _box(self, pixels: Sequence[FloatArray]) -> tuple[slice, slice] | None:
-        """Rows and columns that people touch."""
         size = np.array([self._camera.width, self._camera.height])
         points = np.concatenate([*pixels, np.zeros((0, 2))])
         points = points[(points > -1).all(axis=1) & (points < size).all(axis=1)]  # not NaN
@@ -151,29 +151,27 @@ def _rasterised(
     projected: Sequence[Projected],
     origin: tuple[int, int],
     depth: Float32Array,
-) -> list[tuple[Posed, Visible]]:
+) -> Iterator[tuple[Posed, Samples]]:
     """Draw everybody into `depth`, whose corner is the pixel (x, y) `origin`."""
-    raster, drawn, first = Raster.over(depth), [], 0
-    for posed, (pixels, nearness) in zip(people, projected, strict=True):
-        triangles = posed.actor.triangles
-        visible = raster.draw(in_samples(pixels, origin), nearness, triangles, first)
-        drawn.append((posed, visible))
-        first += len(triangles)
-    return drawn
+    raster = Raster.over(depth)
+    firsts = np.cumsum([0, *(len(posed.actor.triangles) for posed in people)]).tolist()
+    for posed, first, (pixels, nearness) in zip(people, firsts, projected, strict=False):
+        raster.draw(in_samples(pixels, origin), nearness, posed.actor.triangles, first)
+    return (
+        (posed, raster.seen(posed.actor.triangles, first))
+        for posed, first in zip(people, firsts, strict=False)
+    )
 
 
 def _flat(samples: Samples, normals: FloatArray) -> FloatArray:
     """Normals (N, 3) of the first corners: shadows need no smooth ones."""
-    result: FloatArray = normals[samples.corners[:, 0]]
-    return result
+    return np.asarray(normals[samples.corners[:, 0]])
 
 
 def _averaged(light: Float32Array) -> Float32Array:
-    """Means of the samples of each pixel."""
     height, width, channels = light.shape
     blocks = light.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, channels)
-    result: Float32Array = blocks.mean(axis=(1, 3), dtype=np.float32)
-    return result
+    return np.asarray(blocks.mean(axis=(1, 3), dtype=np.float32))
 
 
 _SCALE = 43.5
@@ -248,8 +246,7 @@ def _in_shadow(disparity: Float32Array) -> BoolArray:
     column = np.rint(np.arange(width) + disparity).astype(np.int64)
     nearest = np.zeros((height, width + margin))
     np.maximum.at(nearest, (lines, column), disparity)
-    shadow: BoolArray = nearest[lines, column] > disparity + 1.0
-    return shadow
+    return np.asarray(nearest[lines, column] > disparity + 1.0)
 
 
 def _frayed(z: Float32Array, rng: np.random.Generator) -> Float32Array:
@@ -259,12 +256,10 @@ def _frayed(z: Float32Array, rng: np.random.Generator) -> Float32Array:
     off = _FRAYED * rng.standard_normal((2, height, width))
     column = np.clip(np.rint(x + off[0]), 0, width - 1).astype(np.int64)
     line = np.clip(np.rint(y + off[1]), 0, height - 1).astype(np.int64)
-    frayed: Float32Array = z[line, column]
-    return frayed
+    return np.asarray(z[line, column])
 
 
 def _smooth_noise(shape: tuple[int, ...], rng: np.random.Generator) -> Float32Array:
     """Noise (H, W) of unit standard deviation, alike in neighbouring pixels."""
     noise = cv2.GaussianBlur(rng.standard_normal(shape, np.float32), (0, 0), _ALIKE)
-    result: Float32Array = (noise / noise.std()).astype(np.float32)
-    return result
+    return np.asarray((noise / noise.std()).astype(np.float32))

@@ -325,7 +325,6 @@ class Disturber:
         return light
 
     def _brightness(self, camera: str, frame: int) -> np.float32:
-        """Factor of the brightness of a frame."""
         given, seconds = self.strengths, frame / self.fps
         factor = given.get("gain", 1.0)
         if "exposure" in given:

@@ -86,16 +86,14 @@ def shade(
 
 def along(vectors: FloatArray, axis: FloatArray) -> FloatArray:
     """Scalar products (N,), summed in a fixed order: pictures are the same on all machines."""
-    result: FloatArray = vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1] + vectors[:, 2] * axis[2]
-    return result
+    return np.asarray(vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1] + vectors[:, 2] * axis[2])
 
 
 def _brightness(normals: FloatArray) -> FloatArray:
     length = np.maximum(np.sqrt(along(normals**2, np.ones(3))), 1e-9)
     strong = np.maximum(0.0, along(normals, _LAMP) / length)
     soft = 0.5 + 0.5 * (along(normals, _SOFT_LAMP) / length)
-    result: FloatArray = _EXPOSURE * (_AMBIENT + _LAMP_STRENGTH * strong + _SOFT_STRENGTH * soft)
-    return result
+    return np.asarray(_EXPOSURE * (_AMBIENT + _LAMP_STRENGTH * strong + _SOFT_STRENGTH * soft))
 
 
 @compiled()
@@ -237,7 +235,6 @@ def _lamp(disturber: Disturber) -> FloatArray:
 def _cast(
     lamp: FloatArray, triangles: IntArray, vertices: FloatArray, out_nearness: Float32Array
 ) -> None:
-    """Draw a person as the lamp sees it."""
     x, y, z = (lamp[:3] @ (vertices - lamp[3]).T).astype(np.float64)
     safe = np.maximum(z, _NEAREST)
     samples = np.column_stack([x, y]) / safe[:, None] * _MAP_FOCAL + (_MAP_SIZE - 1) / 2
@@ -246,7 +243,6 @@ def _cast(
 
 
 def _edge(disturber: Disturber, frame: int) -> FloatArray:
-    """Where the shade begins in a frame."""
     angle, phase = disturber.rng("shade").uniform(0, 2 * np.pi, 2)
     direction = np.array([np.cos(angle), np.sin(angle), 0.5]) / np.sqrt(1.25)
     turn = 2 * np.pi * frame / disturber.fps / _SHADE_SECONDS + phase

@@ -66,8 +66,7 @@ def bend_rotation(a: FloatArray, b: FloatArray) -> FloatArray:
         axis /= np.linalg.norm(axis)
         return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    bent: FloatArray = np.eye(3) + k + k @ k / (1 + c)
-    return bent
+    return np.asarray(np.eye(3) + k + k @ k / (1 + c))
 
 
 def _frame(link: FloatArray, hinge: FloatArray) -> FloatArray:
@@ -267,8 +266,7 @@ def _pose_arm(
     if not state.girdle[side].any():
         return np.eye(3)
     following = clavicle_rotation(side, in_chest @ axis, np.zeros(2))
-    own: FloatArray = rotation[clavicle] @ (rotation[chest] @ following).T
-    return own
+    return np.asarray(rotation[clavicle] @ (rotation[chest] @ following).T)
 
 
 def _pose_leg(

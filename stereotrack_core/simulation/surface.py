@@ -69,8 +69,7 @@ def _field_normals(field: FloatArray, cells: FloatArray) -> FloatArray:
     grown = [scipy.ndimage.gaussian_filter(field, 1.0, order=o) for o in np.eye(3, dtype=int)]
     slopes = [scipy.ndimage.map_coordinates(one, cells.T, order=1) for one in grown]
     normals = np.stack(slopes, axis=1)
-    result: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
-    return result
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None])
 
 
 def _distance_on_grid(pieces: tuple[Flesh, ...], axes: list[FloatArray]) -> FloatArray:
@@ -90,7 +89,8 @@ def _distance_on_grid(pieces: tuple[Flesh, ...], axes: list[FloatArray]) -> Floa
         )
         grid = np.meshgrid(*(axis[s] for axis, s in zip(axes, box, strict=True)), indexing="ij")
         distance = flesh_distance(piece, np.stack(grid, axis=-1))
-        field[box] = _smooth_minimum(field[box], distance, piece.blend)
+        h = np.maximum(piece.blend - np.abs(field[box] - distance), 0.0) / piece.blend
+        field[box] = np.minimum(field[box], distance) - h * h * piece.blend / 4
     return field
 
 
@@ -99,8 +99,7 @@ def flesh_distance(piece: Flesh, points: FloatArray) -> FloatArray:
     flat = np.asarray(piece.flat)
 
     def stretched(p: FloatArray) -> FloatArray:
-        result: FloatArray = p + (piece.by - 1.0) * (p @ flat)[..., None] * flat
-        return result
+        return np.asarray(p + (piece.by - 1.0) * (p @ flat)[..., None] * flat)
 
     a, b = stretched(piece.a), stretched(piece.b)
     p = stretched(points) - a
@@ -110,13 +109,7 @@ def flesh_distance(piece: Flesh, points: FloatArray) -> FloatArray:
         return np.asarray(np.linalg.norm(p, axis=-1) - piece.radius_a)
     along = np.clip(p @ axis / squared, 0.0, 1.0)
     radius = piece.radius_a + along * (piece.radius_b - piece.radius_a)
-    result: FloatArray = np.linalg.norm(p - along[..., None] * axis, axis=-1) - radius
-    return result
-
-
-def _smooth_minimum(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
-    h = np.maximum(width - np.abs(a - b), 0.0) / width
-    return np.minimum(a, b) - h * h * width / 4
+    return np.asarray(np.linalg.norm(p - along[..., None] * axis, axis=-1) - radius)
 
 
 def flesh(person: Person) -> Iterator[Flesh]:

@@ -256,7 +256,11 @@ def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
                 f"{', '.join(known)}.",
             )
         patterns = [value.strip() for value in values.split(",")]
-        rows = tuple(row for row in rows if _fits(row.cell(name), patterns))
+        rows = tuple(
+            row
+            for row in rows
+            if row.cell(name) in patterns or any(fnmatchcase(row.cell(name), p) for p in patterns)
+        )
     if select and not rows:
         raise InputError(
             "no recording of the study agrees with this selection",
@@ -264,10 +268,6 @@ def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
             remedy="See the values with `stereotrack study status`.",
         )
     return rows
-
-
-def _fits(cell: str, patterns: Iterable[str]) -> bool:
-    return any(cell == pattern or fnmatchcase(cell, pattern) for pattern in patterns)
 
 
 def _text(value: Value) -> str:
@@ -289,7 +289,10 @@ class Listed:
 def with_recordings(
     study: Study, folders: Sequence[Path], *, cancelled: Callable[[], bool] = lambda: False
 ) -> Listed:
-    """List all recordings in folders behind those listed. Raises InputError, Cancelled."""
+    """List all recordings in folders behind those listed, each with its newest project.
+
+    Raises InputError, Cancelled.
+    """
     rows = {study.place(row.recording): row for row in study.rows}
     added = []
     for folder in _found(folders):
@@ -298,16 +301,12 @@ def with_recordings(
         if folder not in rows:
             added.append(study.relative(folder))
             rows[folder] = StudyRecording(added[-1])
-        rows[folder] = _with_project(study, rows[folder], folder)
+        row = rows[folder]
+        if not (row.project and study.place(row.project).is_file()):
+            newest = next(iter(projects_of(folder)), None)
+            if newest is not None:
+                rows[folder] = replace(row, project=study.relative(newest))
     return Listed(replace(study, rows=tuple(rows.values())), tuple(added))
-
-
-def _with_project(study: Study, row: StudyRecording, folder: Path) -> StudyRecording:
-    """A row with the newest project of its recording, where it has none that is there."""
-    if row.project and study.place(row.project).is_file():
-        return row
-    newest = next(iter(projects_of(folder)), None)
-    return row if newest is None else replace(row, project=study.relative(newest))
 
 
 def recordings_below(folder: Path) -> Iterator[Path]:

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
+from stereotrack_core.atomic import make_folder
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
 from stereotrack_core.evaluation.joint_angles import angle_ranges, angles_of_run
@@ -126,21 +127,6 @@ class Watcher(Protocol):
         """Whether to stop."""
 
 
-class Workers(Protocol):
-    """Does jobs, until the end of a ``with`` block."""
-
-    def __enter__(self) -> object: ...
-
-    def __exit__(self, *_: object) -> None: ...
-
-    @property
-    def count(self) -> int:
-        """Jobs that are done at once."""
-
-    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
-        """Do all jobs, each with its own identity, until each has a result. Raises Cancelled."""
-
-
 def do_batch(
     jobs: Sequence[Job],
     *,
@@ -194,7 +180,8 @@ def _tracked(
             meta = {**run.meta, _TRACKED_AS: job.tracking, "wall_seconds": seconds}
             run = dataclasses.replace(run, meta={**meta, "frames_per_second": speed})
             if job.keep:
-                _keep(Path(job.keep), run)
+                make_folder(Path(job.keep).parent)
+                write_npz(Path(job.keep), run)
             return run
 
         yield _result(job, recording, finished)
@@ -224,7 +211,6 @@ def is_kept(job: Job) -> bool:
 
 
 def _result(job: Job, recording: Recording, finished: Callable[[], Run]) -> JobResult:
-    """Measure a run; a failure is the result as well."""
     truth = job.truth if job.truth is not None else recording.reference
     try:
         run = finished()
@@ -237,18 +223,6 @@ def _result(job: Job, recording: Recording, finished: Callable[[], Run]) -> JobR
         return failure(job.identity, error)
     known = {name: value for name, value in values.items() if math.isfinite(value)}
     return JobResult(job.identity, "done", known, frames=len(run.frame))
-
-
-def _keep(path: Path, run: Run) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be made ({error.strerror})",
-            where=str(path.parent),
-            remedy="Make it possible to write there, and start again.",
-        ) from error
-    write_npz(path, run)
 
 
 _PERCENTILES = {"median": "median", "p95": "95th percentile"}

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from stereotrack_core.atomic import make_folder
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, Finding, InputError
@@ -32,11 +33,12 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of, tracked_views, views_of
 from stereotrack_core.study.description import Study, StudyRecording, StudySettings
-from stereotrack_core.study.job import Job, JobResult, Workers, is_kept
+from stereotrack_core.study.job import Job, JobResult, is_kept
 from stereotrack_core.study.points import Point, Range, Search
 from stereotrack_core.study.store import Store
+from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
 from stereotrack_core.tracking.presets import PRESETS, preset
-from stereotrack_core.tracking.run_spec import FirstPose, RunSpec, measured_keypoints
+from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 from stereotrack_core.version import __version__
 
 
@@ -53,7 +55,19 @@ class Source:
     @cached_property
     def facts(self) -> dict[str, Any]:
         """Everything about the recording that the tracker is told, without its folder."""
-        return _facts_of(self.recording)
+        recording = self.recording
+        digest, file, subject = None, recording.folder / OWN_FILE, recording.subject
+        if file.is_file():
+            digest = hashlib.blake2b(read_bytes(file, TABLE_BYTES), digest_size=16).hexdigest()
+        # offsets only if there are any, so that jobs without keep the identity they had
+        facts = {k: v for k, v in vars(subject or Subject()).items() if k != "offsets" or v}
+        return {
+            "fingerprint": fingerprint(recording),
+            "calibration": calibration_fingerprint(recording),
+            "fps": recording.fps,
+            "subject": None if subject is None else facts,
+            "detections": digest,
+        }
 
     @cached_property
     def reference(self) -> str:
@@ -111,6 +125,9 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
     views = tuple(view.name for view in recording.views if view.name in tracked)
     frames = frames_within(point.special("frames") or base.frames, source.frames)
     init = first_pose(point.special("init") or base.init, frames.start, recording)
+    told_init: Any = init
+    if isinstance(init, Pose):
+        told_init = {name: np.asarray(value).tolist() for name, value in sorted(vars(init).items())}
     smooth = point.by_name.get("smooth", base.smooth) is True
     clouds = {
         "recording": source.facts,
@@ -124,7 +141,7 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
         "version": __version__,
         "settings": settings.values(),
         "seed": seed,
-        "init": _pose_facts(init),
+        "init": told_init,
         "smooth": smooth,
     }
     if keypoints is not None:
@@ -169,30 +186,6 @@ def _run_name(base: StudySettings, job: Job) -> str:
     return "-".join([*words, f"seed{job.seed}"])
 
 
-def _facts_of(recording: Recording) -> dict[str, Any]:
-    digest, file, subject = None, recording.folder / OWN_FILE, recording.subject
-    if file.is_file():
-        digest = hashlib.blake2b(read_bytes(file, TABLE_BYTES), digest_size=16).hexdigest()
-    return {
-        "fingerprint": fingerprint(recording),
-        "calibration": calibration_fingerprint(recording),
-        "fps": recording.fps,
-        "subject": None if subject is None else _subject_facts(subject),
-        "detections": digest,
-    }
-
-
-def _subject_facts(subject: Subject) -> dict[str, Any]:
-    """Offsets only if there are any, so that jobs without keep the identity they had."""
-    return {key: value for key, value in vars(subject).items() if key != "offsets" or value}
-
-
-def _pose_facts(init: FirstPose) -> Any:
-    if not isinstance(init, Pose):
-        return init
-    return {name: np.asarray(value).tolist() for name, value in sorted(vars(init).items())}
-
-
 def _digest(facts: Any) -> str:
     text = json.dumps(facts, sort_keys=True, separators=(",", ":"))
     return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
@@ -200,6 +193,7 @@ def _digest(facts: Any) -> str:
 
 _TABLE_SECONDS = 5.0
 
+Workers = LocalWorkers | ClusterWorkers
 Progress = Callable[[float, str], None]  # the share done, 0 to 1, and what is being done
 
 
@@ -354,14 +348,7 @@ def run_study(
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Outcome, Mapping[str, JobResult]]:
     """Compute the jobs that are missing, beside the study file. Raises InputError."""
-    try:
-        study.runs.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder for runs cannot be made ({error.strerror})",
-            where=str(study.runs),
-            remedy="Make it possible to write beside the study file.",
-        ) from error
+    make_folder(study.runs)
     with workers, Store(study.table) as store:
         work = StudyRun(store, workers, on_progress=on_progress, cancelled=cancelled)
         return work.do(jobs), store.results

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from stereotrack_core.atomic import forget_unfinished, write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.measures import MEASURES, measure_named
 from stereotrack_core.evaluation.summary import Spread
-from stereotrack_core.interop.records import Journal, read_journal
+from stereotrack_core.interop.records import append_entry, read_journal
 from stereotrack_core.locks import lock_output
 from stereotrack_core.parameters import value_text
 from stereotrack_core.study.description import RESULT_COLUMNS, Study
@@ -52,7 +51,6 @@ class Store:
         try:
             forget_unfinished(table)
             self.results = stored_results(table)
-            self._journal = Journal(journal_of(table))
         except BaseException:
             self._lock.release()
             raise
@@ -61,13 +59,12 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._journal.close()
         self._lock.release()
 
     def keep(self, job: Job, result: JobResult) -> None:
         """Write a result to the journal."""
         told = {"recording": job.recording, "seed": job.seed, "point": job.point.by_name}
-        self._journal.append({**result.facts(), **told})
+        append_entry(journal_of(self.table), {**result.facts(), **told})
         self.results[result.identity] = result
 
     def write_table(self, jobs: Sequence[Job]) -> None:
@@ -104,7 +101,6 @@ def _cell(value: str | float | int | bool) -> str | float | int:
 
 
 def _check_table(table: Path) -> None:
-    """Refuse to write over a table that is something else."""
     if not table.exists() or not table.stat().st_size:
         return
     try:
@@ -119,13 +115,9 @@ def _check_table(table: Path) -> None:
         )
 
 
-Cell: TypeAlias = str | int | float
-
-
-def result_rows(
+def _result_rows(
     study: Study, jobs: Sequence[Job], results: Mapping[str, JobResult]
-) -> Iterator[tuple[Cell, ...]]:
-    """A row for each value of each run that is done."""
+) -> Iterator[tuple[str | int | float, ...]]:
     by_name = {row.recording: row for row in study.rows}
     for job in jobs:
         result = results.get(job.identity)
@@ -144,7 +136,7 @@ def write_result_table(
 ) -> int:
     """Write the table (.csv); the number of its rows. Raises InputError if it cannot be written."""
     columns = ("recording", "project", *study.factors, *RESULT_COLUMNS)
-    table = list(result_rows(study, jobs, results))
+    table = list(_result_rows(study, jobs, results))
     write_file(path, csv_text(columns, table))
     return len(table)
 
@@ -280,16 +272,14 @@ def curves_of(table: RunTable, x: str, y: str, colour: str = "") -> tuple[Curve,
         own = np.array([one == label for one in labels]) & np.isfinite(height)
         if own.any():
             words = f"{colour.replace('_', ' ')} {label or '(unchanged)'}" if colour else ""
-            curves.append(curve_of(words, at[own], height[own], np.flatnonzero(own)))
+            middles = np.unique(at[own])
+            found = [Spread.of(height[own & (at == place)]) for place in middles]
+            mean = np.array([one.mean for one in found])
+            spread = np.array([one.deviation for one in found])
+            curves.append(
+                Curve(words, at[own], height[own], np.flatnonzero(own), middles, mean, spread)
+            )
     return tuple(curves)
-
-
-def curve_of(label: str, x: FloatArray, y: FloatArray, row: IntArray) -> Curve:
-    """A curve through the means of runs (N,)."""
-    at = np.unique(x)
-    found = [Spread.of(y[x == place]) for place in at]
-    mean = np.array([one.mean for one in found])
-    return Curve(label, x, y, row, at, mean, np.array([one.deviation for one in found]))
 
 
 def _is_number(text: str) -> bool:

@@ -112,7 +112,6 @@ class Batches:
                 self._failed(batch, why)
 
     def _next(self) -> Batch | None:
-        """The next batch; None if nothing waits."""
         with self._telling:
             waiting = self._waiting or self._again
             if not waiting:

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
-from functools import partial
+from functools import lru_cache, partial
 from typing import Protocol, TypeAlias
 
 from stereotrack_core.blas_threads import one_blas_thread
@@ -27,6 +27,7 @@ from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 
 _AHEAD = 2  # clouds that are made while the tracker works on an earlier one
+_SHARED = 16  # clouds, some 10 MB each, by which runs side by side may be apart
 ReadCloud: TypeAlias = tuple[Cloud, float]  # a cloud, and the seconds that reading its images took
 Told: TypeAlias = Callable[[int, int], None]  # told how many of how many parts are done
 
@@ -192,23 +193,13 @@ class Clouds(AbstractContextManager["Clouds"]):
 
 
 class SharedClouds:
-    """Clouds, for many threads, that are made once and forgotten when every run has taken them."""
+    """Clouds of runs that are made side by side; each cloud is made once, and kept for a while."""
 
     def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
         self.chain, self.reader = chain, reader
         self._lock = threading.Lock()
-        self._held: dict[int, ReadCloud] = {}
-        self._taken: dict[CloudTaker, int] = {}
+        self._made = lru_cache(_SHARED)(partial(read_cloud, chain, reader))
         self._learned = False
-
-    def __len__(self) -> int:
-        return len(self._held)
-
-    def taker(self) -> CloudTaker:
-        """Source of one run; to be made before any run begins."""
-        taker = CloudTaker(self)
-        self._taken[taker] = -1
-        return taker
 
     def learn(self, frames: range, told: Told) -> None:
         """Learn the background from these frames, once for all."""
@@ -217,31 +208,7 @@ class SharedClouds:
                 self.chain.learn_background(self.reader, frames, told)
                 self._learned = True
 
-    def take(self, taker: CloudTaker, frame: int) -> ReadCloud:
-        """Cloud of a frame; one that the run takes again is made again, and not kept for others."""
+    def take(self, frame: int) -> ReadCloud:
+        """Cloud of a frame."""
         with self._lock:
-            cloud = self._held.get(frame) or read_cloud(self.chain, self.reader, frame)
-            if frame > self._taken[taker]:
-                self._held[frame], self._taken[taker] = cloud, frame
-                self._forget()
-            return cloud
-
-    def leave(self, taker: CloudTaker) -> None:
-        """A run takes no more clouds."""
-        with self._lock:
-            self._taken.pop(taker, None)
-            self._forget()
-
-    def _forget(self) -> None:
-        needed = min(self._taken.values(), default=max(self._held, default=-1))
-        self._held = {frame: cloud for frame, cloud in self._held.items() if frame > needed}
-
-
-class CloudTaker:
-    """One run's source of clouds that it shares with others."""
-
-    def __init__(self, clouds: SharedClouds) -> None:
-        self.chain, self.reader = clouds.chain, clouds.reader
-        self.learn = clouds.learn
-        self.take = partial(clouds.take, self)
-        self.leave = partial(clouds.leave, self)
+            return self._made(frame)

@@ -1,8 +1,8 @@
 """One correction of a pose by residuals; a new measurement or constraint is one new file."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Columns, Rows, difference, displaced, gather, jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import normalised
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.tracking.state import Belief, Setup
@@ -41,10 +40,6 @@ class Observation(Protocol):
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[Residual, ...]:
         """Residuals at a pose; none where nothing was seen."""
-
-
-# Takes from a cloud what a source beside its points measures, independent of the pose.
-Sensor: TypeAlias = Callable[[Cloud], Observation]
 
 
 def solved(

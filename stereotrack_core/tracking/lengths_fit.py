@@ -5,8 +5,8 @@ elbows are sought, all over the sequence.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -42,19 +42,10 @@ _FEET = (-0.1, 0.3)
 _EXPLAINED = 0.7  # part of the frames, the best explained ones, that is looked at
 
 
-@dataclass(frozen=True)
-class EstimatedLengths:
-    """Lengths that explain a sequence best."""
-
-    proportions: Proportions
-    sigma: Mapping[str, float] = field(default_factory=dict)  # metres, by a length's name
-    frames: int = 0  # that they were fitted to; 0 where nothing but the height is known
-    name: str = ESTIMATED  # of the subject that has them
-
-    def subject(self, own: Subject | None = None) -> Subject:
-        """Who has these lengths; where the bones lie is taken from the recording's own subject."""
-        found = Subject(name=self.name, **dataclasses.asdict(self.proportions))
-        return found if own is None else dataclasses.replace(found, offsets=own.offsets)
+def subject_with(lengths: Proportions, own: Subject | None, name: str = ESTIMATED) -> Subject:
+    """Who has these lengths; where the bones lie is taken from the recording's own subject."""
+    found = Subject(name=name, **dataclasses.asdict(lengths))
+    return found if own is None else dataclasses.replace(found, offsets=own.offsets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +135,11 @@ class WellSeenFrames:
         chosen += _spread([frame for frame in good if frame not in chosen], _STRAIGHT)
         return tuple(frame.seen for frame in chosen)
 
-    def lengths(self, expected: Proportions, setup: Setup) -> EstimatedLengths:
+    def lengths(self, expected: Proportions, setup: Setup) -> Proportions:
         """Lengths that the picked frames tell; what was expected where they are too few."""
         picked = self.picked()
         if not picked:
-            return EstimatedLengths(expected)
+            return expected
         picked = tuple(dataclasses.replace(one, upright=setup.upright) for one in picked)
         shape, parameters = setup.body.shape, setup.parameters
         return estimated_lengths(expected, shape, picked, parameters, setup.joints)
@@ -167,14 +158,8 @@ def estimated_lengths(
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
-) -> EstimatedLengths:
+) -> Proportions:
     """Lengths that explain all frames best, with the surface; held to what is `expected`."""
     free = FreeBody(expected, shape, lengths=tuple(LENGTH_SIGMAS))
-    found = adjusted(free, seen, parameters, joints)
-    lengths, _ = free.parts(found.theta)
-    values = dataclasses.asdict(lengths)
-    sigma = {
-        name: float(values[name] * s)
-        for name, s in zip(free.lengths, found.sigma[: len(free.lengths)], strict=True)
-    }
-    return EstimatedLengths(lengths, sigma, len(seen))
+    theta, _ = adjusted(free, seen, parameters, joints)
+    return free.parts(theta)[0]

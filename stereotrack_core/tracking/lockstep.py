@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import tracked_views
-from stereotrack_core.tracking.clouds import Clouds, CloudTaker, SharedClouds, chain_of
+from stereotrack_core.tracking.clouds import Clouds, SharedClouds, chain_of
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.run import Advance, advances, finished
@@ -19,7 +19,7 @@ class LockstepRun:
     """A run, frame by frame, until an `error`; `seconds` is what it would have taken alone."""
 
     def __init__(
-        self, recording: Recording, spec: RunSpec, frames: range, clouds: CloudTaker
+        self, recording: Recording, spec: RunSpec, frames: range, clouds: SharedClouds
     ) -> None:
         self._recording, self._spec = recording, spec
         self._frames, self._clouds = frames, clouds
@@ -55,7 +55,6 @@ class LockstepRun:
         """Take no more clouds."""
         if self._open is not None:
             self._open.close()
-        self._clouds.leave()
 
     def _take(self, advance: Advance) -> Tracking:
         self._run, self._found = advance.run, advance.gained.into(self._found)
@@ -83,7 +82,7 @@ def track_together(
         stack.callback(chain.close)
         clouds = SharedClouds(chain, reader)
         frames = specs[0].frames_of(clouds.reader.frame_count)
-        runs = [LockstepRun(recording, spec, frames, clouds.taker()) for spec in specs]
+        runs = [LockstepRun(recording, spec, frames, clouds) for spec in specs]
         for run in runs:
             stack.callback(run.close)
         for _ in frames:

@@ -16,7 +16,7 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.keypoint_step import KeypointModel
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.state import Setup
@@ -47,14 +47,13 @@ def cameras_of(recording: Recording, views: Sequence[str]) -> FloatArray:
 
 
 _BASELINES = "stereotrack_core.experiments.baselines"
-# Loaded by name, because those of experiments are made of parts of the tracker.
-_ESTIMATORS: Mapping[str, str] = MappingProxyType(
+# Loaded by name, because they are made of parts of the tracker.
+_BASELINES_BY_NAME: Mapping[str, str] = MappingProxyType(
     {
-        "iterated": f"{IteratedEstimator.__module__}:IteratedEstimator",
-        "extended_kalman": f"{_BASELINES}.estimators:ExtendedKalman",
-        "annealed_particles": f"{_BASELINES}.particles:AnnealedParticles",
-        "limb_icp": f"{_BASELINES}.estimators:LimbIcp",
-        "scalar_distance": f"{_BASELINES}.estimators:ScalarDistance",
+        "extended_kalman": f"{_BASELINES}.estimators:extended_kalman",
+        "annealed_particles": f"{_BASELINES}.particles:annealed_particles",
+        "limb_icp": f"{_BASELINES}.estimators:limb_icp",
+        "scalar_distance": f"{_BASELINES}.estimators:scalar_distance",
     }
 )
 
@@ -80,11 +79,14 @@ def model_for(
                 where="--preset",
                 remedy="Use the preset accurate or fast.",
             )
-        return KeypointModel(Follower(setup, IteratedEstimator(setup)))
+        return KeypointModel(Follower(setup))
     if setup.parameters.matching == "model_to_data":
         return ThesisModel(setup)
-    made = pkgutil.resolve_name(_ESTIMATORS[setup.parameters.estimator])
-    return PersonModel(Follower(setup, made(setup), uses_colours=True, uses_async_detections=True))
+    name = _BASELINES_BY_NAME.get(setup.parameters.estimator)
+    baseline = None if name is None else pkgutil.resolve_name(name)
+    return PersonModel(
+        Follower(setup, uses_colours=True, uses_async_detections=True, baseline=baseline)
+    )
 
 
 def initialiser_for(
@@ -103,7 +105,7 @@ def initialiser_for(
 
 def initialiser(setup: Setup) -> PersonModel:
     """A model of the iterated estimator alone."""
-    return PersonModel(Follower(setup, IteratedEstimator(setup), judges=False))
+    return PersonModel(Follower(setup, judges=False))
 
 
 def _setup(

@@ -11,23 +11,23 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.proportions import measured
+from stereotrack_core.body.proportions import Proportions, measured
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.clouds import Clouds, OwnClouds
 from stereotrack_core.tracking.initialise.first_pose import first_clouds, shape_in
 from stereotrack_core.tracking.initialise.heading_watch import HeadingWatch
 from stereotrack_core.tracking.initialise.keypoint_beginning import (
     FIRST_FRAMES,
-    FirstFrames,
     told_by_first_frames,
 )
 from stereotrack_core.tracking.lengths_fit import (
+    ESTIMATED,
     ESTIMATING_LENGTHS,
     LENGTH_FRAMES,
-    EstimatedLengths,
     WellSeenFrames,
     lengths_by_height,
     lengths_of_standing,
+    subject_with,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec, given_heading, is_found
@@ -180,14 +180,13 @@ def with_estimated_lengths(run: Tracking, frames: range, hooks: Hooks) -> Tracki
         clouds = _first_clouds(run, frames, hooks)
         found = lengths_of_standing(clouds, settings.depth.upright)
         if found is not None:
-            name = f"average, {found.height:.2f} m tall"
-            return with_lengths(run, EstimatedLengths(found, name=name))
+            return with_lengths(run, found, f"average, {found.height:.2f} m tall")
     return run
 
 
-def with_lengths(run: Tracking, lengths: EstimatedLengths) -> Tracking:
-    """The run of a body with these lengths."""
-    subject = lengths.subject(run.recording.subject)
+def with_lengths(run: Tracking, lengths: Proportions, name: str = ESTIMATED) -> Tracking:
+    """The run of a body with these lengths, of a subject of this name."""
+    subject = subject_with(lengths, run.recording.subject, name)
     run = dataclasses.replace(run, recording=dataclasses.replace(run.recording, subject=subject))
     return run.of_body(body_of_subject(subject, run.clouds.settings.body))
 
@@ -215,22 +214,18 @@ def _ready(run: Tracking, frames: range, hooks: Hooks) -> Tracking:
 
 def _ready_by_keypoints(run: Tracking, frames: range, hooks: Hooks) -> Tracking:
     """Track the first frames in advance, and begin where they do."""
-    run, found = _with_first_frames(run, frames, hooks)
-    if found is None or found.pose is None or isinstance(run.init, Pose):
-        return run
-    return run.from_pose(frames.start, found.pose)
+    run, pose = _with_first_frames(run, frames, hooks)
+    return run if pose is None or isinstance(run.init, Pose) else run.from_pose(frames.start, pose)
 
 
-def _with_first_frames(
-    run: Tracking, frames: range, hooks: Hooks
-) -> tuple[Tracking, FirstFrames | None]:
-    """The run of a body as the first frames show it, and what they tell."""
+def _with_first_frames(run: Tracking, frames: range, hooks: Hooks) -> tuple[Tracking, Pose | None]:
+    """The run of a body as the first frames show it, and the pose of the first one if tracked."""
     clouds = list[Cloud]()
     for done, frame in enumerate(frames[:FIRST_FRAMES]):
         hooks.on_preparing("measuring the first frames", done, FIRST_FRAMES)
         clouds.append(run.clouds.keep(frame))
-    found = told_by_first_frames(run.model, run.state, clouds, hooks)
-    return run.of_body(run.body if found is None else run.body.with_shape(found.shape)), found
+    shape, pose = told_by_first_frames(run.model, run.state, clouds, hooks)
+    return run.of_body(run.body.with_shape(shape)), pose
 
 
 def _first_clouds(run: Tracking, frames: range, hooks: Hooks) -> Sequence[Cloud]:
@@ -240,14 +235,14 @@ def _first_clouds(run: Tracking, frames: range, hooks: Hooks) -> Sequence[Cloud]
     return first_clouds(run.clouds.keep, frames, least, told)
 
 
-def _tracked_lengths(run: Tracking, frames: range, hooks: Hooks) -> EstimatedLengths:
+def _tracked_lengths(run: Tracking, frames: range, hooks: Hooks) -> Proportions:
     """Track the first part once with lengths after the height, and estimate them from it."""
     settings, spec, wanted = run.clouds.settings, run.clouds.spec, frames[:LENGTH_FRAMES]
     expected = lengths_by_height(_first_clouds(run, frames, hooks), settings.depth.upright)
     if not settings.follows_data:
         settings = dataclasses.replace(settings, tracking=TrackingParameters())
     settings = settings.replaced(proportions="individual")
-    subject, views = EstimatedLengths(expected).subject(), run.clouds.views
+    subject, views = subject_with(expected, None), run.clouds.views
     recording = dataclasses.replace(run.recording, subject=subject)
     first_spec = RunSpec(settings, frames=wanted, views=views, seed=spec.seed, init=run.init)
     own = OwnClouds(recording, first_spec, views, run.clouds.reader)

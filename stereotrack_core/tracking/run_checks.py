@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -205,41 +205,26 @@ def run_warnings(
     return (*found, *disagreeing_keypoints(poses, body, recording, views, spec.keypoints))
 
 
-@dataclass
+@dataclass(frozen=True)
 class Untracked:
-    """Collects the frames that were not tracked, and tells their causes."""
+    """Why frames of a run are not tracked."""
 
-    recording: Recording
-    settings: Settings
-    _reasons: Counter[str] = field(default_factory=Counter)
+    causes: tuple[Cause, ...]  # what took the points; views with the same cause together
+    counts: Mapping[str, PointCounts]
+    """What was left after each step, by view: medians over the untracked frames."""
 
-    def __post_init__(self) -> None:
-        depth, least = self.settings.depth, self.settings.tracking.least_points
-        self._lost = LostPoints(self.recording, depth, least)
 
-    def note(self, frame: TrackedFrame) -> None:
-        """Take in a frame, with or without its cloud."""
+def untracked_in(
+    frames: Iterable[TrackedFrame], recording: Recording, settings: Settings
+) -> Untracked:
+    """Why some of the frames, with or without clouds, are not tracked; empty if all are."""
+    lost = LostPoints(recording, settings.depth, settings.tracking.least_points)
+    reasons = Counter[str]()
+    for frame in frames:
         if not frame.tracked:
-            self._reasons[frame.reason] += 1
-            self._lost.note(frame.cloud)
-
-    def take(self, frames: Iterable[TrackedFrame]) -> Untracked:
-        """Take in all of them."""
-        for frame in frames:
-            self.note(frame)
-        return self
-
-    @property
-    def counts(self) -> dict[str, PointCounts]:
-        """What was left after each step, by view: medians over the untracked frames."""
-        return self._lost.counts
-
-    def causes(self) -> tuple[Cause, ...]:
-        """What took the points, the views with the same cause together; none: all were tracked."""
-        if not self._reasons:
-            return ()
-        reason, _count = self._reasons.most_common(1)[0]
-        return self._lost.causes(reason)
+            reasons[frame.reason] += 1
+            lost.note(frame.cloud)
+    return Untracked(lost.causes(reasons.most_common(1)[0][0]) if reasons else (), lost.counts)
 
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
@@ -291,23 +276,16 @@ def _joined(reasons: Sequence[str]) -> str:
     return _NUMBER.sub(lambda _: next(spoken), reasons[0])
 
 
-@dataclass
-class ViewProblems:
-    """Collects frame by frame what the views lack."""
-
-    _told: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
-
-    def note(self, frame: int, problems: Mapping[str, str]) -> None:
-        """Keep the sentences of one frame, by view."""
-        for view, sentence in problems.items():
+def blind_stretches(frames: Iterable[TrackedFrame]) -> tuple[Blindness, ...]:
+    """What views lack, in the order of the views that lacked something first."""
+    told: dict[str, list[tuple[int, str]]] = {}
+    for one in frames:
+        for view, sentence in one.problems.items():
             reason = sentence.removeprefix(f"View {view} provides no depth: ")
-            reason = reason.removeprefix(f"View {view}, frame {frame}: ").rstrip(".")
-            self._told.setdefault(view, []).append((frame, reason))
-
-    def stretches(self) -> tuple[Blindness, ...]:
-        """All stretches, in the order of the views that lacked something first."""
-        return tuple(
-            Blindness(view, gap.first, gap.end, gap.reason)
-            for view, told in self._told.items()
-            for gap in gaps_of(told)
-        )
+            reason = reason.removeprefix(f"View {view}, frame {one.frame}: ").rstrip(".")
+            told.setdefault(view, []).append((one.frame, reason))
+    return tuple(
+        Blindness(view, gap.first, gap.end, gap.reason)
+        for view, reasons in told.items()
+        for gap in gaps_of(reasons)
+    )

@@ -26,7 +26,7 @@ from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.clouds import ReadCloud
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.model import TrackModel, TrackState
 from stereotrack_core.tracking.part_colours import PartColours
@@ -228,7 +228,7 @@ def is_sure(model: TrackModel, state: TrackState) -> bool:
     """Whether poses are no longer on trial; of a baseline they never are sure enough."""
     if not (isinstance(model, PersonModel) and isinstance(state, PersonState)):
         return False
-    return state.settled and isinstance(model.follower.estimator, IteratedEstimator)
+    return state.settled and model.follower.baseline is None
 
 
 @dataclass(eq=False)
@@ -249,7 +249,7 @@ class _Way:
         own = replace(model.setup, seed=model.setup.seed + number * _SEEDS_APART)
         at = origin.estimate
         state = State(at.pose, at.P, origin.frame, colours=colours)
-        return cls(Follower(own, IteratedEstimator(own)), state, model.finder.cost)
+        return cls(Follower(own), state, model.finder.cost)
 
     @property
     def poses(self) -> list[Pose | None]:

@@ -152,17 +152,8 @@ def fitted_surface(
     The fit is held to the shape that it starts from by its spread among people.
     """
     free = FreeBody(body.skeleton.proportions, body.shape)
-    found = adjusted(free, seen, parameters, joints, on_frame)
-    return free.body(found.theta), found.poses
-
-
-@dataclass(frozen=True, eq=False)
-class Adjusted:
-    """Numbers of the body and poses that explain the data of all frames best."""
-
-    theta: FloatArray  # (k,). Of a `FreeBody`.
-    sigma: FloatArray  # (k,). Standard deviations.
-    poses: tuple[Pose, ...]
+    theta, poses = adjusted(free, seen, parameters, joints, on_frame)
+    return free.body(theta), poses
 
 
 def adjusted(
@@ -171,8 +162,8 @@ def adjusted(
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     on_frame: OnPart = lambda _done, _count: None,
-) -> Adjusted:
-    """Adjust the poses of all frames and the free numbers of the body together.
+) -> tuple[FloatArray, tuple[Pose, ...]]:
+    """The free numbers (k,) of the body and the poses that explain the data of all frames best.
 
     `joints` are those of the state; `on_frame` is told, in all iterations together, how many frames
     of how many are done.
@@ -197,7 +188,7 @@ def adjusted(
         for i, normal in enumerate(frames):
             delta: FloatArray = scipy.linalg.solve(normal.A, normal.a - normal.B @ step)
             poses[i] = displaced(poses[i], delta, joints)
-    return Adjusted(theta, np.sqrt(np.diagonal(np.linalg.inv(A))), tuple(poses))
+    return theta, tuple(poses)
 
 
 def _with_resting_shoulders(pose: Pose) -> Pose:

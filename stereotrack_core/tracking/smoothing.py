@@ -18,7 +18,7 @@ from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.filtering.smoothing import Walk, backward_step, smooth_uneven
 from stereotrack_core.tracking.estimate import Estimate, Prior, limb_sigma_deg, overconfidence
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.state import Setup, prior_inflation
 
 _ARMS = (slice(6, 10), slice(10, 14))  # numbers of each arm in the states of both trackers
 _JUMP = np.pi / 2  # change of an arm's angles between two frames that is another chart
@@ -186,7 +186,9 @@ def _bridge(found: list[Estimate], first: int, k: int, state: ErrorState, setup:
     moved = state.difference(found[k], before)
     if not np.all(state.continuous(moved)):
         return
-    noise = _inflated(Q, moved, before.P + steps * Q, setup.parameters.prior_inflation_above)
+    above = setup.parameters.prior_inflation_above
+    factor = prior_inflation(moved, before.P + steps * Q, above)
+    noise = Q * np.outer(factor, factor)
     everything = np.ones(len(Q), dtype=np.bool_)
     if found[k].prior is None:
         found[k] = _joined(found[k], before, before.P + steps * noise, state)
@@ -272,12 +274,3 @@ def _as_bridge(estimate: Estimate) -> Estimate:
         limb_lost=np.full_like(estimate.limb_lost, unknown),
         limb_features=None,
     )
-
-
-def _inflated(Q: FloatArray, moved: FloatArray, P: FloatArray, inflated_above: float) -> FloatArray:
-    """Noise that allows for the movement over a gap, as the tracker widens its priors."""
-    squared = moved**2 / np.diagonal(P)
-    groups = [squared[:3], squared[3:6], *squared[6:].reshape(-1, 2)]
-    ratio = np.concatenate([np.full(len(g), np.sqrt(g.mean())) for g in groups])
-    factor = np.where(ratio > inflated_above, ratio, 1.0)
-    return np.asarray(Q * np.outer(factor, factor))

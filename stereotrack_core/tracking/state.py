@@ -127,6 +127,20 @@ class Setup:
         return Belief(belief.pose, belief.P + elapsed(since, time) * self.Q)
 
 
+def prior_inflation(moved: FloatArray, P: FloatArray, above: float) -> FloatArray:
+    """Factors (n,) on standard deviations of a prior (n, n) that allow for a movement (n,).
+
+    Position, rotation and every joint are judged alone by the distance moved over its expected
+    value, and widened where that is `above` so much: still limbs are held still, and nothing that
+    moves fast is held back.
+    """
+    squared = moved**2 / np.diagonal(P)
+    joints = squared[6:].reshape(-1, 2).mean(axis=1)
+    groups = [squared[:3].mean(), squared[3:6].mean(), *joints]
+    ratio = np.sqrt(np.repeat(groups, [3, 3] + [2] * len(joints)))
+    return np.where(ratio > above, ratio, 1.0)
+
+
 def elapsed(since: float | None, time: float) -> float:
     """Frames between two times, never negative; `since` None is the frame before `time`."""
     return 1.0 if since is None else abs(time - since)

@@ -12,7 +12,6 @@ from stereotrack_core.body.pose import Pose, t_pose
 from stereotrack_core.body.posing import TRUNK
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.initialise.finder import (
@@ -30,6 +29,7 @@ from stereotrack_core.tracking.initialise.people import (
     trunk_support,
 )
 from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.measurements import colours_after
 from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
 from stereotrack_core.tracking.state import Setup, State, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
@@ -180,8 +180,8 @@ class PersonModel(FollowedModel):
         self, state: PersonState, before: State, every: Cloud, own: Cloud, estimate: Estimate
     ) -> PersonState:
         """State after a tracked frame of `every` view, and the trusted views' `own` part."""
-        pairing = DataToModel(self.setup, state.leader.colours)
-        colours = pairing.learned(own, state.pose, estimate.unexplained_fraction)
+        known, unexplained = state.leader.colours, estimate.unexplained_fraction
+        colours = colours_after(self.setup, known, own, state.pose, unexplained)
         unconfirmed = state.unconfirmed
         if unconfirmed:
             seconds = elapsed(before.time, own.frame) / self.setup.fps

@@ -169,11 +169,11 @@ class ThesisModel:
         nu, dY = pairs.z - z_hat, Y - z_hat
         R = np.full(len(nu), self.setup.parameters.sigma_measurement**2)
         P_zz = np.einsum("s,sm,sm->m", weights.covariance, dY, dY)
-        corrected = correct(state.P, dX, dY, weights.covariance, nu, R)
-        after = replace(state, x=state.x + corrected.dx, P=corrected.P)
+        dx, P = correct(state.P, dX, dY, weights.covariance, nu, R)
+        after = replace(state, x=state.x + dx, P=P)
         if recorder is not None:
             beliefs, points = (state.belief, after.belief), SigmaPoints(dX, X)
-            recorder.unscented(*beliefs, corrected.dx, pairs, points, dY, nu, R)
+            recorder.unscented(*beliefs, dx, pairs, points, dY, nu, R)
         return after, normalised(nu, P_zz + R)
 
     def avoid_collisions(

@@ -2,9 +2,15 @@
 
 import numpy as np
 
-from stereotrack_core.annotation.click_gains import limb_sigma_deg
+from stereotrack_core.annotation.click_gains import OWN_AXES, axis_quadratics, mean_squares
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
+
+
+def limb_sigma_deg(nine, covariance, landmark_set):
+    """Root mean square angles (..., 6), degrees, of limbs by covariances (..., n, 3, 3)."""
+    v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
+    return np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
 
 
 def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=None, outliers=None):

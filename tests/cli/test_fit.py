@@ -8,8 +8,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.summary import errors_against
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.interop.trc import read_trc
+from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -69,7 +68,7 @@ def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
     angles = run("evaluate", tmp_path / "a.npz", "--angles", "--json").json["angles"]
     assert angles["frames_per_second"] == 10.0
     run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc")
-    assert read_trc(tmp_path / "a.trc")[1] == 10.0
+    assert read_trajectory(tmp_path / "a.trc").fps == 10.0
 
 
 def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path):

@@ -62,17 +62,3 @@ def test_offsets_are_estimated_or_given(run, tmp_path):
     by_hand = ("--first", "A=x", "-o", tmp_path / "no")
     ended = run("import", "recording", tmp_path / "in", *by_hand, status=2)
     assert "'x' is no frame" in ended.err
-
-
-def test_a_bag_is_read_by_its_topics(run, tmp_path):
-    pytest.importorskip("rosbags")
-    from tests.recording.importing.bags import stereo_bag
-
-    bag = stereo_bag(tmp_path / "walk.bag")
-    listed = run("import", "recording", bag, "--dry-run", "-o", tmp_path / "out")
-    assert "/stereo/left/image_raw" in listed.out
-    run("import", "recording", bag, status=2)
-    view = ("--view", "front=/stereo/left/image_raw,/stereo/right/image_raw")
-    run("import", "recording", bag, "-o", tmp_path / "out", *view)
-    recording = open_recording(tmp_path / "out")
-    assert ([view.name for view in recording.views], recording.guessed) == (["front"], True)

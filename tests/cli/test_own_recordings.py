@@ -16,7 +16,7 @@ from tests.recording.importing.clips import HEIGHT, WIDTH, clip, flashing, image
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "own-recordings.md"
 MADE = {
     "walk": "stereo", "zed-walk": "stereo", "front": "stereo", "kinect-walk": "depth",
-    "mirrored-walk": "depth", "bag-walk": "stereo", "phones-walk": "mono", "phones-25": "mono",
+    "mirrored-walk": "depth", "phones-walk": "mono", "phones-25": "mono",
     "pictures-walk": "mono",
 }  # fmt: skip
 
@@ -43,14 +43,10 @@ def files(tmp_path, monkeypatch):
 
 
 def test_the_commands_of_the_page(run, files):
-    pytest.importorskip("rosbags")
-    from tests.recording.importing.bags import stereo_bag
-
-    stereo_bag(files / "walk.bag")
     text = PAGE.read_text(encoding="utf-8")
     blocks = re.findall(r"```\n(.*?)```", text, flags=re.DOTALL)
     commands = [line for block in blocks for line in block.splitlines()]
-    assert len(commands) == 11
+    assert len(commands) == 9
     for command in commands:
         program, *arguments = shlex.split(command)
         assert program == "stereotrack"

@@ -103,3 +103,9 @@ def test_a_pixel_without_a_disparity_keeps_none_and_spoils_no_other(nothing):
     expected = refined_disparity(left, right, ALL, PIXELS, known, 11)
     expected[::7] = nothing
     np.testing.assert_array_equal(found, expected)
+
+
+def test_pictures_that_hardly_change_keep_the_disparity_of_the_matcher():
+    faint = [np.rint(127 + (one - 127.0) / 60).astype(np.uint8) for one in exact_pair(5.3)]
+    known = start(5.3)
+    np.testing.assert_array_equal(refined_disparity(*faint, ALL, PIXELS, known, 11), known)

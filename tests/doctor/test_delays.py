@@ -45,7 +45,7 @@ def places(views):
 def test_views_in_step_have_no_findings():
     given = instants({})
     assert not list(check_delays(given, places("NOS"), 10.0))
-    assert abs(delay_of(given, places("NOS"), "N").frames) < 0.3
+    assert abs(delay_of(given, places("NOS"), "N")[0]) < 0.3
 
 
 @pytest.mark.parametrize("late", [8, 1.4, -5])

@@ -41,9 +41,9 @@ def test_it_equals_the_dense_correction(rng, spread, curvature, tolerance, middl
     assert weights.covariance[0] == pytest.approx(middle, rel=1e-9, abs=1e-12)
     P, dX, dY, nu, R = _problem(rng, weights, m, curvature)
     dx, after = dense_correction(P, dX, dY, weights.covariance, nu, R)
-    found = correct(P, dX, dY, weights.covariance, nu, R)
-    np.testing.assert_allclose(found.dx, dx, rtol=0, atol=tolerance * max(1, abs(dx).max()))
-    np.testing.assert_allclose(found.P, after, rtol=0, atol=tolerance * max(1, abs(after).max()))
+    found_dx, found_P = correct(P, dX, dY, weights.covariance, nu, R)
+    np.testing.assert_allclose(found_dx, dx, rtol=0, atol=tolerance * max(1, abs(dx).max()))
+    np.testing.assert_allclose(found_P, after, rtol=0, atol=tolerance * max(1, abs(after).max()))
 
 
 @settings(max_examples=50, deadline=None)
@@ -60,9 +60,9 @@ def test_a_linear_measurement_gives_the_kalman_filter(n, m, alpha, noise, seed):
     z, R = rng.normal(size=m), np.full(m, noise**2)
     weights = scaled_weights(n, alpha, 2.0, 0.0)
     dX = sigma_deviations(P, weights)
-    corrected = correct(P, dX, dX @ H.T, weights.covariance, z - H @ x, R)
+    corrected_dx, corrected_P = correct(P, dX, dX @ H.T, weights.covariance, z - H @ x, R)
     mean, after = kalman_correction(x, P, H, z, R)
-    np.testing.assert_allclose(x + corrected.dx, mean, atol=1e-6)
-    np.testing.assert_allclose(corrected.P, after, atol=1e-6)
-    np.testing.assert_array_equal(corrected.P, corrected.P.T)
-    assert np.linalg.eigvalsh(P - corrected.P).min() > -1e-6
+    np.testing.assert_allclose(x + corrected_dx, mean, atol=1e-6)
+    np.testing.assert_allclose(corrected_P, after, atol=1e-6)
+    np.testing.assert_array_equal(corrected_P, corrected_P.T)
+    assert np.linalg.eigvalsh(P - corrected_P).min() > -1e-6

@@ -40,7 +40,7 @@ def annotate(recording: Path, folder: Path) -> None:
     settings.setValue("workspace", "annotate")
     window = window_with(settings)
     window.show()
-    window.context.session.opening.open(recording)
+    window.context.session.open(recording)
     until(
         app,
         lambda: (

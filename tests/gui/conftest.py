@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QWidget
 from app.features.annotate import panels
 from app.features.annotate.clicking import facts
 from app.services.failures import FailureRelay
-from app.services.tasks.task import Processes
 from app.session import camera_doubts
+from app.session.jobs import Processes
 from stereotrack_core.simulation.make import Simulation, simulate
 from tests.gui.kept_window import PATIENCE_MS, KeptWindow, close_window, open_recording, show_window
 

@@ -7,8 +7,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.program import make_window
-from app.services.tasks.task import Processes
 from app.session.changes import Part
+from app.session.jobs import Processes
 from app.shell.main_window import MainWindow
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.recording.landmarks import LANDMARKS

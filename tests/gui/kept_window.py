@@ -10,8 +10,9 @@ from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.services.tasks.task import GarbageTimer, Processes
+from app.context import GarbageTimer
 from app.session.changes import Part
+from app.session.jobs import Processes
 from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from tests.gui.hands import window_with
@@ -53,7 +54,7 @@ def close_window(window: MainWindow) -> None:
 
 def open_recording(window: MainWindow, qtbot: QtBot, recording: Path) -> None:
     """Open it and wait until all of it is painted."""
-    window.context.session.opening.open(recording)
+    window.context.session.open(recording)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
@@ -111,7 +112,7 @@ class KeptWindow:
     def _is_back(self, window: MainWindow, qtbot: QtBot, key: _Key, projects: Path) -> bool:
         """Put the window back; whether it is as a new one was."""
         session, first = window.context.session, self._first[key]
-        if not window.isVisible() or session.opening.asked.project is not None:
+        if not window.isVisible() or session.asked.project is not None:
             return False
         session.track.stop()
         window.messages.clear()
@@ -146,7 +147,7 @@ def _put_back_choices(window: MainWindow, state: dict[str, Any]) -> None:
     session, view_state = window.context.session, window.context.view_state
     if (session.track.preset, session.track.settings) != state["tracking"]:
         session.track.choose(*state["tracking"])
-    session.tracker.first_pose, session.tracker.follow = state["tracker"]
+    session.track.first_pose, session.track.follow = state["tracker"]
     tune = window.features.tune
     tune.parameters.search.clear()
     tune.trials.live, display = state["live"], state["shown"][0]
@@ -242,7 +243,7 @@ def state_of(window: MainWindow) -> dict[str, Any]:
         "arrangement": view_state.arrangement,
         "timeline": (docks.timeline.scale.first, docks.timeline.scale.last),
         "tracking": (context.session.track.preset, context.session.track.settings),
-        "tracker": (context.session.tracker.first_pose, context.session.tracker.follow),
+        "tracker": (context.session.track.first_pose, context.session.track.follow),
         "tune": (tune.parameters.search.text(), tune.parameters.against_box.currentIndex()),
         "live": tune.trials.live,
         "runs": [entry.name for entry in context.session.runs.entries],

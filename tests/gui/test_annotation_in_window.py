@@ -46,7 +46,7 @@ def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording
     watch = annotating.context.session.changes.watch
     watch(Part.RECORDING_OPENED, lambda: seen.append(facts.now().fit))
     watch(Part.HINTS | Part.PROPOSALS, lambda: seen and seen.append(facts.now().fit))
-    annotating.context.session.opening.open(path)
+    annotating.context.session.open(path)
     qtbot.waitUntil(lambda: bool(seen) and seen[-1] is not None)
     known = [one.question.clicks for one in seen if one is not None]
     assert seen[0] is None
@@ -76,7 +76,7 @@ def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):
     click(annotating, 200.0, 100.0)
     folder = annotating.context.session.document.recording.folder
     annotating.context.actions.action("close").trigger()
-    annotating.context.session.opening.open(folder)
+    annotating.context.session.open(folder)
     qtbot.waitUntil(
         lambda: annotating.context.session.document.recording is not None, timeout=30_000
     )
@@ -143,7 +143,7 @@ def test_every_picture_size_places_the_click_under_the_cursor(annotating, qtbot)
 
 
 def test_a_turned_view_is_nudged_the_way_the_person_sees_it(window, qtbot, shared_recording):
-    window.context.session.opening.open(shared_recording("seated-4cam-rotated"))
+    window.context.session.open(shared_recording("seated-4cam-rotated"))
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=60_000)
     window.context.docks.show_named("annotate")
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
@@ -185,7 +185,7 @@ def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
     process.wait()
     process.stdout.close()
     (path,) = tmp_path.glob("*.stereotrack")
-    window.context.session.opening.open(path)
+    window.context.session.open(path)
     qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert "did not close it; all edits are saved" in window.messages.text()

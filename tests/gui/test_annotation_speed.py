@@ -66,7 +66,7 @@ def show(window, qtbot, clicked, tmp_path):
     def shown(frames):
         path = tmp_path / f"{frames}.stereotrack"
         shutil.copy(clicked(frames), path)
-        window.context.session.opening.open(path)
+        window.context.session.open(path)
         qtbot.waitUntil(lambda: window.context.session.project.path == path)
         qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
         window.context.docks.show_named("annotate")

@@ -86,7 +86,7 @@ def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
 
 
 def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared_recording):
-    window.context.session.opening.open(shared_recording("beam-4cam"))
+    window.context.session.open(shared_recording("beam-4cam"))
     qtbot.waitUntil(lambda: window.context.session.document.findings is not None, timeout=120_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
     assert window.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."

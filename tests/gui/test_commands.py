@@ -157,7 +157,7 @@ def trigger_everything(window, qtbot, besides=()):
 def test_every_command_in_every_state(window, qtbot, failures, small_recording, silent_dialogs):
     welcome = trigger_everything(window, qtbot)
     assert "open" in welcome
-    window.context.session.opening.open(small_recording)
+    window.context.session.open(small_recording)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     tracking = {"run", "step", "run_here", "run_selection"}
@@ -165,7 +165,7 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
     window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
-    window.context.session.tracker.first_pose = "tpose"
+    window.context.session.track.first_pose = "tpose"
     window.context.actions.action("step").trigger()
     qtbot.waitUntil(
         lambda: (
@@ -190,7 +190,7 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
 def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failures, monkeypatch):
     failed = []
     monkeypatch.setattr(
-        "app.services.failures.LOG.error", lambda *a, **k: failed.append(k["exc_info"][1])
+        "app.session.messages.LOG.error", lambda *a, **k: failed.append(k["exc_info"][1])
     )
     QTimer.singleShot(0, lambda: 1 / 0)
     qtbot.waitUntil(lambda: bool(failures), timeout=5_000)

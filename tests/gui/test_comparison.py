@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.session.comparison import compared
+from app.features.track.comparison import compared
 from app.session.judgement import judged, recorded_truth
 from app.session.runs import RunEntry, frames_of_run
 from app.widgets.style.theme import apply_theme

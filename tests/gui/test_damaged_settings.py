@@ -3,7 +3,7 @@
 from PySide6.QtCore import QSettings
 
 from app.program import stored_theme
-from app.widgets.camera.picture import Display
+from app.session.view_state import Display
 from tests.gui.hands import window_with
 
 
@@ -19,7 +19,7 @@ def test_values_of_other_kinds_are_as_if_they_were_not_there(qtbot, dark, failur
     settings = settings_of(tmp_path / "other.ini", content.encode())
     window = window_with(settings)
     qtbot.addWidget(window)
-    assert window.context.session.opening.recents() == []
+    assert window.context.session.recents() == []
     assert window.context.view_state.display == Display()
     assert stored_theme(settings) == "system"
     window.close()

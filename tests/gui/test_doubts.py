@@ -7,6 +7,8 @@ import pytest
 
 from app.features.track.controller import number_rows
 from app.session.judgement import MEASURED_LIMBS, Judgement, doubts
+from app.session.runs import RunEntry
+from app.session.session import Snapshot
 from app.shell.status import frame_words
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import hanging_pose
@@ -33,14 +35,20 @@ def frame(lost=None, sigma=None) -> TrackedFrame:
     return TrackedFrame(0, estimate, np.full((9, 3), np.nan), nothing, {})
 
 
+def shown(tracked, judgement=None) -> Snapshot:
+    """What panels are shown of a frame."""
+    entry = RunEntry("run", "", None, None, range(1), {0: tracked})
+    return Snapshot(active=entry, judgements={} if judgement is None else {entry: judgement})
+
+
 def test_a_limb_that_is_probably_lost_is_named_first():
     tracked = frame({LEFT_FOREARM: 0.8, RIGHT_FOREARM: 0.3}, {LIMBS.index("head"): 30.0})
     assert list(doubts(tracked)) == ["left_forearm", "right_forearm", "head"]
     words = frame_words(tracked)
     assert words == "left forearm likely wrong, right forearm uncertain and 1 more"
-    hints = {limb: hint for limb, _, _, hint in number_rows(tracked, None)}
+    hints = {limb: hint for limb, _, _, hint in number_rows(shown(tracked))}
     assert hints["left_forearm"] == "likely wrong"
-    values = {limb: value for limb, _, value, _ in number_rows(tracked, None)}
+    values = {limb: value for limb, _, value, _ in number_rows(shown(tracked))}
     assert values["left_forearm"].endswith("failure probability 80 %")
 
 
@@ -90,7 +98,7 @@ def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
         "left forearm 98° off the reference, not flagged; right forearm 47° off the reference, "
         "likely wrong and 1 more"
     )
-    hints = {limb: hint for limb, _, _, hint in number_rows(doubted, far)}
+    hints = {limb: hint for limb, _, _, hint in number_rows(shown(doubted, far))}
     assert hints["left_forearm"] == "far off, not flagged"
     assert hints["right_forearm"] == "likely wrong"
     assert hints["torso"] == ""

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QSettings
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.services.tasks.task import Processes
+from app.session.jobs import Processes
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.run_process import Prepared, RunTask, Tracked
 from stereotrack_core.memory import bytes_of
@@ -126,7 +126,7 @@ def test_memory_stays_as_it_was(
     window = show_window(qtbot, settings, processes)
     qtbot.addWidget(window)
     session = window.context.session
-    session.opening.open(repeated(small, tmp_path / "long", FRAMES // SHORT + AT_ONCE))
+    session.open(repeated(small, tmp_path / "long", FRAMES // SHORT + AT_ONCE))
     qtbot.waitUntil(lambda: session.document.frame_set is not None)
     qtbot.waitUntil(lambda: not session.project.why_no_edit())
     asked = range(FRAMES + AT_ONCE)  # it does not end

@@ -67,7 +67,7 @@ class Keeper:
     def begin(self) -> None:
         """Go there for the first time."""
         if self.state == "refused":
-            self.session.opening.open(self.recording)
+            self.session.open(self.recording)
             self._settle()
             assert self.window.messages.message is not None
         self.keep()
@@ -80,7 +80,7 @@ class Keeper:
                 self.session.document.close()
             return
         if self.session.document.recording is None:
-            self.session.opening.open(self.recording)
+            self.session.open(self.recording)
             self._wait(lambda: self.session.document.frame_set is not None)
             self._settle()
         runs, track = self.session.runs, self.session.track

@@ -52,7 +52,7 @@ def opened_without_harm(window, qtbot, path) -> str:
     window.context.session.document.close()
     window.messages.clear()
     told = heard(window)
-    window.context.session.opening.open(path)
+    window.context.session.open(path)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     said = window.messages.text()
     if window.context.session.document.recording is not None:

@@ -39,7 +39,7 @@ def opened(window, qtbot, tmp_path):
     path = tmp_path / "mono.stereotrack"
     Project.create(path, recording.folder, who="A").close()
     session = window.context.session
-    session.opening.open(path)
+    session.open(path)
     qtbot.waitUntil(lambda: session.document.frame_set is not None)
     qtbot.waitUntil(window.context.tasks.settled)
     return window
@@ -98,7 +98,7 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     qtbot.waitUntil(window.context.tasks.settled)
     action("annotate-accept-detector").trigger()
     assert {click.frame for click in project.clicks.all()} == {0, 2, 3}
-    window.features.annotate.exchange.remove("rtm")
+    window.features.annotate.dialogs.remove_predictions("rtm")
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {}
     assert session.edits.to_undo().words == "remove predictions of rtm"
@@ -183,8 +183,8 @@ def test_what_was_redone_is_in_the_file_before_another_one_is_open(
         redone.context.actions.action("close").trigger()
     else:
         path = session.project.path if how == "the same project" else small_recording
-        session.opening.open(path)
-    qtbot.waitUntil(lambda: not any(task.title.startswith("opening") for task in tasks.tasks))
+        session.open(path)
+    qtbot.wait(500)  # time enough to read what is small
     assert session.project.project is project, "it is left when everything is written"
     assert "saving predictions" in [task.title for task in tasks.tasks], "the status line says so"
     slow_disk.set()
@@ -295,7 +295,7 @@ def test_the_real_detector_fills_the_first_frame_of_four_videos(
     installed_detector()
     monkeypatch.setenv(FOLDER_VARIABLE, os.environ["STEREOTRACK_TEST_DETECTOR"])
     session = window.context.session
-    session.opening.open(folder)
+    session.open(folder)
     qtbot.waitUntil(lambda: session.document.frame_set is not None)
     window.context.docks.show_workspace("annotate")
     found = filled(window, qtbot)

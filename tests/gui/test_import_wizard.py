@@ -32,7 +32,7 @@ def wizard_of(window, qtbot):
 
     def shown(*paths):
         if len(paths) == 1 and paths[0].is_dir():
-            window.context.session.opening.open(paths[0])
+            window.context.session.open(paths[0])
         else:
             assert drop(window, *paths)
         qtbot.waitUntil(lambda: window.findChild(ImportWizard) is not None)

@@ -4,7 +4,8 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel, QToolTip, QWidget
 
-from app.widgets.forms.message import Message, MessageBar
+from app.session.messages import Message
+from app.widgets.forms.message import MessageBar
 
 NAME = "<img src='x'><b>N</b>"
 

@@ -92,7 +92,7 @@ def test_a_run_file_opens_with_its_recording(window, qtbot, folder, run_file):
 
 def test_a_run_opens_although_both_have_moved(window, qtbot, folder, run_file):
     away = shutil.move(folder.parent, folder.parent.with_name("away"))
-    window.context.session.opening.open(away / "runs" / "first.npz")
+    window.context.session.open(away / "runs" / "first.npz")
     shows(qtbot, window, away / "walk")
     assert runs(window) == ["first"]
 
@@ -101,7 +101,7 @@ def test_the_recording_of_a_run_is_asked_for_where_it_is_not_found(
     window, qtbot, folder, run_file, tmp_path, monkeypatch
 ):
     away = shutil.move(folder, tmp_path / "far" / "away")
-    window.context.session.opening.open(run_file)
+    window.context.session.open(run_file)
     qtbot.waitUntil(lambda: window.messages.message is not None)
     assert "the recording of this run was not found" in window.messages.text()
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(away))
@@ -113,7 +113,7 @@ def test_the_recording_of_a_run_is_asked_for_where_it_is_not_found(
 def test_what_is_no_run_is_said(window, qtbot, tmp_path):
     path = tmp_path / "broken.npz"
     path.write_bytes(b"PK\x03\x04 and nothing more")
-    window.context.session.opening.open(path)
+    window.context.session.open(path)
     qtbot.waitUntil(lambda: window.messages.message is not None)
     assert "broken.npz" in window.messages.text()
     assert window.context.session.document.recording is None
@@ -124,7 +124,7 @@ def test_recents_stand_in_the_menu(window, qtbot, folder, settings):
     actions.refresh()
     assert not actions.action("recent_1").isVisible()
     assert "Nothing was opened yet" in actions.action("forget_recent").toolTip()
-    window.context.session.opening.open(folder)
+    window.context.session.open(folder)
     shows(qtbot, window, folder)
     actions.refresh()
     first = actions.action("recent_1")

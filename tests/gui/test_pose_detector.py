@@ -29,7 +29,7 @@ def install(window, folder, qtbot, monkeypatch):
         words = box.informativeText()
         button = next(one for one in box.buttons() if one.text() == "From file …")
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: not window.features.detector.working, timeout=30_000)
+        qtbot.waitUntil(lambda: not window.features.detector.job.busy, timeout=30_000)
         return words
 
     return made

@@ -10,7 +10,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.__main__ import main
-from app.session.changes import Part
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.project import Project
@@ -31,7 +30,7 @@ def ready(qtbot, window):
 
 
 def open_path(qtbot, window, path):
-    window.context.session.opening.open(path)
+    window.context.session.open(path)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     ready(qtbot, window)
 
@@ -68,25 +67,8 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     ready(qtbot, window)
     assert window.context.session.project.path == path
     assert window.context.session.document.recording.folder.resolve() == folder.resolve()
-    assert window.context.session.opening.recents() == [path]
+    assert window.context.session.recents() == [path]
     assert len(window.context.session.project.project.clicks.at(3)) == 1
-
-
-def test_a_recording_that_was_read_when_another_one_was_asked_for_is_not_opened(
-    window, qtbot, folder, small_recording
-):
-    opened = []
-    session = window.context.session
-    session.changes.watch(
-        Part.RECORDING_OPENED, lambda: opened.append(session.document.recording.folder)
-    )
-    window.context.session.opening.open(folder)
-    (task,) = window.context.tasks.tasks
-    assert task.join(300)
-    window.context.session.opening.open(small_recording)
-    qtbot.waitUntil(lambda: bool(opened))
-    qtbot.waitUntil(window.context.tasks.settled)
-    assert opened == [small_recording]
 
 
 def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, capsys):
@@ -112,7 +94,7 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     assert not other.context.actions.action("undo").isEnabled()
     assert "another program" in other.context.actions.command("undo").why_not()
     before = other.context.session.track.settings
-    other.context.session.tracker.use(before.replaced(iterations=1))
+    other.context.session.track.use(before.replaced(iterations=1))
 
     def active() -> bool:
         other.activateWindow()
@@ -145,7 +127,7 @@ def test_a_recording_that_has_moved_is_asked_for(window, qtbot, folder, tmp_path
         return str(away)
 
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", answer)
-    window.context.session.opening.open(path)
+    window.context.session.open(path)
     ready(qtbot, window)
     assert len(asked) == 1
     assert "mine.stereotrack" in asked[0]
@@ -176,7 +158,7 @@ def test_another_recording_is_not_taken_unasked(
         return QMessageBox.StandardButton.Cancel
 
     monkeypatch.setattr(QMessageBox, "question", cancel)
-    window.context.session.opening.open(path)
+    window.context.session.open(path)
     qtbot.waitUntil(
         lambda: bool(questions) or window.context.session.document.recording is not None,
         timeout=20_000,

@@ -45,7 +45,7 @@ FRAMES = {
 
 @pytest.fixture
 def seated(window, qtbot, shared_recording):
-    window.context.session.opening.open(shared_recording("seated-4cam"))
+    window.context.session.open(shared_recording("seated-4cam"))
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=60_000)
     window.context.docks.show_named("annotate")
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)

@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.widgets.forms.message import Message
+from app.session.messages import Message
 from tests.gui.hands import RIGHT, clicks, drag, key, view
 from tests.gui.kept_window import close_window, open_recording, show_window
 
@@ -109,7 +109,7 @@ def test_messages_and_bars_move_nothing(four, qtbot):
 
 
 def test_panels_leave_room_to_the_pictures(window, four_views, qtbot):
-    window.context.session.opening.open(four_views, workspace="annotate")
+    window.context.session.open(four_views, workspace="annotate")
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
     docks = window.context.docks
     resize(window, 1920, 1080)

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.features.review.plot import lanes_of
+from app.features.review.feature import heading_words, lanes_of
+from app.features.track.comparison import compared
 from app.features.track.controller import number_rows
-from app.session.comparison import compared
-from app.session.judgement import heading_words, judged, project_truth, recorded_truth, score_words
+from app.session.judgement import judged, project_truth, recorded_truth, score_words
 from app.session.runs import RunEntry, entry_of_run
+from app.session.session import Snapshot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import reference_quality
@@ -22,6 +23,11 @@ from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 FRAMES = 8
+
+
+def snapshot_of(entry, judgement, frame):
+    """What panels are shown of a frame of a run."""
+    return Snapshot(frame=frame, active=entry, judgements={entry: judgement})
 
 
 def stating(trajectory: LandmarkTrajectory, shift=0.0, sigma=None) -> Reference:
@@ -51,10 +57,20 @@ def test_every_number_says_how_good_the_reference_is_there(tracked, entry):
     sigma[5, LIMBS.index("left_forearm")] = np.nan
     reference = stating(tracked[0].reference, sigma=sigma)
     found = judged(entry.now(), project_truth("mine", reference))
-    values = {label: value for _, label, value, _ in number_rows(entry.at(3), found)}
+    values = {
+        label: value
+        for _, label, value, _ in number_rows(
+            Snapshot(frame=3, active=entry, judgements={entry: found})
+        )
+    }
     assert "°, reference uncertainty 7.0  (±" in values["left forearm"]
     assert values["torso position"].endswith("mm, reference uncertainty 17")
-    values = {label: value for _, label, value, _ in number_rows(entry.at(5), found)}
+    values = {
+        label: value
+        for _, label, value, _ in number_rows(
+            Snapshot(frame=5, active=entry, judgements={entry: found})
+        )
+    }
     assert "reference" not in values["left forearm"], "it does not say there"
     assert "reference uncertainty 2.0" in values["torso"]
     whole = reference_quality(reference, np.arange(FRAMES))
@@ -83,7 +99,7 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
         found = judged(entry.now(), truth)
         assert found.measure == "error"
         assert "uncertainty" not in score_words(found)
-        assert not any("uncertainty" in row[2] for row in number_rows(entry.at(3), found))
+        assert not any("uncertainty" in row[2] for row in number_rows(snapshot_of(entry, found, 3)))
         assert heading_words(found)[2].endswith("whose uncertainty is not known.")
     assert judged(entry.now(), None).quality == {}
 
@@ -149,7 +165,7 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     trigger(window, qtbot, "errors_against_project")
     folder = window.context.session.document.recording.folder
     trigger(window, qtbot, "close")
-    window.context.session.opening.open(folder)
+    window.context.session.open(folder)
     qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert window.context.session.judging.truth.against == "project", "it is kept with the project"

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.window
 def studies(window, qtbot, study, monkeypatch):  # noqa: F811
     """The window of a study that was read; runs are made without processes."""
     monkeypatch.setattr(controller_module, "LocalWorkers", lambda _: InThisProcess())
-    window.context.session.opening.open(study.path)
+    window.context.session.open(study.path)
     studies = window.features.study
     qtbot.waitUntil(lambda: studies.window is not None and not studies.working, timeout=30_000)
     return studies

@@ -36,7 +36,7 @@ def mono(tmp_path):
 
 def test_mono_views_are_tracked_with_the_keypoints_of_the_project(window, qtbot, mono):
     session = window.context.session
-    session.opening.open(mono)
+    session.open(mono)
     qtbot.waitUntil(lambda: session.document.frame_set is not None)
     qtbot.waitUntil(window.context.tasks.settled)
     action = window.context.actions.action
@@ -67,7 +67,7 @@ def tried_and_inspected(window, qtbot):
     line = window.features.tune.parameters.line
     assert line("keypoint_sigma").isVisibleTo(window)
     assert not line("disparity_count").isVisibleTo(window)
-    context.session.tracker.use(context.session.track.settings.replaced(keypoint_sigma=0.1))
+    context.session.track.use(context.session.track.settings.replaced(keypoint_sigma=0.1))
     qtbot.waitUntil(lambda: len(window.features.tune.trials.entries) == 1)
     qtbot.waitUntil(context.tasks.settled)
     trial = window.features.tune.trials.entries[0]
@@ -100,7 +100,7 @@ def swept(window, qtbot):
 def bare(window, qtbot, tmp_path):
     """The window with four mono views and no keypoints."""
     (tmp_path / "mono").mkdir()
-    window.context.session.opening.open(mono_recording(tmp_path / "mono").folder)
+    window.context.session.open(mono_recording(tmp_path / "mono").folder)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
     qtbot.waitUntil(window.context.tasks.settled)
     return window
@@ -151,7 +151,7 @@ def test_keypoints_of_mono_views_come_back_with_a_run(bare, qtbot, tmp_path):
     found = keypoints_of((*row[:6], DETECTOR_NAME, 0) for row in rows_of(seen))
     spec = RunSpec(preset("accurate"), frames=range(FRAMES), keypoints=found)
     write_npz(tmp_path / "run.npz", track(recording, spec))
-    session.opening.open(tmp_path / "run.npz")
+    session.open(tmp_path / "run.npz")
     qtbot.waitUntil(lambda: session.runs.active is not None)
     qtbot.waitUntil(window.context.tasks.settled)
     assert session.keypoints.drawn

@@ -16,7 +16,6 @@ from stereotrack_core.project.exporting import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.gui.hands import heard
 
 pytestmark = pytest.mark.window
 LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
@@ -27,14 +26,14 @@ unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such sig
 def opened(opened):
     """The window, with settings that take little time."""
     opened.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
-    opened.context.session.tracker.first_pose = "tpose"
+    opened.context.session.track.first_pose = "tpose"
     return opened
 
 
 def choose_usual(window):
     """Find the first pose, and track, as in a new window."""
     window.context.session.track.choose("accurate", preset("accurate"))
-    window.context.session.tracker.first_pose = "auto"
+    window.context.session.track.first_pose = "auto"
 
 
 @contextmanager
@@ -125,26 +124,6 @@ def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
 
 
 @unix
-def test_a_process_that_is_killed_leaves_what_was_tracked_and_a_sentence(opened, qtbot):
-    session, said = opened.context.session, heard(opened)
-    trigger(opened, "step")
-    qtbot.waitUntil(lambda: session.track.paused)
-    run = session.track.entry
-    os.kill(session.processes.run.pid, signal.SIGKILL)
-    qtbot.waitUntil(lambda: session.track.entry is None)
-    assert sorted(run.frames) == [0]
-    assert session.runs.entries == (run,)
-    assert [message.severity for message in said] == ["error"]
-    assert "ended unexpectedly" in said[0].what
-    assert "frames tracked so far are kept" in said[0].remedy
-    qtbot.waitUntil(opened.context.tasks.settled)
-    opened.context.actions.refresh()
-    session.tracker.run_from_here()
-    qtbot.waitUntil(lambda: session.track.entry is None, timeout=90_000)
-    assert len(session.runs.active.frames) == 8
-
-
-@unix
 def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, qtbot):
     choose_usual(opened)
     session = opened.context.session
@@ -156,39 +135,9 @@ def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, q
     trigger(opened, "stop")
     assert session.track.entry is None
     assert session.runs.entries == ()
-    session.tracker.run_from_here()
+    session.track.run_from_here()
     qtbot.waitUntil(lambda: session.track.entry is None, timeout=90_000)
     assert [len(run.frames) for run in session.runs.entries] == [8]
-
-
-def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):
-    trigger(opened, "step")
-    qtbot.waitUntil(
-        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
-    )
-    first = opened.context.session.track.entry
-    opened.features.tune.parameters.settings_changed.emit(
-        opened.context.session.track.settings.replaced(iterations=2)
-    )
-    opened.context.actions.refresh()
-    trigger(opened, "step")
-    qtbot.waitUntil(
-        lambda: opened.context.session.track.entry is not first and tracked(opened) == 1,
-        timeout=60_000,
-    )
-    second = opened.context.session.track.entry
-    assert sorted(first.frames) == [0]
-    assert sorted(second.frames) == [1]
-    assert second.settings.tracking.iterations == 2
-
-
-def test_a_selection_is_tracked_alone(opened, qtbot):
-    opened.context.docks.timeline.set_selection(range(2, 5))
-    opened.context.docks.timeline.selection_changed.emit(range(2, 5))
-    opened.context.actions.refresh()
-    trigger(opened, "run_selection")
-    qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
-    assert sorted(opened.context.session.runs.active.frames) == [2, 3, 4]
 
 
 def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.window
 
 
 def open_path(window, qtbot, path, **wanted):
-    window.context.session.opening.open(path, **wanted)
+    window.context.session.open(path, **wanted)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 

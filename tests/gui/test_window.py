@@ -40,7 +40,7 @@ def test_the_welcome_page_offers_ways_to_begin(window):
 
 
 def test_a_folder_without_a_recording_is_said_and_nothing_is_lost(opened, qtbot, tmp_path):
-    opened.context.session.opening.open(tmp_path)
+    opened.context.session.open(tmp_path)
     qtbot.waitUntil(lambda: opened.messages.message is not None, timeout=10_000)
     words = opened.messages.text()
     assert str(tmp_path) in words
@@ -187,11 +187,11 @@ def test_nothing_opens_in_a_closed_window(qtbot, settings, processes, kept, smal
     made = show_window(qtbot, settings, processes)
     qtbot.addWidget(made)
     session = made.context.session
-    session.opening.open(small_recording)
+    session.open(small_recording)
     (reading,) = made.context.tasks.tasks
     assert reading.join(60.0), "it is done, and nobody has been told"
     close_window(made)
-    session.opening.open(small_recording)
+    session.open(small_recording)
     QTest.qWait(300)
     assert session.document.recording is None
     assert not session.document.opening

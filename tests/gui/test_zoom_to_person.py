@@ -22,7 +22,7 @@ def bare(window, qtbot, small_recording, tmp_path):
         if not line.startswith("reference")
     ]
     (folder / "recording.toml").write_text("\n".join(without), encoding="utf-8")
-    window.context.session.opening.open(folder, workspace="annotate")
+    window.context.session.open(folder, workspace="annotate")
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert window.context.session.document.recording.reference is None

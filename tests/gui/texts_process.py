@@ -48,7 +48,7 @@ def look(theme: ThemeName, recording: Path, folder: Path) -> list[str]:
 
         see("welcome")
         session, docks = window.context.session, window.context.docks
-        session.opening.open(recording)
+        session.open(recording)
         while session.document.frame_set is None:
             QTest.qWait(20)
         for runs in ("no runs", "runs"):

@@ -33,7 +33,7 @@ def track(recording: Path, folder: Path, frames: int) -> None:
     settings.setValue("projects_folder", str(folder))
     window = window_with(settings)
     window.show()
-    window.context.session.opening.open(recording)
+    window.context.session.open(recording)
     until(
         app,
         lambda: (

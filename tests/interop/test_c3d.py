@@ -8,9 +8,9 @@ import pytest
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.c3d import read_c3d, write_c3d
+from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
-from stereotrack_core.interop.run_file import write_run
+from stereotrack_core.interop.run_file import read_trajectory, write_run
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 
@@ -34,8 +34,8 @@ def test_what_other_tools_see(tmp_path, random, make_run):
 def test_gaps_are_missing(tmp_path, random, body_trajectory):
     sparse = body_trajectory(random, [2, 3, 7])
     write_c3d(tmp_path / "a.c3d", sparse, 25.0)
-    found, fps = read_c3d(tmp_path / "a.c3d")
-    assert fps == 25.0
+    found = read_trajectory(tmp_path / "a.c3d")
+    assert found.fps == 25.0
     assert found.frame.tolist() == [2, 3, 4, 5, 6, 7]
     assert np.isnan(found.points[2:5]).all()
     np.testing.assert_allclose(found.points[[0, 1, 5]], sparse.points, atol=2e-7)
@@ -83,7 +83,7 @@ def _set_words(path, **words):
 def test_more_frames_than_16_bits_count(tmp_path, stated, words):
     path = _heads(tmp_path / "a.c3d", 70_000, **stated)
     _set_words(path, **words)
-    found, _ = read_c3d(path)
+    found = read_trajectory(path)
     assert found.frame[[0, -1]].tolist() == [0, 69_999]
     height = found.points[:, LANDMARKS.index("head"), 2]
     np.testing.assert_allclose(height, 0.001 * np.arange(70_000), rtol=1e-6)
@@ -96,7 +96,7 @@ def test_long_and_late_stretches_are_written_whole(tmp_path, random, body_trajec
         frame = np.array(frames)
         written = LandmarkTrajectory(frame, some.points[frame % 3] + 1e-5 * frame[:, None, None])
         write_c3d(tmp_path / "a.c3d", written, 10.0)
-        found, _ = read_c3d(tmp_path / "a.c3d")
+        found = read_trajectory(tmp_path / "a.c3d")
         np.testing.assert_array_equal(found.frame, frame)
         np.testing.assert_allclose(found.points, written.points, atol=1e-6)
 
@@ -105,33 +105,33 @@ def test_a_header_that_the_file_contradicts(tmp_path):
     """As Optotrak's, which states 1149 frames and ends behind the 29th."""
     path = _heads(tmp_path / "a.c3d", 29)
     _set_words(path, last=1149)
-    found, _ = read_c3d(path)
+    found = read_trajectory(path)
     assert found.frame.tolist() == list(range(29))
     assert found.notes[0].what == "29 frames by POINT:FRAMES; the header states 1149"
     _set_words(path, FRAMES=1149)
     data = path.read_bytes()
     end = 512 * (int.from_bytes(data[16:18], "little") - 1) + 29 * 16
     path.write_bytes(data[:end])
-    found, _ = read_c3d(path)
+    found = read_trajectory(path)
     assert found.frame.tolist() == list(range(29))
     assert found.notes[0].what == "29 frames by its end; the header states 1149"
     path.write_bytes(data[: end - 7])
     with pytest.raises(InputError, match="ends before its last frame"):
-        read_c3d(path)
+        read_trajectory(path)
 
 
 def test_a_start_and_a_rate_that_the_header_contradicts(tmp_path):
     path = _heads(tmp_path / "a.c3d", 20, first=500, trial=True)
-    found, fps = read_c3d(path)
-    assert (found.frame[0], fps, found.fps) == (500, 100.0, 100.0)
+    found = read_trajectory(path)
+    assert (found.frame[0], found.fps) == (500, 100.0)
     assert not any("header" in note.what for note in found.notes)
     _set_words(path, first=1, last=20)  # frames of the file, not of the trial
     data = bytearray(path.read_bytes())
     data[20:24] = np.float32(50.0).tobytes()
     path.write_bytes(data)
-    found, fps = read_c3d(path)
+    found = read_trajectory(path)
     assert found.frame.tolist() == list(range(500, 520))
-    assert (fps, found.fps) == (100.0, 100.0)
+    assert found.fps == 100.0
     rate, start = (note.what for note in found.notes[:2])
     assert rate == "100 frames per second by POINT:RATE; the header states 50"
     assert start == "begins at frame 501 by TRIAL:ACTUAL_START_FIELD; the header states 1"
@@ -146,12 +146,12 @@ def test_more_than_255_labels_and_points_without_one(tmp_path):
     point["LABELS"]["value"] = names
     file["data"]["points"] = np.ones((4, 300, 2)) * np.arange(300)[None, :, None]
     file.write(str(tmp_path / "a.c3d"))
-    found, _ = read_c3d(tmp_path / "a.c3d")
+    found = read_trajectory(tmp_path / "a.c3d")
     assert (found.points[:, LANDMARKS.index("left_hip")] == 290.0).all()
     assert (found.points[:, LANDMARKS.index("head")] == 3.0).all()
     data = (tmp_path / "a.c3d").read_bytes().replace(b"LABELS2", b"LABELZ2")
     (tmp_path / "b.c3d").write_bytes(data)
-    fewer, _ = read_c3d(tmp_path / "b.c3d")
+    fewer = read_trajectory(tmp_path / "b.c3d")
     assert (fewer.points[:, LANDMARKS.index("head")] == 3.0).all()
     assert np.isnan(fewer.points[:, LANDMARKS.index("left_hip")]).all()
     assert fewer.notes[0].what == "45 points of 300 without a label left out"
@@ -172,8 +172,8 @@ def test_same_points_as_another_reader(tmp_path, random):
     file["data"]["analogs"] = random.normal(size=(1, 2, 48))
     file["header"]["points"]["first_frame"] = 30
     file.write(str(tmp_path / "a.c3d"))
-    found, fps = read_c3d(tmp_path / "a.c3d")
-    assert fps == 50.0
+    found = read_trajectory(tmp_path / "a.c3d")
+    assert found.fps == 50.0
     assert found.frame.tolist() == list(range(30, 42))
     np.testing.assert_allclose(found.points[:, :4], points[:3, 1:5].transpose(2, 1, 0), atol=1e-6)
     assert np.isnan(found.points[:, 4:]).all()
@@ -194,8 +194,8 @@ def test_axes_follow_the_screen(tmp_path, random, body_trajectory, right, vertic
     file["parameters"]["POINT"]["X_SCREEN"]["value"] = [right]
     file["parameters"]["POINT"]["Y_SCREEN"]["value"] = [vertical]
     file.write(str(path))
-    np.testing.assert_allclose(read_c3d(path)[0].points, trajectory.points, atol=1e-6)
-    as_stated, _ = read_c3d(path, Stated(world_from_file=np.eye(3)))
+    np.testing.assert_allclose(read_trajectory(path).points, trajectory.points, atol=1e-6)
+    as_stated = read_trajectory(path, Stated(world_from_file=np.eye(3)))
     np.testing.assert_allclose(as_stated.points, turned.transpose(2, 1, 0) / 1000.0, atol=1e-6)
 
 
@@ -205,8 +205,8 @@ def test_files_of_other_processors(tmp_path, processor, floating):
     """Of DEC as ezc3d sees them, too; it reads none of MIPS."""
     path = tmp_path / "a.c3d"
     path.write_bytes(_file_of(processor, floating=floating))
-    found, fps = read_c3d(path)
-    assert fps == 50.0
+    found = read_trajectory(path)
+    assert found.fps == 50.0
     assert found.frame.tolist() == [6, 7]
     np.testing.assert_allclose(found.points[0, 0], [1.0, -0.25, 1.5], rtol=1e-6)
     np.testing.assert_allclose(found.points[1, 6], [0.0185, 0.02, 1.7], atol=3e-4)

@@ -6,10 +6,8 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Upright
-from stereotrack_core.interop.c3d import read_c3d
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.interop.trc import read_trc
 from stereotrack_core.recording.landmarks import LANDMARKS, write_landmarks
 
 UPRIGHT = {
@@ -136,7 +134,7 @@ SETS = {
 @pytest.mark.parametrize(("name", "prefix"), [*((name, "") for name in SETS), ("IOR", "Kim:")])
 def test_usual_marker_sets_tell_the_landmarks(tmp_path, name, prefix):
     path = _write_c3d(tmp_path / "a.c3d", _labelled(SETS[name], prefix))
-    found, _ = read_c3d(path)
+    found = read_trajectory(path)
     texts = [note.what for note in found.notes]
     assert any(name in text for text in texts), texts
     known = [k for k, one in enumerate(LANDMARKS) if one != "head" or "head" in str(SETS[name])]
@@ -150,7 +148,7 @@ def test_usual_marker_sets_tell_the_landmarks(tmp_path, name, prefix):
 
 def test_a_lateral_elbow_marker_alone_says_how_far_it_is_off(tmp_path):
     names = {place: label for place, label in SETS["Plug-in Gait"].items() if "medial" not in place}
-    found, _ = read_c3d(_write_c3d(tmp_path / "a.c3d", _labelled(names)))
+    found = read_trajectory(_write_c3d(tmp_path / "a.c3d", _labelled(names)))
     elbow = found.points[0, LANDMARKS.index("left_elbow")]
     np.testing.assert_allclose(elbow, _markers("L")["lateral_elbow"], atol=1e-6)
     assert any("lateral marker itself, within about 40 mm" in note.what for note in found.notes)
@@ -158,7 +156,7 @@ def test_a_lateral_elbow_marker_alone_says_how_far_it_is_off(tmp_path):
 
 def test_joint_centres_of_a_model_go_before_markers(tmp_path):
     labels = _labelled(SETS["Plug-in Gait"]) | {"LSJC": (-0.2, 0.01, 1.41), "LFEP": (-0.1, 0, 0.9)}
-    found, _ = read_c3d(_write_c3d(tmp_path / "a.c3d", labels))
+    found = read_trajectory(_write_c3d(tmp_path / "a.c3d", labels))
     for name, label in (("left_shoulder", "LSJC"), ("left_hip", "LFEP")):
         np.testing.assert_allclose(found.points[0, LANDMARKS.index(name)], labels[label], atol=1e-6)
 
@@ -166,7 +164,7 @@ def test_joint_centres_of_a_model_go_before_markers(tmp_path):
 def test_names_go_before_marker_sets(tmp_path):
     labels = _labelled(SETS["Plug-in Gait"]) | {"LShoulder": (-0.2, 0.0, 1.5), "x": (0.5, 0, 0.7)}
     stated = Stated({"x": "right_hand"})
-    found, _ = read_c3d(_write_c3d(tmp_path / "a.c3d", labels), stated)
+    found = read_trajectory(_write_c3d(tmp_path / "a.c3d", labels), stated)
     np.testing.assert_allclose(found.points[0, 0], (-0.2, 0.0, 1.5), atol=1e-6)
     hand = found.points[0, LANDMARKS.index("right_hand")]
     np.testing.assert_allclose(hand, (0.5, 0.0, 0.7), atol=1e-6)
@@ -177,8 +175,8 @@ def test_two_people_in_a_file_are_not_mixed(tmp_path):
     two = {k: (x + 2, y, z) for k, (x, y, z) in _labelled(SETS["Plug-in Gait"], "B:").items()}
     path = _write_c3d(tmp_path / "a.c3d", one | two)
     with pytest.raises(InputError, match=r"2 people \(A, B\)"):
-        read_c3d(path)
-    found, _ = read_c3d(path, Stated({"B:LFIN": "left_hand"}))
+        read_trajectory(path)
+    found = read_trajectory(path, Stated({"B:LFIN": "left_hand"}))
     assert (found.points[..., 0] > 1.5).all()
 
 
@@ -186,11 +184,11 @@ def test_two_people_in_a_file_are_not_mixed(tmp_path):
 def test_a_c3d_that_states_down_for_up_is_refused(tmp_path, labels):
     path = _write_c3d(tmp_path / "a.c3d", labels, screen=("-X", "-Z"))
     with pytest.raises(InputError, match=r"-z points up .* trunk points along z") as caught:
-        read_c3d(path)
+        read_trajectory(path)
     assert "--axes -x,-y,z for an upright person" in caught.value.remedy
-    upright, _ = read_c3d(path, Stated(world_from_file=world_from_axes("-x,-y,z")))
+    upright = read_trajectory(path, Stated(world_from_file=world_from_axes("-x,-y,z")))
     assert upright.points[0, LANDMARKS.index("head"), 2] == pytest.approx(1.6)
-    as_stated, _ = read_c3d(path, Stated(world_from_file=world_from_axes("-x,y,-z")))
+    as_stated = read_trajectory(path, Stated(world_from_file=world_from_axes("-x,y,-z")))
     assert as_stated.points[0, LANDMARKS.index("head"), 2] == pytest.approx(-1.6)
 
 
@@ -204,21 +202,21 @@ def test_who_lies_is_asked_for_and_then_taken_as_stated(tmp_path):
     lying = _turned(WHOLE, world_from_axes("x,z,-y"))
     path = _write_c3d(tmp_path / "a.c3d", lying)
     with pytest.raises(InputError, match="--axes x,y,z for a person who lies"):
-        read_c3d(path)
-    found, _ = read_c3d(path, Stated(world_from_file=np.eye(3)))
+        read_trajectory(path)
+    found = read_trajectory(path, Stated(world_from_file=np.eye(3)))
     np.testing.assert_allclose(found.points[0], [lying[name] for name in LANDMARKS], atol=1e-6)
 
 
 def test_blanks_between_all_cells_of_a_trc(tmp_path):
     path = _write_trc(tmp_path / "a.trc", WHOLE)
     path.write_text("\n".join("  ".join(line.split()) for line in path.read_text().split("\n")))
-    found, _ = read_trc(path)
+    found = read_trajectory(path)
     np.testing.assert_allclose(found.points[1], [WHOLE[name] for name in LANDMARKS], atol=1e-6)
 
 
 def test_landmarks_are_turned_into_a_world_whose_z_is_not_up(tmp_path):
     path = _write_trc(tmp_path / "a.trc", WHOLE)
-    found, _ = read_trc(path, Stated(up=Upright("y")))
+    found = read_trajectory(path, Stated(up=Upright("y")))
     upright = Upright("y").points(found.points[0])
     np.testing.assert_allclose(upright, [WHOLE[name] for name in LANDMARKS], atol=1e-6)
     assert found.points[0, LANDMARKS.index("head"), 1] == pytest.approx(1.6)

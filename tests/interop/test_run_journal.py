@@ -9,7 +9,13 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import run_journal
-from stereotrack_core.interop.records import Journal, Record, RecordFile, read_journal, read_records
+from stereotrack_core.interop.records import (
+    Record,
+    RecordFile,
+    append_entry,
+    read_journal,
+    read_records,
+)
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import RunJournal, Wish, has_frames, read_unfinished
 from stereotrack_core.tracking.presets import preset
@@ -185,9 +191,8 @@ ENTRIES = [{"job": "a", "value": 1.5}, {"job": "b", "words": 'ü \n " ]}'}, {"jo
 
 
 def written(path, entries):
-    with Journal(path) as journal:
-        for entry in entries:
-            journal.append(entry)
+    for entry in entries:
+        append_entry(path, entry)
     return path.read_bytes()
 
 

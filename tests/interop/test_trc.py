@@ -5,7 +5,8 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
-from stereotrack_core.interop.trc import read_trc, write_trc
+from stereotrack_core.interop.run_file import read_trajectory
+from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 
@@ -35,8 +36,8 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
     lines[3] = lines[3].replace("head", "sacrum")
     lines.insert(5, "")
     (tmp_path / "b.trc").write_text("\n".join(lines))
-    found, fps = read_trc(tmp_path / "b.trc")
-    assert fps == 30.0
+    found = read_trajectory(tmp_path / "b.trc")
+    assert found.fps == 30.0
     wanted = trajectory.points / 1000.0
     wanted[:, LANDMARKS.index("head")] = np.nan
     np.testing.assert_allclose(found.points, wanted)
@@ -52,7 +53,7 @@ def test_wrong_frame_numbers_are_refused_by_their_line(
     lines[6] = "\t".join([frame, *lines[6].split("\t")[1:]])
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match=words) as error:
-        read_trc(path)
+        read_trajectory(path)
     assert "line 7" in str(error.value)
     assert error.value.remedy
 
@@ -63,15 +64,15 @@ def test_files_that_are_cut_off_or_hold_no_number_are_refused(tmp_path, random, 
     lines = path.read_text().splitlines()
     path.write_text("\n".join(lines[:-1]))
     with pytest.raises(InputError, match="ends after 2 of its 3 frames"):
-        read_trc(path)
+        read_trajectory(path)
     lines[6] = "\t".join([*lines[6].split("\t")[:2], "abc", *lines[6].split("\t")[3:]])
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match=r"line 7 .* not a number .*'abc'"):
-        read_trc(path)
+        read_trajectory(path)
     lines[2] = lines[2].replace("30", "often", 1)
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match="'often' is not a frame rate"):
-        read_trc(path)
+        read_trajectory(path)
 
 
 def test_gaps_are_empty_frames(tmp_path, random, body_trajectory):
@@ -81,7 +82,7 @@ def test_gaps_are_empty_frames(tmp_path, random, body_trajectory):
     assert [line.split("\t")[0] for line in lines[5:]] == ["2", "3", "4", "5", "6", "7"]
     assert lines[7].split("\t")[1] == "0.16"
     assert set(lines[7].split("\t")[2:]) == {"NaN"}
-    found, _ = read_trc(tmp_path / "a.trc")
+    found = read_trajectory(tmp_path / "a.trc")
     assert found.frame.tolist() == [2, 3, 4, 5, 6, 7]
     assert np.isnan(found.points[2:5]).all()
     np.testing.assert_array_equal(found.points[[0, 1, 5]], sparse.points)
@@ -99,10 +100,11 @@ def test_commas_names_and_axes_of_other_programs(tmp_path, random, body_trajecto
             text = text.replace(name, side[0].upper() + part.title().replace("Hand", "Wrist"))
     (tmp_path / "b.trc").write_text(text)
     wrists = {"LWrist": "left_hand", "RWrist": "right_hand"}
-    found, _ = read_trc(tmp_path / "b.trc", Stated(wrists))
+    found = read_trajectory(tmp_path / "b.trc", Stated(wrists))
     np.testing.assert_array_equal(found.points, trajectory.points)
-    assert np.isnan(read_trc(tmp_path / "b.trc")[0].points[:, LANDMARKS.index("left_hand")]).all()
-    turned, _ = read_trc(tmp_path / "b.trc", Stated(wrists, world_from_axes("x,-z,y")))
+    unnamed = read_trajectory(tmp_path / "b.trc").points[:, LANDMARKS.index("left_hand")]
+    assert np.isnan(unnamed).all()
+    turned = read_trajectory(tmp_path / "b.trc", Stated(wrists, world_from_axes("x,-z,y")))
     east, north, up = np.moveaxis(trajectory.points, -1, 0)
     np.testing.assert_array_equal(turned.points, np.stack([north, -east, up], axis=-1))
 

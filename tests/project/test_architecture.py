@@ -149,7 +149,6 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/report/pages.py": {"savefig"},
     "stereotrack_core/recording/importing/files.py": {"open"},  # to a temporary file
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back
-    "stereotrack_core/limited_process.py": {"TemporaryFile"},  # what a process complains of
     "stereotrack_core/cli/options.py": {"TemporaryFile"},  # whether one can be made there
     "app/shell/dialogs.py": {"save"},
 }

@@ -62,8 +62,6 @@ def test_some_frames_can_be_kept_anew_and_the_others_stay(project):
     assert project.predictions.replace("fit", [], frames=range(2)) == 0
     assert [one.frame for one in project.predictions.of_source("fit")] == [2]
     assert len(project.predictions.of_source("run a")) == 1
-    with pytest.raises(ValueError, match="not all"):
-        project.predictions.replace("fit", [predicted(1, source="run a")])
 
 
 def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(project):

@@ -17,7 +17,7 @@ from scipy.io import savemat
 
 from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles import angles_of_reference, angles_of_run
+from stereotrack_core.evaluation.joint_angles import angles_of_run, angles_of_trajectory
 from stereotrack_core.interop.calibrations.deciding import completed, decide
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.interop.calibrations.opencv_storage import storage_text
@@ -176,7 +176,7 @@ def _of_arrays(samples: Samples, content: Contents) -> dict[str, Reader]:
     def reference(path: Path) -> object:
         each(lambda: read_trajectory(path), lambda: first_pose(str(path), 2))
         found = read_reference(path)
-        each(found.trajectory, lambda: angles_of_reference(found))
+        each(found.trajectory, lambda: angles_of_trajectory(found.trajectory()))
         return found
 
     ways = {"": mutated_arrays, ", meta": mutated_meta}

@@ -1,10 +1,9 @@
-"""Readers for the catalogue: what one is, and those of keypoints, HDF5, bags of ROS, studies."""
+"""Readers for the catalogue: what one is, and those of keypoints, HDF5, studies."""
 
 import io
 import json
 import pickle
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,13 +12,10 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.reading import read_keypoints
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
-from stereotrack_core.recording.importing.readers import first_picture
-from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.study.description import read_study, selected
 from tests.end_to_end.writers import FILES
@@ -33,9 +29,8 @@ from tests.reading.mutations import (
 from tests.reading.samples import FRAMES, Samples
 
 OF_HDF5 = ("DeepLabCut HDF5", "keypoints, DeepLabCut HDF5")
-OF_ROS = ("ROS bag", "ROS MCAP", "ROS SQLite")
 # Libraries that not everybody installs.
-NEEDED = {"SLEAP": "sleap_io", **dict.fromkeys(OF_HDF5, "h5py"), **dict.fromkeys(OF_ROS, "rosbags")}
+NEEDED = {"SLEAP": "sleap_io", **dict.fromkeys(OF_HDF5, "h5py")}
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,6 @@ def more_files(samples: Samples, content: Contents) -> dict[str, Reader]:
         **_of_keypoints(samples, content),
         "study": Reader("s.study.toml", content("walks.study.toml"), mutated_toml, _study),
         **(_of_hdf5(samples) if find_spec("h5py") is not None else {}),
-        **(_of_bags(content.folder) if find_spec("rosbags") is not None else {}),
     }
 
 
@@ -174,23 +168,3 @@ def _predictions(stored: Any) -> None:
     rows = np.array([(frame, (1.0, 2.0, 0.5, 4.0, 5.0, 0.75)) for frame in range(3)], dtype=kinds)
     table = stored.create_group("df_with_missing").create_dataset("table", data=rows)
     table.attrs["values_block_0_kind"] = np.void(pickle.dumps(columns, 0))
-
-
-def _of_bags(folder: Path) -> dict[str, Reader]:
-    from tests.recording.importing.bags import depth_bag, stereo_bag
-
-    def look(path: Path) -> object:
-        found = look_at([path])
-        for source in found.sources:
-            with suppress(InputError):
-                first_picture(source)
-        return found
-
-    one = stereo_bag(folder / "one.bag", frames=2)
-    two = next(depth_bag(folder / "two", "mcap", frames=2).glob("*.mcap"))
-    three = next(stereo_bag(folder / "three", "sqlite3", frames=2).glob("*.db3"))
-    return {
-        "ROS bag": Reader("one.bag", one.read_bytes(), mutated_bytes, look),
-        "ROS MCAP": Reader("two.mcap", two.read_bytes(), mutated_bytes, look),
-        "ROS SQLite": Reader("three.db3", three.read_bytes(), mutated_bytes, look),
-    }

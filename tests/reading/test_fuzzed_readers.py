@@ -10,14 +10,14 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from tests.reading.catalogue import damaged
-from tests.reading.more_files import NEEDED, OF_HDF5, OF_ROS, Reader
+from tests.reading.more_files import NEEDED, OF_HDF5, Reader
 
 # Damaged files for each reader in the fast tests, and in the slow ones.
 FEW, MANY = 20, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
 # The same for readers in a process of their own, whose start takes most of a second.
 FEW_APART, MANY_APART = 2, 20
 # A reader's time on the processor for one of these small files, and its memory for all of them, in
-# this process: readers of HDF5, MAT files and bags are in others, within limits of their own.
+# this process: readers of HDF5 and MAT files are in others, within limits of their own.
 MOST_SECONDS, MOST_MB = 5.0, 256
 NAMES = (
     *("recording.toml", "calibration.toml"),
@@ -26,12 +26,12 @@ NAMES = (
     *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
     *("foreign TOML", "OpenCV YAML", "OpenCV XML", "ROS", "Qualisys"),
     *("ZED", "MATLAB JSON", "MATLAB MAT", "Argus", *OF_HDF5),
-    *("sweep journal", "study", *OF_ROS),
+    *("sweep journal", "study"),
     *(f"keypoints, {kind}" for kind in ("MMPose", "COCO results", "COCO", "table")),
     *(f"keypoints, {kind}" for kind in ("DeepLabCut", "OpenPose")),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
 )
-READ_APART = ("SLEAP", "MATLAB MAT", *OF_HDF5, *OF_ROS)
+READ_APART = ("SLEAP", "MATLAB MAT", *OF_HDF5)
 
 
 def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[int, str]:

@@ -9,7 +9,6 @@ import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -21,8 +20,6 @@ from stereotrack_core.interop.hdf5 import is_hdf5
 from stereotrack_core.reading import parsed_json
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
-from stereotrack_core.recording.importing.ros import picture_in
-from stereotrack_core.recording.importing.source import METRIC_UNIT
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.recording.video import open_container
 from stereotrack_core.recording.writing import write_png
@@ -158,9 +155,6 @@ def test_a_part_of_a_picture_may_not_be_longer_than_its_file(tmp_path, monkeypat
             read_image(path, "grey")
         with pytest.raises(DamagedFrame, match="no depth map of 32-bit floats"):
             read_metres(path)
-        message = SimpleNamespace(data=np.frombuffer(content, np.uint8), format="png")
-        with pytest.raises(DamagedFrame, match="compressed image is damaged"):
-            picture_in(message, "grey", METRIC_UNIT)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="FFmpeg keeps its own limit there")

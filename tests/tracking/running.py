@@ -8,7 +8,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.clouds import Clouds
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.inspection import explain
 from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
@@ -54,7 +54,7 @@ def tracker_of(name, *, fps=10.0, seed=0, cameras=CAMERAS, **changes):
     setup = Setup(body, settings.tracking, cameras, fps, seed)
     if name == "thesis":
         return Stepping(ThesisModel(setup))
-    return Stepping(Follower(setup, IteratedEstimator(setup)))
+    return Stepping(Follower(setup))
 
 
 def go_on(run, frames):

@@ -1,5 +1,7 @@
 """Bodies are found without help, whichever way they face, and told from what is not theirs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from stereotrack_core.body.manifold import difference
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.tracking import step
 from stereotrack_core.tracking.initialise.first_pose import facing_right, first_pose_in
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.model import initialiser as looking
@@ -92,7 +95,7 @@ def test_who_comes_back_elsewhere_is_found_again(initialiser, rng):
 
 
 def test_the_first_pose_is_that_of_the_first_cloud(initialiser, rng):
-    poses = [turned(POSES["reaching"], 30.0, (0.0, 0.03 * k, 0.0)) for k in range(4)]
+    poses = [turned(POSES["reaching"], 100.0, (0.0, 0.03 * k, 0.0)) for k in range(4)]
     clouds = [
         cloud_of(surface_points(initialiser.setup.body, pose, 2000, rng, 0.005), k)
         for k, pose in enumerate(poses)
@@ -116,6 +119,14 @@ def _clouds(initialiser, pose, rng, count=4):
     ]
 
 
+def test_the_usual_first_pose_is_recognised_in_the_first_cloud(initialiser, rng):
+    told = []
+    clouds = _clouds(initialiser, POSES["t"], rng)
+    found = first_pose_in(initialiser.model, clouds, lambda done, _count: told.append(done))
+    assert told == [0, 1], "found, and followed from the usual one"
+    assert axis_off(found, POSES["t"]) < 12.0
+
+
 @pytest.mark.parametrize(("name", "heading"), [("reaching", 180.0), ("t", 90.0)])
 def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
     true = turned(POSES[name], heading)
@@ -133,3 +144,16 @@ def test_a_body_taken_from_the_wrong_side_is_turned(initialiser, rng, heading):
     for start in (true, turned_round(true)):
         found = facing_right(initialiser.model, start, clouds, lambda: None)
         assert angle_between(found.torso[:, 1], true.torso[:, 1]) < np.radians(30.0)
+
+
+@pytest.mark.parametrize(
+    ("unchanged", "cut", "partial"),
+    [(0, 0.006, False), (0, 0.008, True), (12, 0.034, False), (12, 0.036, True)],
+)
+def test_less_of_a_half_seen_body_may_be_cut_while_its_pose_is_on_trial(
+    initialiser, monkeypatch, unchanged, cut, partial
+):
+    monkeypatch.setattr(step, "trunk_support", lambda *_: 0.8)
+    monkeypatch.setattr(step, "share_at_sides", lambda *_: cut)
+    state = replace(initialiser.model.first(POSES["t"]), unchanged=unchanged)
+    assert bool(initialiser.model._why_partial(state, cloud_of(np.zeros((1, 3))))) == partial

@@ -13,7 +13,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repair import repaired
 from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
@@ -84,7 +84,7 @@ def test_one_wrong_click_does_not_lead_astray():
 def tracker():
     """A tracker of a whole person."""
     setup = setup_of(body_model(AVERAGE, SETTINGS.body))
-    return Stepping(PersonModel(Follower(setup, IteratedEstimator(setup))))
+    return Stepping(PersonModel(Follower(setup)))
 
 
 def test_a_clicked_frame_brings_a_lost_body_back(tracker, rng):

@@ -37,14 +37,12 @@ def first(recording):
 
 def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
     clouds = SharedClouds(first.chain, first.reader)
-    takers = [clouds.taker() for _ in range(2)]
     specs = [RunSpec(SETTINGS, seed=seed, init="tpose") for seed in (0, 1)]
     with ExitStack() as stack:
-        own = [Clouds(recording, *each) for each in zip(specs, takers, strict=True)]
+        own = [Clouds(recording, spec, clouds) for spec in specs]
         runs = [advances(prepare(stack.enter_context(each)), range(FRAMES)) for each in own]
         together = list(zip(*runs, strict=True))
     for seed, spec in enumerate(specs):
         for k, frame in enumerate(tracked_frames(recording, spec)[0]):
             np.testing.assert_array_equal(together[k][seed].gained.frames[0].x, frame.x)
     assert first.reader.frame_set(0).views.keys() == set("NOSW")
-    assert len(clouds) == 0

@@ -11,7 +11,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.part_colours import PartColours
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -81,7 +81,7 @@ def _clouds(rng, count=3):
 
 def _tracked(clouds, *, coloured=True, **changes):
     setup = Setup(BODY, preset("fast").replaced(**changes).tracking, CAMERAS, 10.0, 0)
-    follower = Follower(setup, IteratedEstimator(setup), uses_colours=coloured)
+    follower = Follower(setup, uses_colours=coloured)
     tracker = Stepping(PersonModel(follower))
     tracker.start(POSES["t"])
     return [tracker.step(cloud) for cloud in clouds], tracker

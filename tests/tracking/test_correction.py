@@ -6,8 +6,7 @@ import numpy as np
 
 from stereotrack_core.body.angles import ALL_JOINTS
 from stereotrack_core.body.manifold import difference
-from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimator import Measurements, sensors_for
+from stereotrack_core.tracking.measurements import Measurements, observations
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Belief, Setup
 from tests.oracle.limits import limits
@@ -39,9 +38,8 @@ def _measured(pose, rng):
         keypoints=keypoints(pose),
         clicks=clicks_on(BODY, pose, sigma=1.0),
     )
-    observed = tuple(sensor(cloud) for sensor in sensors_for(setup.parameters))
     data = surface_points(BODY, pose, 500, rng, 0.02)
-    return Measurements(setup, cloud, data, DataToModel(setup), observed)
+    return Measurements(setup, cloud, data, observed=observations(setup.parameters, cloud))
 
 
 def test_a_correction_is_that_of_dense_sums_over_plain_residuals(rng):

@@ -53,12 +53,9 @@ def test_lengths_of_a_tall_person_come_out_of_their_surface(rng):
         for pose in poses(8)
     ]
     found = estimated_lengths(AVERAGE, body.shape, seen, TrackingParameters(), ALL_JOINTS)
-    before, after = off(AVERAGE, TALL), off(found.proportions, TALL)
+    before, after = off(AVERAGE, TALL), off(found, TALL)
     for name in ARMS:
         assert abs(after[name]) < 0.4 * abs(before[name]), (name, before[name], after[name])
-        assert 0.0 < found.sigma[name] < 0.02
-    assert found.frames == 8
-    assert found.subject().name == "estimated from the sequence"
 
 
 @pytest.mark.parametrize(("crown", "ratio"), [(1.715, 1.0), (1.9, 1.9 / 1.715)])

@@ -9,7 +9,7 @@ import pytest
 from stereotrack_core.body.angles import ALL_JOINTS
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.tracking.correction import gathered
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.residuals.detections import DetectionResidual, corrected_by
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.step import PersonModel
@@ -110,7 +110,7 @@ WRONG = pose_with_arms([0.1, 0.2, -1], [0.1, 0.4, -1], [-0.9, 0.5, 0.4], [-0.3, 
 
 
 def searching(**changes):
-    search = started(**changes).model.estimator.search
+    search = started(**changes).model.search
     evidence = search.evidence(scene(), ARMS, RNG(0))
     return search, evidence, search.best_pairs(evidence, WRONG, WRONG, RNG(0))
 
@@ -127,7 +127,7 @@ def refined(**changes):
     tracker = started(**changes)
     frame = tracker.model.measured(tracker.state, CLOUD)
     start = disturbed(TRUE, (2, 3, 4, 5), RNG(3), 1e-9, 1e-9, 25.0)
-    found = tracker.model.estimator.refine(frame, start, tracker.P)
+    found = tracker.model.refine(frame, start, tracker.P)
     return angle_errors(BODY, found.pose, TRUE)[2:].mean()
 
 
@@ -143,7 +143,7 @@ def hand_moved(**changes):
 def wrong_points(**changes):
     """How many points of a view that contradicts the others are compared with the body."""
     setup, names, view = started(**changes).setup, tuple("NESW"), np.arange(len(POINTS)) % 4
-    model = PersonModel(Follower(setup, IteratedEstimator(setup)))
+    model = PersonModel(Follower(setup))
     state = replace(model.first(TRUE, 90.0), watch=ViewWatch(names, np.ones((4, 2)), 9, "W"))
     _, found = model.step(state, replace(cloud_of(POINTS, 91), view=view, view_names=names))
     return np.isin(found.correspondences.data[:, 0], POINTS[3::4, 0]).sum()

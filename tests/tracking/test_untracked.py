@@ -8,7 +8,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.writing import write_png
-from stereotrack_core.tracking.run_checks import Untracked
+from stereotrack_core.tracking.run_checks import untracked_in
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import HEIGHT, SMALL, VIEWS, WIDTH, write_depth_recording
 from tests.tracking.running import tracked_frames
@@ -34,19 +34,19 @@ def with_views(recording, **changes):
 def untracked(recording, **changes):
     settings = SMALL.replaced(**changes)
     frames, _ = tracked_frames(recording, RunSpec(settings, init="tpose"), range(FRAMES))
-    return Untracked(recording, settings).take([frame.without_cloud() for frame in frames])
+    return untracked_in([frame.without_cloud() for frame in frames], recording, settings)
 
 
 def only_cause(recording, **changes):
     told = untracked(recording, **changes)
-    [cause] = told.causes()
+    [cause] = told.causes
     assert cause.views == VIEWS
     return cause.sentence(), told.counts["N"]
 
 
 def test_of_frames_that_are_tracked_nothing_is_said(recording):
     told = untracked(recording)
-    assert (told.causes(), told.counts) == ((), {})
+    assert (told.causes, told.counts) == ((), {})
 
 
 def test_points_outside_of_the_volume_are_told_with_where_they_are(recording):

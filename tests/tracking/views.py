@@ -47,7 +47,7 @@ def view_of(bodies, place) -> ViewDepth:
     ranges = cast(bodies, g.focal, g.c_x, g.c_y, place, g.width, g.height)
     person = np.isfinite(ranges)
     range_z = np.where(person, ranges, WALL).astype(np.float32)
-    return ViewDepth(g, None, range_z, person, person, person)
+    return ViewDepth(g, range_z, person, person, person)
 
 
 def cloud_seen(bodies, eyes="NESW") -> Cloud:

@@ -1,10 +1,8 @@
-"""Start of the stand-alone program, of its worker processes, and of its modules."""
+"""Start of the stand-alone program and of its worker processes."""
 
 import multiprocessing
-import sys
-
-from stereotrack_core.own_program import asked_module, run_module
+import runpy
 
 if __name__ == "__main__":
     multiprocessing.freeze_support()  # a worker process goes no further
-    run_module(*(asked_module(sys.argv) or ("stereotrack_app", sys.argv[1:])))
+    runpy.run_module("stereotrack_app", run_name="__main__", alter_sys=True)

@@ -1,6 +1,6 @@
 """Commands of annotation besides clicking itself: the selection, the fit, trust, setup, files."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 from stereotrack_core.counting import frames_in_words
@@ -44,13 +44,12 @@ def add_commands(
     panels: AnnotationPanels,
     dialogs: AnnotationDialogs,
     predicting: PredictionWork,
-    exchange: Sequence[Command] = (),
 ) -> None:
     """Add all commands, in the order of their menus, and those of the selection to the timeline."""
     actions.add(_going(panels))
     actions.add(_selection(panels, predicting))
     actions.add(_trust(panels, dialogs))
-    actions.add([*_setup_and_files(panels, dialogs), *exchange])
+    actions.add(_setup_and_files(panels, dialogs))
     for name in _IN_THE_MENU:
         if name:
             panels.bar.selection_menu.addAction(actions.action(name))
@@ -159,4 +158,14 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
              "to the clicks: with its uncertainty, or in the format of another program.",
              partial(dialogs.ask_to_export, "reference"), icon="export",
              why_not=lambda: unless(p.reference.now, NO_FIT)),
+        file("annotate-import-predictions", "Import predictions …", "Import the keypoints of a "
+             "2-D detector. What is taken and what is left out is shown before anything is "
+             "written.", dialogs.ask_to_import_predictions, icon="prediction", why_not=p.no_edit),
+        file("annotate-export-predictions", "Export predictions …", "Write the keypoints of all "
+             "detectors as a table or as COCO results.",
+             partial(dialogs.ask_to_export, "keypoints"), icon="export",
+             why_not=dialogs.why_no_predictions),
+        file("annotate-remove-predictions", "Remove predictions …", "Remove the keypoints and "
+             "proposals of a detector. You can undo this.", dialogs.ask_to_remove_predictions,
+             icon="delete", why_not=dialogs.why_no_predictions),
     ]  # fmt: skip

@@ -8,12 +8,14 @@ from typing import Any, TypeAlias
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
 from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import AxesContradicted, Stated, world_from_axes
 from stereotrack_core.interop.run_file import at_recording, reference_in
+from stereotrack_core.project.detectors import DetectorImport
 from stereotrack_core.project.entries import Choose, save_reference
 from stereotrack_core.project.exporting import (
     ClickedRecording,
@@ -21,9 +23,9 @@ from stereotrack_core.project.exporting import (
     ExportFormat,
     Kind,
     export_clicks,
-    export_keypoints,
     export_reference,
     formats_of,
+    writer,
 )
 from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
@@ -31,10 +33,13 @@ from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import up_of_cameras
 
+from ...session.changes import Part
 from ...session.project import message_of_finding
-from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
+from ...session.session import unless
+from ...widgets.forms.form_dialog import ask_for_text, ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.merging import ImportDialog, TakeInDialog
+from .exchange.predictions import PredictionsDialog
 from .panels import AnnotationPanels
 from .setup.subject_dialog import SubjectDialog
 
@@ -54,6 +59,8 @@ class AnnotationDialogs:
     def __init__(self, panels: AnnotationPanels) -> None:
         self._panels, self._notifier = panels, panels.context.notifier
         self._agreement: AgreementDialog | None = None
+        self._keypoints = panels.context.session.keypoints
+        panels.context.tasks.watch(self._predictions_read)
 
     def _begin(
         self,
@@ -154,7 +161,7 @@ class AnnotationDialogs:
 
         def write(project: Project, recording: Recording) -> Exported:
             if kind == "keypoints":
-                return export_keypoints(path, project.keypoints.all(), recording, form)
+                return writer(form, "keypoints")(path, project.keypoints.all(), recording)
             if kind == "reference" and now is not None:
                 return export_reference(path, now.reference, form, recording.fps)
             landmarks = project.landmark_set()
@@ -166,6 +173,43 @@ class AnnotationDialogs:
 
         if kind != "reference" or now is not None:
             self._begin(f"exporting {_EXPORTED[kind]}", write, say, promised=True)
+
+    # ---- predictions of detectors
+
+    def why_no_predictions(self) -> str:
+        none = "The project has no predictions of a detector."
+        return self._panels.no_edit() or unless(self._keypoints.sources, none)
+
+    def ask_to_import_predictions(self) -> None:
+        panels, project, recording = self._panels, self._panels.project, self._panels.recording
+        if project is not None and recording is not None:
+            count, tasks = panels.frame_count or None, panels.context.tasks
+            dialog = PredictionsDialog(project, recording, count, self._bring, tasks, panels.window)
+            panels.context.session.changes.watch(Part.KEYPOINTS, dialog.read_again)
+            panels.show_dialog(dialog)
+
+    def _bring(self, project: Project, plan: DetectorImport) -> None:
+        kept = counted(len(plan.keypoints), "keypoint")
+        said = f"{kept} of {', '.join(plan.after.sources)} imported."
+        self._keypoints.bring(project, plan, partial(self._panels.say, said))
+
+    def ask_to_remove_predictions(self) -> None:
+        known = {
+            f"{name} ({counted(count, 'keypoint')})": name
+            for name, count in self._keypoints.sources.items()
+        }
+        words = "Detector whose keypoints and proposals are removed:"
+        remove = lambda chosen: self.remove_predictions(known[chosen])  # noqa: E731
+        dialog = ask_for_text(self._panels.window, "Remove predictions", words, remove)
+        dialog.setComboBoxItems(list(known))
+        dialog.setOkButtonText("Remove")
+
+    def remove_predictions(self, detector: str) -> None:
+        said = f"Predictions of {detector} removed. Undo brings them back."
+        self._keypoints.remove(detector, partial(self._panels.say, said))
+
+    def _predictions_read(self) -> bool:
+        return all(one.settled() for one in self._panels.window.findChildren(PredictionsDialog))
 
     # ---- trust
 

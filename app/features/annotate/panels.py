@@ -1,11 +1,13 @@
 """Everything of annotation around the views: lanes, what is next, trust."""
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QDialog
 
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.blind_repeats import BlindRepeats
 from stereotrack_core.project.edit import Edit
@@ -13,12 +15,14 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...session.changes import Part
+from ...session.jobs import Job
+from ...session.runs import RunEntry
 from ...session.session import unless
 from ...widgets.forms.message import StateBar
-from ...widgets.redraw import later
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.bars import AnnotationBar
 from .clicking.controller import ClickController
@@ -34,7 +38,7 @@ _MANY_FRAMES = 300
 
 
 class AnnotationPanels:
-    """The panels of annotation and what stands behind them; they follow one project."""
+    """The panels of annotation and what stands behind them; they follow the session's project."""
 
     def __init__(self, context: Context, clicking: ClickController) -> None:
         self.context, self.clicking = context, clicking
@@ -51,13 +55,16 @@ class AnnotationPanels:
         self.lanes: AnnotationLanes | None = None
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
-        self._tell_reference = partial(context.session.changes.tell, Part.REFERENCE)
         self.next = NextPresenter(context.tasks, self._on_ranked)
-        self.reference = ReferenceWork(context.tasks, self._on_reference, self._tell_reference)
+        self.reference = ReferenceWork(context.tasks, self._on_reference, self._show_reference)
+        self._run: tuple[RunEntry, int] | None = None
+        self._judged: Reference | None = None
+        self._trajectory: LandmarkTrajectory | None = None
         self._back_to: int | None = None
-        self._soon = later(context.session, self._show_numbers, _DELAY_MS)
-        self._counted = later(context.session, self._on_counted, _COUNTING_MS)
+        self._soon = context.session.later(self._show_numbers, _DELAY_MS)
+        self._counted = context.session.later(self._on_counted, _COUNTING_MS)
         self._connect()
+        self._follow_session()
 
     def _connect(self) -> None:
         self.timeline.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -72,6 +79,52 @@ class AnnotationPanels:
         panel.limit.toggled.connect(self._limit)
         panel.fit_button.clicked.connect(self._on_fit_wanted)
         self.repeat_bar.button.clicked.connect(self.finish_repeat)
+
+    # ---- the session
+
+    def _follow_session(self) -> None:
+        session, clicking = self.context.session, self.clicking
+        document, watch = session.document, session.changes.watch
+        watch(Part.PROPOSALS, lambda: self.show_proposed(clicking.proposals.ahead()))
+        session.changes.hear(Part.EDIT, self.follow)
+        watch(Part.PROJECT_OPENED, self._on_project)
+        watch(Part.PROJECT_CLOSING | Part.WINDOW_CLOSING, self.shutdown)
+        watch(Part.WORKSPACE, self._on_workspace)
+        watch(Part.LENGTH, lambda: self.set_frame_count(document.frame_count))
+        watch(Part.FRAME, lambda: self.set_frame(document.frame))
+        watch(Part.ACTIVE_RUN | Part.RUNS | Part.TRACKING | Part.RUN_ENDED, self._on_run)
+        watch(Part.TRUTH, self._draw_reference)
+        watch(Part.KEYPOINTS, self.read_kept)
+        clicking.body.with_depth.toggled.connect(self._on_depth)
+        self._on_depth(clicking.body.with_depth.isChecked())
+
+    def _on_project(self) -> None:
+        document, project = self.context.session.document, self.context.session.project.project
+        if project is not self.project:
+            self.set_project(project, document.recording, document.frame_count)
+            self.set_frame(document.frame)
+            self._run = None
+            self._on_run()
+
+    def _on_run(self) -> None:
+        """Compare the suggested clicks with the active run once it is finished."""
+        entry = self.context.session.finished_run
+        known = (entry, len(entry.frames)) if entry is not None else None
+        if known != self._run:
+            self._run = known
+            self.next.set_run(entry.trajectory() if entry is not None else None)
+            self.clicking.proposals.set_run(entry)
+
+    def _on_depth(self, wanted: bool) -> None:
+        self.reference.settings = replace(self.reference.settings, use_depth=wanted)
+
+    def _on_workspace(self) -> None:
+        """Show the lanes of landmarks in Annotate alone; elsewhere the runs need the room."""
+        if self.clicking.active != self._shown:
+            self._shown = self.clicking.active
+            self._show_bar()
+            self._show_lanes()
+        self._draw_reference()
 
     # ---- the project
 
@@ -101,12 +154,6 @@ class AnnotationPanels:
         dialog.show()
         dialog.raise_()
         dialog.activateWindow()
-
-    def set_shown(self, shown: bool) -> None:
-        if shown != self._shown:
-            self._shown = shown
-            self._show_bar()
-            self._show_lanes()
 
     def _show_bar(self) -> None:
         self.bar.setVisible(self._shown and self.project is not None)
@@ -161,9 +208,8 @@ class AnnotationPanels:
         if project is None:
             return
         if len(chosen.frames) > _MANY_FRAMES:
-            self.context.tasks.write(
-                "editing", lambda _task: project.apply(make(project, chosen)), self._on_done
-            )
+            job = Job("editing", lambda _: project.apply(make(project, chosen)), self._on_done)
+            self.context.tasks.write(job)
         else:
             self.context.notifier.attempt(
                 lambda: self._on_done(project.apply(make(project, chosen)))
@@ -190,7 +236,6 @@ class AnnotationPanels:
             progress = self.project.progress()
             flagged = self.lanes is not None and bool(len(self.lanes.flagged_frames()))
             self.bar.show_progress(progress.words(), progress.share, flagged=flagged)
-        self.context.actions.refresh()
 
     # ---- selection and lanes
 
@@ -266,8 +311,28 @@ class AnnotationPanels:
         self.next.set_fit(now.fit if now is not None else None)
         if now is not None:
             self.say(now.words)
-        self._tell_reference()
+        self._show_reference()
         self.context.actions.refresh()
+
+    def _show_reference(self) -> None:
+        """Judge runs by the project's reference if that is another one, and draw it."""
+        now = self.reference.now
+        reference = now.reference if now is not None else None
+        if reference is not self._judged:
+            self._judged = reference
+            name = now.name if now is not None else ""
+            self._trajectory = reference.trajectory() if reference is not None else None
+            self.context.session.judging.set_project_reference(name, reference)
+        self._draw_reference()
+
+    def _draw_reference(self) -> None:
+        """Draw the project's reference while annotating; else what errors are measured against."""
+        session, now = self.context.session, self.reference.now
+        truth = session.judging.truth
+        recorded = truth is not None and truth.against == "recording"
+        drawn = self._trajectory if self.clicking.active or not recorded else None
+        clicks = None if now is None or drawn is None else now.clicks
+        session.instant.show_reference(drawn, clicks)
 
     def _dress_lanes(self) -> None:
         now = self.reference.now

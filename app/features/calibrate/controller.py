@@ -13,11 +13,24 @@ from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
 
 from ...context import Context
-from ...services.tasks.newest import LatestOnly
-from ...services.tasks.task import Task
 from ...session.changes import RECORDING, Part
-from . import saving
-from .state import DOING, STEPS, Axes, AxesWay, Calibration, Made, Shot, StepName
+from ...session.jobs import Job, NewestJob, Task
+from ...session.newest import LatestOnly
+from .state import (
+    DOING,
+    STEPS,
+    Axes,
+    AxesWay,
+    Calibration,
+    Made,
+    PictureReader,
+    ReadPicture,
+    Shot,
+    StepName,
+    save_into,
+    why_not_into,
+    write_to,
+)
 
 
 class CalibrationController:
@@ -26,14 +39,13 @@ class CalibrationController:
     def __init__(self, context: Context) -> None:
         self._context, self.changes = context, context.session.changes
         self.state = Calibration()
-        self.picture: saving.ReadPicture | None = None
+        self.picture: ReadPicture | None = None
+        read = PictureReader()
         self.reading = LatestOnly(
-            saving.PictureReader(), "read a picture of the board", self._on_read, lambda *_: None
+            context.tasks, read, "read a picture of the board", self._on_read, lambda *_: None
         )
-        self._task: Task | None = None
+        self._job = NewestJob(context.tasks)
         self.changes.watch(RECORDING, self._on_recording)
-        self.changes.watch(Part.WINDOW_CLOSING, self.cancel)
-        self.changes.watch(Part.WINDOW_CLOSING, self.reading.close)
         context.tasks.watch(self.reading.settled)
 
     # ---- what is chosen
@@ -112,7 +124,7 @@ class CalibrationController:
         self.changes.tell(Part.CALIBRATION)
         self._context.actions.refresh_soon()
 
-    def _on_read(self, _wanted: object, picture: saving.ReadPicture) -> None:
+    def _on_read(self, _wanted: object, picture: ReadPicture) -> None:
         self.picture = picture
         self.changes.tell(Part.CALIBRATION)
 
@@ -172,36 +184,29 @@ class CalibrationController:
                 todo, lambda word: own.report(word.share, word.words), own.token.cancelled
             )
 
-        def end(then: Callable[[Any], None], result: Any = None) -> None:
-            if task is self._task:
-                self._task = None
-                self.change(busy=None)
-                then(result)
+        def finish(result: Any) -> None:
+            self.change(busy=None)
+            done(result)
 
         def progress(share: float, words: str) -> None:
-            if task is self._task:
-                self.changes.tell(Part.CALIBRATING, (share, f"{task.title}: {words}"))
+            self.changes.tell(Part.CALIBRATING, (share, f"{DOING[step]}: {words}"))
 
         def fail(error: Exception) -> None:
             if isinstance(error, InputError):
-                self.change(problem=(step, error))
+                self.change(busy=None, problem=(step, error))
             else:
+                self.change(busy=None)
                 self._context.notifier.error(error)
 
-        self._task = task = Task(DOING[step], in_process)
-        task.finished.connect(partial(end, done))
-        task.failed.connect(partial(end, fail))
-        task.stopped.connect(partial(end, lambda _nothing: None))
-        task.progressed.connect(progress)
+        stop = partial(self.change, busy=None)
         problem = self.state.problem
         self.change(busy=step, problem=None if problem and problem[0] == step else problem)
         self.changes.tell(Part.CALIBRATING, (0.0, DOING[step]))
-        self._context.tasks.start(task)
+        self._job.run(Job(DOING[step], in_process, finish, fail, stop, progressed=progress))
 
     def cancel(self) -> None:
-        if self._task is not None:
-            task, self._task = self._task, None
-            task.cancel()
+        if self._job.busy:
+            self._job.give_up()
             self.change(busy=None)
 
     # ---- the world
@@ -234,7 +239,7 @@ class CalibrationController:
     def save(self, path: Path) -> None:
 
         def write() -> None:
-            saving.write_to(self.state, path)
+            write_to(self.state, path)
             self.change(saved=f"Saved: {path.name}.")
 
         self._context.notifier.attempt(write)
@@ -242,15 +247,15 @@ class CalibrationController:
     def save_into_recording(self) -> None:
         """Replace the calibration of the open recording, and open it again."""
         state = self.state
-        if state.recording is None or saving.why_not_into(state):
+        if state.recording is None or why_not_into(state):
             return
         recording = state.recording
 
         def write() -> None:
-            kept = saving.save_into(state, recording.folder)
+            kept = save_into(state, recording.folder)
             words = f"Saved into {recording.name}. The calibration before is {kept.name}."
             self.change(saved=words, saved_into=recording.folder)
-            self._context.session.opening.open(recording.folder, workspace="calibrate")
+            self._context.session.open(recording.folder, workspace="calibrate")
 
         self._context.notifier.attempt(write)
 

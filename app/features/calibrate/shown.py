@@ -15,8 +15,7 @@ from ...widgets.forms.step_list import StepShown
 from ...widgets.scene.content import SceneContent
 from ...widgets.tables.table import Cell
 from ...widgets.tables.trees import TreeRow
-from .saving import ReadPicture
-from .state import DOING, STEPS, Calibration, StepName
+from .state import DOING, STEPS, Calibration, ReadPicture, StepName
 
 _MOST_EMPTY = 200
 """Pictures without a board that are listed for a camera; of long videos only those with one are."""

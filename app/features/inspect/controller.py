@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QTimer
 
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.errors import InputError
@@ -22,14 +21,13 @@ from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 
 from ...context import Context
 from ...services.actions import Command, Menu
-from ...services.tasks.newest import LatestOnly
 from ...session.changes import Part
-from ...session.pictures import StepDrawing
+from ...session.drawn import StepDrawing
+from ...session.newest import LatestOnly
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.forms.message import StateBar
 from ...widgets.plots.inside_panel import InsidePanel, StepName
-from ...widgets.redraw import later
 from .contents import content_of
 from .drawing import drawing_of
 from .steps import Step, same_step, steps_of
@@ -182,8 +180,10 @@ class InspectController:
         self.index = 0
         self._asked: Question | None = None
         self._drawing: StepDrawing | None = None
-        self._worker = LatestOnly(answer, "record step trace", self._on_answered, self._on_failed)
-        self._soon = later(context.session, self._ask, _SOON_MS)
+        self._worker = LatestOnly(
+            context.tasks, answer, "record step trace", self._on_answered, self._on_failed
+        )
+        self._soon = context.session.later(self._ask, _SOON_MS)
         watch = session.changes.watch
         watch(Part.FRAME | Part.PLAYING | Part.TRACKING, self._ask_soon)
         watch(Part.ACTIVE_RUN | Part.WORKSPACE, self._leave_if_inspecting)
@@ -230,14 +230,14 @@ class InspectController:
             return
         self._document.pause()
         self._context.docks.bring_up("inside")
-        QTimer.singleShot(0, self._context.session, self._make_room)
+        self._context.session.changes.loop.post(self._make_room)
         self.inspects = True
         self._ask()
         self._show(self.known, self.index)
 
     def leave(self) -> None:
         self.inspects = False
-        self._asked = None
+        self._ask_nothing()
         self._show(None, 0)
 
     def go(self, index: int) -> None:
@@ -245,7 +245,10 @@ class InspectController:
             self._show(self.known, index)
 
     def close(self) -> None:
-        self.inspects, self.known, self._drawing, self._asked = False, None, None, None
+        self.inspects, self.known, self._drawing = False, None, None
+
+    def _ask_nothing(self) -> None:
+        self._asked = None
         self._worker.close()
 
     # ---- asking
@@ -264,7 +267,7 @@ class InspectController:
             return
         if self._waits():
             if self.known is None or self.known.question is not self._asked:
-                self._asked = None  # the tracker needs the time
+                self._ask_nothing()  # the tracker needs the time
             return
         try:
             question = self._question()
@@ -288,15 +291,13 @@ class InspectController:
             return None
         return question_of(frame, self._context.session, entry, settings)
 
-    def _on_answered(self, question: Question, found: Answer) -> None:
-        if question is self._asked and self.inspects:
-            step = self.step
-            self._show(found, same_step(found.steps, step) if step is not None else 0)
+    def _on_answered(self, _question: Question, found: Answer) -> None:
+        step = self.step
+        self._show(found, same_step(found.steps, step) if step is not None else 0)
 
-    def _on_failed(self, question: Question, error: Exception) -> None:
-        if question is self._asked:
-            self.leave()
-            self._context.notifier.error(error)
+    def _on_failed(self, _question: Question, error: Exception) -> None:
+        self.leave()
+        self._context.notifier.error(error)
 
     # ---- showing
 

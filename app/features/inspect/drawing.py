@@ -18,8 +18,7 @@ from stereotrack_core.tracking.trace import (
     StepTrace,
 )
 
-from ...session.pictures import StepDrawing
-from ...widgets.camera.overlays import InsideScene, Marked
+from ...session.drawn import InsideScene, Marked, StepDrawing
 from ...widgets.style.colours import LIMB_COLOURS, SHADES, shade_colours, shade_of
 from .steps import Step, name_of
 

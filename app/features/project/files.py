@@ -1,25 +1,27 @@
-"""Opening and saving: dialogs about recordings, projects and stored runs, and the demo."""
+"""Opening and saving: recordings, projects and stored runs, their dialogs, and the demo; undo."""
 
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from stereotrack_core.demo import DemoPlaces, copied_demo
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.locks import user
-from stereotrack_core.project.exporting import Exported, ExportFormat, export_run, formats_of
+from stereotrack_core.project.exporting import Exported, ExportFormat, formats_of, writer
+from stereotrack_core.project.history import Entry
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context
-from ...services.tasks.task import Task
+from ...services.actions import Command, Menu
 from ...session.changes import Part
-from ...session.edits import Moved
-from ...session.opening import Opening
+from ...session.edits import Moved, WindowEdit
+from ...session.jobs import Task
+from ...session.messages import Message
 from ...session.runs import RunEntry, entry_of_run
+from ...session.session import MOST_RECENT, Session
 from ...widgets.forms.form_dialog import (
     ask_for_folder,
     ask_for_text,
@@ -27,13 +29,7 @@ from ...widgets.forms.form_dialog import (
     ask_to_open,
     ask_to_save,
 )
-from ...widgets.forms.message import Message
-
-
-def recent_folder(opening: Opening) -> Path:
-    """Folder of what was opened last, where dialogs start."""
-    recent = opening.recents()
-    return recent[0].parent if recent else Path.home()
+from .importing.wizard import ImportController
 
 
 class FileController:
@@ -47,11 +43,11 @@ class FileController:
         changes.hear(Part.RUN_WANTED, self.open_run)
         changes.hear(Part.RUN_ALONE, self._ask_where_recording_is)
         changes.watch(Part.RECENT, self._list_recents)
-        self.recents = tuple(self._session.opening.recents())
+        self.recents = tuple(self._session.recents())
 
     def ask_for_recording(self) -> None:
-        parent, opening = self._context.docks.dialog_parent, self._session.opening
-        ask_for_folder(parent, "Open a recording folder", recent_folder(opening), opening.open)
+        parent, session = self._context.docks.dialog_parent, self._session
+        ask_for_folder(parent, "Open a recording folder", session.recent_folder(), session.open)
 
     def close_recording(self) -> None:
         self._session.track.stop()
@@ -63,40 +59,40 @@ class FileController:
 
         def begin() -> None:
             self.demo = places = copied_demo(folder)
-            self._session.opening.open(places.recording, workspace="track", tracks=True)
+            self._session.open(places.recording, workspace="track", tracks=True)
 
         self._context.notifier.attempt(begin)
 
     def _on_ready(self) -> None:
-        asked = self._session.opening.due()
+        asked = self._session.due()
         if asked.run is not None:
             self.open_run(asked.run)
         if asked.workspace:
             self._context.docks.show_named(asked.workspace)
         if asked.tracks:
-            self._session.tracker.run()
+            self._session.track.run()
 
     def _list_recents(self) -> None:
-        self.recents = tuple(self._session.opening.recents())
+        self.recents = tuple(self._session.recents())
         self._context.actions.refresh_soon()
 
     def open_recent(self, place: int) -> None:
         if place < len(self.recents):
-            self._session.opening.open(self.recents[place])
+            self._session.open(self.recents[place])
 
     # ---- runs
 
     def _ask_where_recording_is(self, path: Path) -> None:
-        parent, opening = self._context.docks.dialog_parent, self._session.opening
+        parent, session = self._context.docks.dialog_parent, self._session
         title, start = f"Where is the recording of {path.name}?", path.parent
-        ask = partial(ask_for_folder, parent, title, start, partial(opening.open, run=path))
+        ask = partial(ask_for_folder, parent, title, start, partial(session.open, run=path))
         what = "the recording of this run was not found"
         remedy = "Choose its folder to see the run over its images."
         message = Message("warning", what, path.name, remedy, "Choose folder …", ask)
         self._context.notifier.show(message)
 
     def ask_for_run(self) -> None:
-        parent, use = self._context.docks.dialog_parent, self._session.opening.open
+        parent, use = self._context.docks.dialog_parent, self._session.open
         ask_to_open(parent, "Open a run", "", "Run (*.npz *.part)", use)
 
     def open_run(self, path: Path) -> None:
@@ -135,7 +131,7 @@ class FileController:
             run = held.run()
             if run is None:
                 raise InputError("the run has no frames", remedy="Track the recording first.")
-            return export_run(path, run, form)
+            return writer(form, "run")(path, run, None)
 
         def done(written: Exported) -> None:
             if form.name == "npz":
@@ -165,119 +161,204 @@ _SEEN_IN = {
 }
 
 
-class ProjectController:
-    """Dialogs about projects."""
+def _ask_for_project(context: Context) -> None:
+    parent, session = context.docks.dialog_parent, context.session
+    ask_to_open(parent, "Open project", session.recent_folder(), _FILTER, session.open)
 
-    def __init__(self, context: Context) -> None:
-        self._context, self._session = context, context.session
-        # the dialog comes when the message about it stands there already
-        soon = partial(QTimer.singleShot, 0)
-        ask = self._ask_where_recording_is
-        context.session.changes.hear(Part.RECORDING_MISSING, lambda path: soon(partial(ask, path)))
-        context.session.changes.hear(Part.MOVED, self._show_what_moved)
 
-    def ask_for_project(self) -> None:
-        parent, opening = self._context.docks.dialog_parent, self._session.opening
-        ask_to_open(parent, "Open project", recent_folder(opening), _FILTER, opening.open)
+def _ask_for_copy(context: Context) -> None:
+    project, notifier = context.session.project.project, context.notifier
+    if project is None:
+        return
+    proposed = project.path.with_stem(f"{project.path.stem}-copy")
 
-    def ask_for_copy(self) -> None:
-        project = self._session.project.project
-        if project is None:
-            return
-        proposed = project.path.with_stem(f"{project.path.stem}-copy")
-        parent, notifier = self._context.docks.dialog_parent, self._context.notifier
+    def save(chosen: Path) -> None:
+        path = _with_suffix(chosen)
+        if notifier.attempt(lambda: project.save_copy(path)):
+            notifier.say(f"Copy saved to {path}.", 6000)
 
-        def save(chosen: Path) -> None:
-            path = _with_suffix(chosen)
-            if notifier.attempt(lambda: project.save_copy(path)):
-                notifier.say(f"Copy saved to {path}.", 6000)
+    parent = context.docks.dialog_parent
+    ask_to_save(parent, "Save a copy of the project", proposed, _FILTER, save)
 
-        ask_to_save(parent, "Save a copy of the project", proposed, _FILTER, save)
 
-    def take_over(self) -> None:
-        path = self._session.project.path
-        if path is None:
-            return
-        sure = QMessageBox.question(
-            self._context.docks.dialog_parent,
-            "Force unlock project",
-            "If the other program is still using this project, edits can be lost. Are you certain "
-            "that it is no longer running?",
-        )
-        if sure == QMessageBox.StandardButton.Yes:
-            self._session.project.open_file(path, self._session.document.frame, take_over=True)
+def _take_over(context: Context) -> None:
+    path, project = context.session.project.path, context.session.project
+    sure = path is not None and QMessageBox.question(
+        context.docks.dialog_parent,
+        "Force unlock project",
+        "If the other program is still using this project, edits can be lost. Are you certain "
+        "that it is no longer running?",
+    )
+    if path is not None and sure == QMessageBox.StandardButton.Yes:
+        project.open_file(path, context.session.document.frame, take_over=True)
 
-    def ask_for_home(self) -> None:
-        home = self._session.project.wishes().home or Path.home()
-        parent, keep = self._context.docks.dialog_parent, self._session.project.set_home
-        ask_for_folder(parent, "Folder for new projects", home, keep)
 
-    def keep_beside(self) -> None:
-        self._session.project.set_home(None)
+def _ask_for_home(context: Context) -> None:
+    project = context.session.project
+    home, parent = project.home or Path.home(), context.docks.dialog_parent
+    ask_for_folder(parent, "Folder for new projects", home, project.set_home)
 
-    def kept_beside(self) -> bool:
-        return self._session.project.wishes().home is None
 
-    def ask_annotator(self) -> None:
-        parent, project = self._context.docks.dialog_parent, self._session.project
-        words, name = "Name to store your edits under:", project.annotator or user()
-        ask_for_text(parent, "Annotator", words, project.set_annotator, name)
+def _ask_annotator(context: Context) -> None:
+    parent, project = context.docks.dialog_parent, context.session.project
+    words, name = "Name to store your edits under:", project.annotator or user()
+    ask_for_text(parent, "Annotator", words, project.set_annotator, name)
 
-    def _ask_where_recording_is(self, path: Path) -> None:
-        title = f"Where is the recording of {path.name}?"
-        chosen = QFileDialog.getExistingDirectory(
-            self._context.docks.dialog_parent, title, str(path.parent)
-        )
-        if not chosen:
-            self._session.project.give_up()
-            return
-        try:
-            self._session.project.use_recording(Path(chosen))
-        except InputError as error:
-            self._ask_about_another(path, Path(chosen), error)
-        else:
-            self._context.notifier.clear()
 
-    def _ask_about_another(self, path: Path, folder: Path, error: InputError) -> None:
-        """Where the folder holds another recording: take it all the same, or look elsewhere."""
-        button = QMessageBox.StandardButton
-        question = (
-            f"{folder.name}: {error.what}.\n\nUse this folder anyway? Clicks that do not fit its "
-            "images are kept as they are."
-        )
-        parent = self._context.docks.dialog_parent
-        buttons = button.Yes | button.Retry | button.Cancel
-        answer = QMessageBox.question(parent, "Different recording", question, buttons)
-        if answer == button.Retry:
-            self._ask_where_recording_is(path)
-            return
-        if answer != button.Yes:
-            self._session.project.give_up()
-            return
-        try:
-            self._session.project.use_recording(folder, even_another=True)
-        except InputError as still:
-            self._session.project.give_up()
-            self._context.notifier.error(still)
+def _ask_where_recording_is(context: Context, path: Path) -> None:
+    """Ask for the recording of a project that is open otherwise."""
+    title, parent = f"Where is the recording of {path.name}?", context.docks.dialog_parent
+    chosen = QFileDialog.getExistingDirectory(parent, title, str(path.parent))
+    if not chosen:
+        context.session.project.give_up()
+        return
+    try:
+        context.session.project.use_recording(Path(chosen))
+    except InputError as error:
+        _ask_about_another(context, path, Path(chosen), error)
+    else:
+        context.notifier.clear()
 
-    def _show_what_moved(self, moved: Moved) -> None:
-        """Go to where what was undone or redone can be seen, and say what it was."""
-        edit, changed = moved.edit, moved.changed
-        frames = frozenset[int]()
-        workspace, panel = ("", "") if edit is None else (edit.workspace, edit.panel)
-        if changed is not None:
-            frames = frozenset(k for name in _WITH_FRAMES for k in changed.frames(name))
-            places = (_SEEN_IN[name] for name in sorted(changed.tables) if name in _SEEN_IN)
-            workspace, panel = next(places, ("", ""))
-        document, docks = self._session.document, self._context.docks
-        if panel:
-            docks.show_workspace_for(panel, workspace)
-        if panel and not frames:
-            docks.bring_up(panel)
-        if frames and document.frame not in frames:
-            document.visit(min(frames))
-        self._context.notifier.say(f"{moved.how.capitalize()}: {moved.words}.", 5000)
+
+def _ask_about_another(context: Context, path: Path, folder: Path, error: InputError) -> None:
+    """Where the folder holds another recording: take it all the same, or look elsewhere."""
+    button, project = QMessageBox.StandardButton, context.session.project
+    question = (
+        f"{folder.name}: {error.what}.\n\nUse this folder anyway? Clicks that do not fit its "
+        "images are kept as they are."
+    )
+    parent, buttons = context.docks.dialog_parent, button.Yes | button.Retry | button.Cancel
+    answer = QMessageBox.question(parent, "Different recording", question, buttons)
+    if answer == button.Retry:
+        _ask_where_recording_is(context, path)
+        return
+    use = partial(project.use_recording, folder, even_another=True)
+    if answer != button.Yes or not context.notifier.attempt(use):
+        project.give_up()
+
+
+def _show_what_moved(context: Context, moved: Moved) -> None:
+    """Go to where what was undone or redone can be seen, and say what it was."""
+    edit, changed = moved.edit, moved.changed
+    frames = frozenset[int]()
+    workspace, panel = ("", "") if edit is None else (edit.workspace, edit.panel)
+    if changed is not None:
+        frames = frozenset(k for name in _WITH_FRAMES for k in changed.frames(name))
+        places = (_SEEN_IN[name] for name in sorted(changed.tables) if name in _SEEN_IN)
+        workspace, panel = next(places, ("", ""))
+    document, docks = context.session.document, context.docks
+    if panel:
+        docks.show_workspace_for(panel, workspace)
+    if panel and not frames:
+        docks.bring_up(panel)
+    if frames and document.frame not in frames:
+        document.visit(min(frames))
+    context.notifier.say(f"{moved.how.capitalize()}: {moved.words}.", 5000)
 
 
 def _with_suffix(path: Path) -> Path:
     return path if path.suffix == SUFFIX else path.with_name(f"{path.name}{SUFFIX}")
+
+
+def _files(context: Context, files: FileController, importing: ImportController) -> list[Command]:
+    session, own = context.session, context.session.project
+    command, project = Menu("&File").command, Menu("&File/Project").command
+    return [
+        command("open", "Open a recording …", "Open a recording folder.", files.ask_for_recording,
+                "Ctrl+O", "open"),
+        *_recents(session, files),
+        command("open_project", "Open a project …", "Open a project file (.stereotrack) and its "
+                "recording.", partial(_ask_for_project, context), "Ctrl+Alt+O", "open"),
+        command("import_recording", "Make a recording of videos …", "Make a recording folder of "
+                "videos, stereo videos, or folders of images or depth maps.",
+                importing.ask_for_videos, "", "camera"),
+        command("demo", "Open and track demo", "Open four stereo views of a simulated person "
+                "with known ground truth, and track them.", files.begin_demo, icon="run-tracker"),
+        command("close", "Close the recording", "Close the recording and show the welcome page. "
+                "Trials are discarded, and changes of parameters can no longer be undone.",
+                files.close_recording, "Ctrl+W", why_not=session.no_recording),
+        project("copy_project", "Save a copy …", "Write the project in its present state to "
+                "another file. The project itself is always saved.",
+                partial(_ask_for_copy, context), icon="save", why_not=session.no_project),
+        project("take_over", "Force unlock …", "Open for writing a project that is locked by "
+                "another program, when that program is certainly no longer running.",
+                partial(_take_over, context), icon="lock", why_not=lambda: (
+                    "" if own.in_use else "The project is not locked.")),
+        project("projects_beside", "Keep new projects beside recordings", "Create the project of "
+                "a new recording beside the recording's folder.", partial(own.set_home, None),
+                checked=lambda: own.home is None, section=True),
+        project("projects_folder", "Keep new projects in folder …", "Choose a folder for the "
+                "projects of new recordings.", partial(_ask_for_home, context), icon="settings",
+                checked=lambda: own.home is not None),
+        command("open_run", "Open run …", "Show a saved run (.npz) with its recording.",
+                files.ask_for_run, "Ctrl+Shift+O", "open", section=True),
+        command("save_run", "Save run as …", "Save the active run complete, or export it to "
+                "OpenSim, C3D, BVH or as joint angles.",
+                files.ask_where_to_save, "Ctrl+S", "save",
+                why_not=session.no_run),
+    ]  # fmt: skip
+
+
+def _recents(session: Session, files: FileController) -> list[Command]:
+    none = "Nothing was opened yet."
+
+    def says(place: int) -> str:
+        found = files.recents[place : place + 1]  # none beyond the end of the list
+        return "".join(f"{path.name}   {path.parent}" for path in found)
+
+    def there(place: int) -> bool:
+        return place < len(files.recents)
+
+    command = Menu("&File/Open &recent", lambda: "" if files.recents else none).command
+    return [
+        *(
+            command(
+                f"recent_{place + 1}", f"Recent {place + 1}", "Open this recording or project "
+                "again.",
+                partial(files.open_recent, place), says=partial(says, place),
+                shown=partial(there, place),
+            )
+            for place in range(MOST_RECENT)
+        ),
+        command("forget_recent", "Clear this list", "Forget what was opened. No file is deleted.",
+                session.forget_recents, icon="delete", section=True),
+    ]  # fmt: skip
+
+
+def _edits(context: Context) -> list[Command]:
+    session = context.session
+
+    def said(verb: str, entry: Entry | WindowEdit | None) -> str:
+        return verb if entry is None else f"{verb} {entry.words[:1].upper()}{entry.words[1:]}"
+
+    def nothing(entry: Entry | WindowEdit | None, verb: str) -> str:
+        none = session.no_edit() or f"There is nothing to {verb}."
+        return none if entry is None else ""
+
+    edits, command = session.edits, Menu("&Edit").command
+    return [
+        command("undo", "Undo", "Undo what was done last, and show where: clicks and other edits "
+                "of the project without limit, parameters as long as the recording is open.",
+                edits.undo, "Ctrl+Z", "undo",
+                why_not=lambda: nothing(edits.to_undo(), "undo"),
+                says=lambda: said("Undo", edits.to_undo())),
+        command("redo", "Redo", "Redo what was undone last.", edits.redo, "Ctrl+Shift+Z", "redo",
+                why_not=lambda: nothing(edits.to_redo(), "redo"),
+                says=lambda: said("Redo", edits.to_redo())),
+        command("annotator", "Annotator …", "Set the name that your edits are stored under.",
+                partial(_ask_annotator, context), icon="settings", section=True),
+    ]  # fmt: skip
+
+
+def register(context: Context) -> FileController:
+    """Offer files and edits."""
+    files = FileController(context)
+    context.actions.add(_files(context, files, ImportController(context)))
+    context.actions.add(_edits(context))
+    changes, ask = context.session.changes, partial(_ask_where_recording_is, context)
+    # the dialog comes when the message about it stands there already
+    changes.hear(Part.RECORDING_MISSING, lambda path: changes.loop.post(partial(ask, path)))
+    changes.hear(Part.MOVED, partial(_show_what_moved, context))
+    # keys that follow an edit at once find them ready
+    context.session.changes.watch(Part.EDITS, lambda: context.actions.refresh("&Edit"))
+    return files

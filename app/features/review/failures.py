@@ -22,12 +22,12 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
-from ...services.tasks.newest import LatestOnly, Shared
-from ...services.tasks.task import Task
 from ...session.changes import Part
+from ...session.document import Shared
+from ...session.jobs import Job, NewestJob, Task
 from ...session.judgement import MEASURED_LIMBS, Truth
+from ...session.newest import LatestOnly
 from ...session.runs import RunEntry
-from ...widgets.redraw import later
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
 from ...widgets.timeline.lanes import Lane, Span
@@ -167,13 +167,15 @@ class FailureController:
         self._lanes: tuple[FailureSegment, ...] = ()
         self._known: WeakKeyDictionary[RunEntry, Found] = WeakKeyDictionary()
         self._asked: WeakKeyDictionary[RunEntry, Hashable] = WeakKeyDictionary()
-        self._work: tuple[RunEntry, Task] | None = None
+        self._job = NewestJob(context.tasks)
+        self._entry: RunEntry | None = None
+        """The run whose failures are being found."""
         self.chosen: FailureSegment | None = None
         self._filter = Filter()
         self._told: tuple[Found | None, bool] = None, False
-        self._timer = later(context.session, self._look, _DELAY_MS)
+        self._timer = context.session.later(self._look, _DELAY_MS)
         self._pictures = LatestOnly(
-            _Wanted.drawn, "draw failures", self._on_picture, self._on_no_picture
+            context.tasks, _Wanted.drawn, "draw failures", self._on_picture, self._on_no_picture
         )
         self._pictured: _Wanted | None = None
         self._connect()
@@ -188,7 +190,7 @@ class FailureController:
         facts = Part.JUDGEMENT | Part.ACTIVE_RUN | Part.RUN_ENDED | Part.THRESHOLD
         watch(facts, self._timer.start)
         watch(Part.WORKSPACE, self.show)
-        watch(Part.RECORDING_CLOSED | Part.WINDOW_CLOSING, self._forget_pictures)
+        watch(Part.RECORDING_CLOSED, self._forget_pictures)
         self._dock.visibilityChanged.connect(self._on_seen)
         context.tasks.watch(lambda: not self._working() and self._pictures.settled())
 
@@ -205,7 +207,7 @@ class FailureController:
         return tuple(failure for failure in every if self._filter.takes(failure))
 
     def _working(self) -> bool:
-        return self._work is not None or self._timer.isActive()
+        return self._job.busy or self._timer.isActive()
 
     def none_listed(self) -> str:
         if self._session.runs.active is None:
@@ -273,7 +275,8 @@ class FailureController:
             self._keep_choice()
 
     def _looking(self) -> bool:
-        return self._work is not None and self._work[1].title == _EXPLAINING
+        task = self._job.task
+        return task is not None and not task.over and task.title == _EXPLAINING
 
     def _threshold(self) -> float:
         """Error in degrees from which a failure begins."""
@@ -288,16 +291,16 @@ class FailureController:
         """Begin a task unless one runs; a task stopped by the person is not repeated."""
         if self._asked.get(entry) == what:
             return
-        if self._work is not None:
-            if self._work[0] is entry:
-                self._work[1].cancel()  # what comes of it holds no longer
+        if self._job.busy:
+            if self._entry is entry:
+                self._job.cancel()  # what comes of it holds no longer
             return
-        task = self._context.tasks.begin(title, work, partial(self._known.__setitem__, entry))
-        self._asked[entry], self._work = what, (entry, task)
-        task.ended.connect(self._on_ended)
+        self._asked[entry], self._entry = what, entry
+        done = partial(self._known.__setitem__, entry)
+        self._job.run(Job(title, work, done, ended=self._on_ended))
 
     def _on_ended(self) -> None:
-        self._work = None
+        self._entry = None
         self._look()
 
     def _keep_choice(self) -> None:
@@ -328,7 +331,7 @@ class FailureController:
         search = found.search if found is not None else None
         recording = search.recording if search is not None else None
         if search is None or failure is None or reader is None or recording is None:
-            self._pictured = None
+            self._forget_pictures()
             self.panel.evidence.show_picture(None)
             return
         theme, before = current_theme(), self._pictured
@@ -337,14 +340,12 @@ class FailureController:
             self._pictured = _Wanted(search, recording, failure, reader, paper)
             self._pictures.ask(self._pictured)
 
-    def _on_picture(self, wanted: _Wanted, pixels: ImageArray) -> None:
-        if wanted is self._pictured:
-            self.panel.evidence.show_picture(pixels)
+    def _on_picture(self, _wanted: _Wanted, pixels: ImageArray) -> None:
+        self.panel.evidence.show_picture(pixels)
 
-    def _on_no_picture(self, wanted: _Wanted, error: Exception) -> None:
-        if wanted is self._pictured:
-            self.panel.evidence.show_picture(None)
-            self._context.notifier.error(error)
+    def _on_no_picture(self, _wanted: _Wanted, error: Exception) -> None:
+        self.panel.evidence.show_picture(None)
+        self._context.notifier.error(error)
 
     def _forget_pictures(self) -> None:
         self._pictures.close()

@@ -21,8 +21,8 @@ from stereotrack_core.study.workers import LocalWorkers
 
 from ...context import Context
 from ...services.actions import Menu
-from ...services.tasks.task import Task
 from ...session.changes import Part
+from ...session.jobs import Job, NewestJob, Task
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
 from .results import ResultsPanel
 from .settings_form import SettingsForm, apply_to_panel, panel_settings, study_of_open
@@ -54,19 +54,18 @@ class StudyController:
 
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
-        self._task: Task | None = None
-        self._reads = False
+        self._job, self._reads = NewestJob(context.tasks), False
         self._content = b""
         self.window: StudyWindow | None = None
         context.session.changes.hear(Part.STUDY_WANTED, self.open_study)
 
     @property
     def working(self) -> bool:
-        return self._task is not None
+        return self._job.busy
 
     @property
     def _busy(self) -> bool:
-        return self._task is not None and not self._reads
+        return self._job.busy and not self._reads
 
     # ---- which study
 
@@ -284,37 +283,32 @@ class StudyController:
         reads: bool = False,
     ) -> None:
         """Start the one task of the study; reading is stopped for it."""
-        self.stop()
-
-        def if_wanted(do: Callable[..., object]) -> Callable[..., None]:
-            """Take what it tells only as long as nothing else was begun."""
-
-            def take(*told: Any) -> None:
-                if self._task is task:
-                    do(*told)
-
-            return take
-
-        task = self._context.tasks.begin(title, work, if_wanted(done), if_wanted(self._tell))
-        self._task, self._reads = task, reads
-        task.told.connect(if_wanted(self._show_rows))
-        task.ended.connect(if_wanted(self._on_ended))
+        self._reads = reads
+        self._job.run(
+            Job(
+                title,
+                work,
+                done,
+                self._tell,
+                ended=self._on_ended,
+                told=self._show_rows,
+                progressed=partial(self._show_progress, title.capitalize()),
+            )
+        )
         if self.window is not None and not reads:
             self.window.show_working(title)
-            task.progressed.connect(if_wanted(self._show_progress))
 
     def stop(self) -> None:
-        if self._task is not None:
-            self._task.cancel()
+        self._job.cancel()
 
     def _show_rows(self, rows: list[RowStatus]) -> None:
         if self.window is not None:
             for row in rows:
                 self.window.show_row(row)
 
-    def _show_progress(self, share: float, words: str) -> None:
-        if self.window is not None and self._task is not None:
-            self.window.show_progress(f"{self._task.title.capitalize()}: {words}", share)
+    def _show_progress(self, title: str, share: float, words: str) -> None:
+        if self.window is not None and not self._reads:
+            self.window.show_progress(f"{title}: {words}", share)
 
     def _tell(self, error: Exception) -> None:
         if self.window is not None and isinstance(error, InputError):
@@ -323,7 +317,6 @@ class StudyController:
             self._context.notifier.error(error)
 
     def _on_ended(self) -> None:
-        self._task = None
         if self.window is not None:
             self.window.show_working("")
             if not self._reads:
@@ -333,7 +326,7 @@ class StudyController:
         rows = self.window.selected() if self.window is not None else []
         if self.window is not None and rows:
             row, study = rows[0].row, self.window.study
-            self._session.opening.open(study.place(row.project or row.recording))
+            self._session.open(study.place(row.project or row.recording))
             self._context.docks.dialog_parent.window().raise_()
 
 

@@ -204,7 +204,7 @@ def apply_to_panel(context: Context, values: Mapping[str, str]) -> None:
         context.notifier.error(error)
         return
     said = ", ".join(f"{one.replace('_', ' ')} {value}" for one, value in own.items()) or name
-    context.session.tracker.take(chosen, f"apply {said}")
+    context.session.track.take(chosen, f"apply {said}")
     context.notifier.say(f"Applied: {said}.", 6000)
 
 

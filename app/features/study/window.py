@@ -120,7 +120,7 @@ class StudyWindow(QDialog):
         for k, one in enumerate(self.rows):
             if one.row.recording == row.row.recording:
                 self.rows[k] = row
-                self.model.tell(k, k)
+                self.model.look_again()
         self._hide_unknown()
         self._show_messages()
 

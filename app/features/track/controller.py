@@ -1,4 +1,4 @@
-"""The panel of runs, their comparison, and the numbers of one frame."""
+"""Track: the tracker, the panel of runs, their comparison, and the numbers of one frame."""
 
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -16,8 +16,9 @@ from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ...context import Context
+from ...services.actions import Command, Menu
+from ...services.layout import Workspace
 from ...session.changes import RECORDING, Part
-from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
 from ...session.judgement import (
     TORSO_POSITION,
     UNCERTAIN_DEG,
@@ -29,10 +30,12 @@ from ...session.judgement import (
     with_quality,
 )
 from ...session.runs import RunEntry
-from ...session.tracker import FIRST_POSES
+from ...session.session import Session, Snapshot, unless
+from ...session.tracking import FIRST_POSES
 from ...widgets.style.colours import limb_words
 from ...widgets.tables.panels import NumbersPanel
 from ...widgets.tables.runs_panel import ComparisonPanel, RunRow, RunsPanel
+from .comparison import compared, shown_beside_each_other
 from .keeping import RunKeeper
 
 _AGAINST = "errors_against"
@@ -58,45 +61,29 @@ class RunsController:
         docks.add("numbers", "Frame metrics", self.numbers)
         docks.add("comparison", "Comparison", self.comparison)
         self._project: Project | None = None
-        self._compared: tuple[object, ComparedRuns] | None = None
+        self._compared: object = None
+        """Runs, reference and selection that the numbers belong to."""
         self._finished: RunEntry | None = None
-        self._connect()
+        context.show(Part.JUDGEMENT | RECORDING, self._show_runs)
+        frame_or_run = Part.JUDGEMENT | Part.FRAME | RECORDING
+        context.show(frame_or_run, lambda now: self.numbers.show_rows(number_rows(now)))
+        context.show(Part.JUDGEMENT | Part.SELECTION | RECORDING, self._show_comparison)
+        context.session.changes.hear(Part.RUN_ENDED, self._on_finished)
+        context.session.changes.watch(Part.PROJECT_OPENED, self._on_project)
         context.tasks.watch(self.keeper.settled)
-
-    def _connect(self) -> None:
-        session = self._session
-        watch, soon = session.changes.watch, self._context.docks.redraw.soon
-        watch(Part.JUDGEMENT, partial(soon, self._show_runs))
-        watch(Part.JUDGEMENT | Part.FRAME, partial(soon, self._show_numbers))
-        watch(Part.JUDGEMENT, partial(soon, self.show_comparison))
-        watch(RECORDING, self.show)
-        session.changes.hear(Part.RUN_ENDED, self._on_finished)
-        watch(Part.PROJECT_OPENED, self._on_project)
-        watch(Part.SELECTION, self.show_comparison)
 
     # ---- following
 
-    def show(self) -> None:
-        self._show_runs()
-        self._show_numbers()
-        self.show_comparison()
-
-    def _show_runs(self) -> None:
-        self.panel.show_rows([self.row(entry) for entry in self._session.runs.entries])
+    def _show_runs(self, now: Snapshot) -> None:
+        self.panel.show_rows([self.row(now, entry) for entry in now.runs])
         if self._finished is not None and self._session.judging.settled():
-            self._say_how_it_ended(self._finished)
+            self._say_how_it_ended(self._finished, now.judgements.get(self._finished))
             self._finished = None
-
-    def _show_numbers(self) -> None:
-        active = self._session.runs.active
-        tracked = active.at(self._session.document.frame) if active is not None else None
-        self.numbers.show_rows(number_rows(tracked, self._session.judging.of(active)))
 
     def _on_finished(self, entry: RunEntry) -> None:
         self._finished = entry  # and is said when it is judged
 
-    def _say_how_it_ended(self, entry: RunEntry) -> None:
-        judgement = self._session.judging.of(entry)
+    def _say_how_it_ended(self, entry: RunEntry, judgement: Judgement | None) -> None:
         score = score_words(judgement)
         known = judgement is not None and judgement.measure == "error"
         whose = "off by" if known else "with a filter uncertainty of"
@@ -120,27 +107,17 @@ class RunsController:
 
     # ---- the list
 
-    def row(self, entry: RunEntry) -> RunRow:
-        judgement, facts = self._session.judging.of(entry), self.keeper.facts(entry)
+    def row(self, now: Snapshot, entry: RunEntry) -> RunRow:
+        judgement, facts = now.judgements.get(entry), self.keeper.facts(entry)
         seconds = entry.wall_seconds or (facts.wall_seconds if facts is not None else None)
         return RunRow(
-            name=entry.name, style=self._session.runs.style(entry), visible=entry.visible,
-            active=entry is self._session.runs.active, frames=self._frames(entry, facts),
+            name=entry.name, style=now.styles[entry], visible=entry.visible,
+            active=entry is now.active, frames=_frames(now, entry, facts),
             score=score_words(judgement, short=True), hint=self._hint(entry),
             time=_duration(seconds),
             seed="" if facts is None or facts.seed is None else str(facts.seed),
-            when=_when(facts.made) if facts is not None else "", made=self._made(entry, facts),
+            when=_when(facts.made) if facts is not None else "", made=_made(now, entry, facts),
         )  # fmt: skip
-
-    def _frames(self, entry: RunEntry, facts: RunFacts | None) -> str:
-        if entry is self._session.track.entry:
-            return f"{len(entry.frames)} of {len(entry.wanted)}"
-        numbers = entry.numbers()
-        if len(numbers):
-            return f"{numbers[0]} – {numbers[-1]}"
-        if facts is not None and facts.first is not None:
-            return f"{facts.first} – {facts.last}"
-        return "none yet"
 
     def _hint(self, entry: RunEntry) -> str:
         words = entry.heading
@@ -152,22 +129,6 @@ class RunsController:
             place += " Check it to load it from the project."
         kept = self.keeper.why_not_kept(entry) or "Stored in the project."
         return f"{kept}{heading}{place}{speed} Press F2 to rename it."
-
-    def _made(self, entry: RunEntry, facts: RunFacts | None) -> str:
-        if facts is None:
-            return f"Preset {entry.preset or 'unknown'}; in progress."
-        changed = facts.changed_words
-        words = [f"Preset {facts.preset or 'unknown'}{f', {changed}' if changed else ''}"]
-        if facts.views:
-            words.append(f"views {'+'.join(facts.views)}")
-        words.append(f"initial pose {_FIRST_POSES.get(facts.init, facts.init or 'unknown')}")
-        if facts.smoothed:
-            words.append("smoothed")
-        if facts.detector:
-            words.append(f"pose detector {facts.detector}")
-        helps = self._session.track.settings.uses_detector and not facts.detector
-        hint = f"\n{_DETECTOR_HELPS}" if helps and not is_installed() else ""
-        return f"{'; '.join(words)}.{hint}"
 
     # ---- commands
 
@@ -187,24 +148,16 @@ class RunsController:
 
     # ---- comparison
 
-    def show_comparison(self) -> None:
-        shown = shown_beside_each_other(
-            self._session.runs.entries, self._session.runs.active, self._session.judging.all()
-        )
-        judgement = self._session.judging.of(shown[0]) if shown else None
-        if judgement is None:
-            self.comparison.show_numbers("", (), ())
-            return
-        found = self._found(shown, judgement)
-        self.comparison.show_numbers(found.words, found.runs, found.rows, found.how)
-
-    def _found(self, shown: tuple[RunEntry, ...], judgement: Judgement) -> ComparedRuns:
-        selection = self._context.view_state.selection
+    def _show_comparison(self, now: Snapshot) -> None:
+        shown = shown_beside_each_other(now)
         runs = tuple((ref(one), one.name, len(one.frames)) for one in shown)
-        key = runs, judgement.truth, selection
-        if self._compared is None or self._compared[0] != key:
-            self._compared = (key, compared(shown, judgement, selection))
-        return self._compared[1]
+        key = runs, now.truth, now.selection
+        if now.judgement is None:
+            self.comparison.show_numbers("", (), ())
+        elif key != self._compared:
+            found = compared(shown, now.judgement, now.selection)
+            self.comparison.show_numbers(found.words, found.runs, found.rows, found.how)
+        self._compared = key
 
 
 _FIRST_POSES = {
@@ -212,6 +165,34 @@ _FIRST_POSES = {
     "tpose": "a T pose",
     "pose": "given",
 }
+
+
+def _frames(now: Snapshot, entry: RunEntry, facts: RunFacts | None) -> str:
+    if entry is now.in_progress:
+        return f"{len(entry.frames)} of {len(entry.wanted)}"
+    numbers = entry.numbers()
+    if len(numbers):
+        return f"{numbers[0]} – {numbers[-1]}"
+    if facts is not None and facts.first is not None:
+        return f"{facts.first} – {facts.last}"
+    return "none yet"
+
+
+def _made(now: Snapshot, entry: RunEntry, facts: RunFacts | None) -> str:
+    if facts is None:
+        return f"Preset {entry.preset or 'unknown'}; in progress."
+    changed = facts.changed_words
+    words = [f"Preset {facts.preset or 'unknown'}{f', {changed}' if changed else ''}"]
+    if facts.views:
+        words.append(f"views {'+'.join(facts.views)}")
+    words.append(f"initial pose {_FIRST_POSES.get(facts.init, facts.init or 'unknown')}")
+    if facts.smoothed:
+        words.append("smoothed")
+    if facts.detector:
+        words.append(f"pose detector {facts.detector}")
+    helps = now.settings.uses_detector and not facts.detector
+    hint = f"\n{_DETECTOR_HELPS}" if helps and not is_installed() else ""
+    return f"{'; '.join(words)}.{hint}"
 
 
 def _duration(seconds: float | None) -> str:
@@ -236,8 +217,9 @@ def _when(made: str) -> str:
 _NumberRow: TypeAlias = tuple[str, str, str, str]  # limb, label, value and hint
 
 
-def number_rows(tracked: TrackedFrame | None, judgement: Judgement | None) -> list[_NumberRow]:
+def number_rows(now: Snapshot) -> list[_NumberRow]:
     """Rows of the numbers panel."""
+    tracked, judgement = now.tracked, now.judgement
     if tracked is None:
         return []
     frame, estimate, rows = tracked.frame, tracked.estimate, list[_NumberRow]()
@@ -282,4 +264,121 @@ def _frame_rows(tracked: TrackedFrame) -> list[_NumberRow]:
          "Distance of the points from the prediction, relative to its predicted standard "
          "deviation; 1 is expected."),
         time,
+    ]  # fmt: skip
+
+
+_REFERENCES: dict[Against, tuple[str, str]] = {
+    "recording": (
+        "Recording's reference",
+        "Measure errors against the reference that comes with the recording.",
+    ),
+    "project": (
+        "Project's reference",
+        "Measure errors against the trajectory fitted to the clicks, and state its accuracy.",
+    ),
+}
+
+
+def register(context: Context) -> RunsController:
+    """Offer the workspace Track, its panels and its commands."""
+    runs = RunsController(context)
+    space = Workspace(
+        "track", "Track", "Run the tracker and watch it: views, 3-D scene, settings and runs.",
+        "run-tracker",
+        side=(("scene",), ("runs", "parameters", "numbers", "inside", "findings")),
+        bottom=("plot", "timeline"), side_share=0.37, bottom_shares=(0.15, 0.17),
+        side_heights=(2, 1), why_not=context.session.not_tracked,
+    )  # fmt: skip
+    context.docks.add_workspace(space)
+    context.actions.add(_commands(context, runs))
+    return runs
+
+
+def _commands(context: Context, runs: RunsController) -> list[Command]:
+    session = context.session
+    track, keypoints, shown = session.track, session.keypoints, session.runs
+
+    def idle() -> str:
+        return session.not_tracked() or session.tracker_works()
+
+    def begins_with(name: str) -> bool:
+        return track.first_pose == name
+
+    def toggle_follow() -> None:
+        track.follow = not track.follow
+
+    command = Menu("&Track").command
+    first_poses = [
+        Menu("&Track/Initial pose", session.no_depth).command(
+            f"first_pose_{name.replace(' ', '_')}", title, tip,
+            partial(setattr, track, "first_pose", name), checked=partial(begins_with, name),
+        )
+        for name, (title, tip) in FIRST_POSES.items()
+    ]  # fmt: skip
+    return [
+        command("run", "Run", "Track the recording from the first frame, or resume a paused run.",
+                track.run, "F8", "run-tracker", why_not=idle),
+        command("pause", "Pause", "Pause the tracker after the current frame.", track.pause,
+                "Shift+F8", "pause",
+                why_not=lambda: unless(track.running, "The tracker is not running.")),
+        command("step", "Track one frame", "Track one frame, then pause.", track.step, "F10",
+                "step-tracker", why_not=idle),
+        command("stop", "Stop run", "Stop the run in progress and keep the frames tracked so far.",
+                track.stop, "Ctrl+.", "stop",
+                why_not=lambda: unless(track.entry, "No run is in progress.")),
+        command("run_here", "Run from current frame", "Start a new run at this frame, from the "
+                "pose of the active run if it has one here.", track.run_from_here, "Ctrl+F8",
+                "next", why_not=idle, section=True),
+        command("run_selection", "Run on selection", "Track the selected frames as a new run.",
+                track.run_selection, "Ctrl+Shift+F8", "selection",
+                why_not=lambda: idle() or unless(context.view_state.selection, "No frames are "
+                "selected. Select some in the timeline with Shift+drag.")),
+        *first_poses,
+        command("use_keypoints", "Use keypoints", "Track the next run with the keypoints that a "
+                "detector has predicted, beside the point cloud or, in mono views, in its place.",
+                keypoints.toggle, why_not=lambda: session.no_project() or keypoints.why_none(),
+                checked=lambda: keypoints.wanted),
+        command("follow", "Follow tracker", "Show each frame as soon as it is tracked.",
+                toggle_follow, "F", checked=lambda: track.follow),
+        command("hide_run", "Show active run", "Show or hide the model and the curves of the "
+                "active run.", shown.toggle_active, "H", "model", why_not=session.no_run,
+                section=True),
+        command("next_run", "Next run", "Make the next run the active one.",
+                shown.activate_next, "T", "compare", why_not=lambda: session.no_run()
+                or unless(len(shown.entries) > 1, "There is only one run.")),
+        command("keep_run", "Store run in project", "Store a run that was opened from a file in "
+                "the project. Runs tracked here are stored automatically.",
+                partial(runs.with_active, runs.keeper.keep), icon="save",
+                why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep()),
+        command("remove_run", "Remove run", "Remove the active run from the list and from the "
+                "project; Restore run brings it back. Files are not deleted.",
+                partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
+                why_not=lambda: session.no_run() or unless(
+                    session.runs.active is not track.entry,
+                    "This run is in progress. Stop it first.")),
+        command("restore_run", "Restore run", "Bring back the run that was removed last from the "
+                "project.", runs.keeper.restore, icon="undo",
+                why_not=lambda: session.no_edit() or unless(
+                    runs.keeper.removed, "No run was removed from the project.")),
+        *_against(session, runs),
+    ]  # fmt: skip
+
+
+def _against(session: Session, runs: RunsController) -> list[Command]:
+    def why_not(against: Against) -> str:
+        if session.no_recording() or session.judging.has(against):
+            return session.no_recording()
+        if against == "recording":
+            return "This recording has no reference."
+        return "The whole recording has not been fitted yet. Choose Fit whole recording first."
+
+    def measured(against: Against) -> bool:
+        return session.judging.truth is not None and session.judging.truth.against == against
+
+    command = Menu("&Track/Errors against").command
+    return [
+        command(f"errors_against_{against}", text, tip, partial(runs.judge_against, against),
+                icon="reference", why_not=partial(why_not, against),
+                checked=partial(measured, against))
+        for against, (text, tip) in _REFERENCES.items()
     ]  # fmt: skip

@@ -13,11 +13,10 @@ from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.stored import body_of_run
 
 from ...context import Context
-from ...services.tasks.task import Task
 from ...session.changes import Part
+from ...session.jobs import Job, Task
+from ...session.messages import Message
 from ...session.runs import RunEntry, frames_of_run
-from ...widgets.forms.message import Message
-from ...widgets.redraw import later
 
 _SHOWN = "runs_shown"
 
@@ -38,8 +37,7 @@ class RunKeeper:
         self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
         self._removed: list[str] = []
-        self._taking: Task | None = None
-        self._soon = later(context.session, self._look)
+        self._soon = context.session.later(self._look, 0)
         watch = session.changes.watch
         facts = Part.PROJECT_OPENED | Part.TRACKING | Part.RUNS | Part.ACTIVE_RUN
         watch(facts, self._soon.start)
@@ -49,9 +47,7 @@ class RunKeeper:
     # ---- facts
 
     def settled(self) -> bool:
-        return (
-            not self._soon.isActive() and not self._busy and self._taking not in self._tasks.tasks
-        )
+        return not self._soon.isActive() and not self._busy
 
     def why_not_kept(self, entry: RunEntry) -> str:
         if entry.kept:
@@ -94,7 +90,7 @@ class RunKeeper:
             return
         if self._project.apply(project_runs.RenameRun(entry.kept, name)) is not None:
             entry.kept = entry.name = name
-        self._runs.tell()  # where it was refused, the list shows the old name again
+        self._runs.tell(Part.RUNS)  # where it was refused, the list shows the old name again
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; one that the project keeps can be restored."""
@@ -133,12 +129,12 @@ class RunKeeper:
             for entry in self._to_keep()[: not busy]:  # the next one when this one has its name
                 work = partial(_kept, project, entry.name, entry.now())
                 done = partial(self._on_kept, project, entry, entry.name)
-                self._begin(f"storing run {entry.name}", entry, work, done, self._tasks.write)
+                self._begin(f"storing run {entry.name}", entry, work, done, writes=True)
         shown = (one for one in self._runs.entries if one.visible or one is self._runs.active)
         for entry in shown:
             if entry.waiting and entry not in self._tried:
                 read, found = partial(_read, project, entry.kept), partial(self._on_read, entry)
-                self._begin(f"loading run {entry.name}", entry, read, found, self._tasks.begin)
+                self._begin(f"loading run {entry.name}", entry, read, found)
         self._remember_shown(project)
 
     def _to_keep(self) -> list[RunEntry]:
@@ -156,14 +152,14 @@ class RunKeeper:
         entry: RunEntry,
         work: Callable[[], object],
         done: Callable[[Any], None],
-        begin: Callable[..., Task],
+        *,
+        writes: bool = False,
     ) -> None:
         if entry in self._busy:
             return
         self._tried.add(entry)  # what fails is told by the window, and not tried for ever
-        task = begin(title, lambda _task: work(), done)
-        task.ended.connect(self._on_ended)
-        self._busy[entry] = task
+        job = Job(title, lambda _task: work(), done, ended=partial(self._on_ended, entry))
+        self._busy[entry] = self._tasks.write(job) if writes else self._tasks.run(job)
 
     def _on_kept(
         self, project: Project, entry: RunEntry, asked: str, row: project_runs.KeptRun
@@ -173,7 +169,7 @@ class RunKeeper:
         wanted = entry.name
         _take_row(entry, row)
         self._tried.discard(entry)
-        self._runs.tell()
+        self._runs.tell(Part.RUNS)
         if wanted != asked:  # a person has renamed it meanwhile
             self.rename(entry, wanted)
 
@@ -189,9 +185,8 @@ class RunKeeper:
         active = entry is self._runs.active
         self._runs.tell(Part.RUNS | Part.ACTIVE_RUN if active else Part.RUNS)
 
-    def _on_ended(self) -> None:
-        under_way = self._tasks.tasks
-        self._busy = {key: task for key, task in self._busy.items() if task in under_way}
+    def _on_ended(self, entry: RunEntry) -> None:
+        del self._busy[entry]
         self._soon.start()
 
     def _list(self, project: Project, shown: list[str] | None = None) -> None:
@@ -214,10 +209,10 @@ class RunKeeper:
     def _take_in_what_is_left(self, project: Project) -> None:
         if project.read_only or not project_runs.unfinished_runs(project.path):
             return
-        self._taking = self._tasks.write(
-            "storing interrupted runs", lambda _task: _taken_in(project), self._on_taken_in
+        title, take = "storing interrupted runs", partial(_taken_in, project)
+        self._tasks.write(
+            Job(title, lambda _task: take(), self._on_taken_in, ended=self._soon.start)
         )
-        self._taking.ended.connect(self._soon.start)
 
     def _on_taken_in(self, taken: tuple[list[project_runs.TakenIn], list[InputError]]) -> None:
         runs, refusals = taken

@@ -22,10 +22,10 @@ from stereotrack_core.tracking.presets import (
 
 from ...context import Context
 from ...session.changes import PROJECT, Part
+from ...session.messages import Message
 from ...session.runs import RunEntry
 from ...session.tracking import Chosen
 from ...widgets.forms.form_dialog import ask_for_text, ask_to_open, ask_to_save
-from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_panel import ParameterPanel
 
 _FILES = "Preset (*.toml)"
@@ -72,7 +72,7 @@ class PresetWork:
 
         def take() -> None:
             settings = self.settings(name)
-            self._session.tracker.take(Chosen(name, settings, settings), f"use preset {name}")
+            self._session.track.take(Chosen(name, settings, settings), f"use preset {name}")
 
         self._context.notifier.attempt(take)
         self._parameters.set_preset(self._session.track.preset)

@@ -1,7 +1,10 @@
-"""What-if: a change of a parameter tracks a stretch again, beside the run that is there."""
+"""What-if: a change of a parameter tracks a stretch again, in a process, beside the run."""
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,15 +15,90 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import began_of, shape_of_meta
+from stereotrack_core.tracking.tuning.process import MakeClouds, TrackTrial, TrialBegun, TrialFrame
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
-from ...services.tasks.task import Task
 from ...session.changes import Part
+from ...session.jobs import Job, NewestJob, Task, TaskList
 from ...session.runs import RunEntry
 from ...session.session import Session
-from ...widgets.redraw import later
-from .runner import TrialRunner
+
+_AHEAD_MS = 400
+
+
+class TrialRunner:
+    """Has trials tracked in the process.
+
+    `wanted`: the next trial, or None if no clouds are to be made ahead.
+    """
+
+    def __init__(
+        self, session: Session, tasks: TaskList, wanted: Callable[[], Trial | None]
+    ) -> None:
+        self._session, self._wanted = session, wanted
+        self._ahead, self._trial = NewestJob(tasks, quiet=True), NewestJob(tasks)
+        self._pause = session.later(self._begin, _AHEAD_MS)
+
+    def track(
+        self,
+        title: str,
+        entry: RunEntry,
+        trial: Trial,
+        grown: Callable[[RunEntry, list[int]], object],
+        ended: Callable[[RunEntry], object],
+    ) -> Task:
+        """Have a trial tracked, when the one before has ended; its entry gets the frames.
+
+        `grown` is told the numbers of the frames that have come, some of them again, and `ended`
+        that nothing more comes; neither is called once the task is cancelled.
+        """
+        self.cancel()
+        kept = self._session.kept
+        assert kept is not None  # noqa: S101 - there are no trials without
+        todo, process = TrackTrial(kept, trial), self._session.processes.trials
+
+        def take(words: list[Any]) -> None:
+            for begun in (word for word in words if isinstance(word, TrialBegun)):
+                entry.body, entry.origin = begun.body, begun.origin
+            frames = [word for word in words if isinstance(word, TrialFrame)]
+            for word in frames:
+                entry.wall_seconds = word.seconds
+                entry.frames[word.frame.frame] = word.frame
+            if frames:
+                task.report(len(entry.frames) / len(entry.wanted))
+                grown(entry, [word.frame.frame for word in frames])
+
+        work, end = partial(Task.in_process, process=process, todo=todo), partial(ended, entry)
+        task = self._trial.run(Job(title, work, ended=end, told=take))
+        return task
+
+    def leave(self) -> None:
+        """Give up the trial, if any."""
+        self._trial.give_up()
+
+    def make_clouds_soon(self) -> None:
+        self.cancel()
+        self._pause.start()
+
+    def cancel(self) -> None:
+        """Make no more clouds; what is made is kept."""
+        self._pause.stop()
+        self._ahead.give_up()
+
+    def _begin(self) -> None:
+        trial, kept = self._wanted(), self._session.kept
+        if trial is None or kept is None:
+            return
+        todo, process = MakeClouds(kept, trial), self._session.processes.trials
+        work = partial(Task.in_process, process=process, todo=todo)
+        self._ahead.run(Job("clouds", work, failed=_on_failed))
+
+
+def _on_failed(error: Exception) -> None:
+    """Log the error; a trial of the same stretch shows it to the person."""
+    logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)
+
 
 _PAUSE_MS = 100  # time without a further change after which a trial begins
 
@@ -44,9 +122,8 @@ class TrialPresenter:
         self.live = True
         """Whether a change is tried at once."""
         self.running: RunEntry | None = None
-        self._task: Task | None = None
         self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
-        self._pause = later(session, self.run, _PAUSE_MS)
+        self._pause = session.later(self.run, _PAUSE_MS)
         session.changes.watch(Part.RUNS, self._on_runs)
 
     # ---- facts
@@ -61,7 +138,7 @@ class TrialPresenter:
         return self._pause.isActive()
 
     def settled(self) -> bool:
-        return self._task is None and not self.waits
+        return self.running is None and not self.waits
 
     def base(self) -> RunEntry | None:
         entry = self._runs.active
@@ -73,7 +150,7 @@ class TrialPresenter:
         if self._session.not_tried() or not len(stretch):
             return None
         seen = self._session.keypoints.for_trial(settings, stretch)
-        first = self._session.tracker.first_pose
+        first = self._session.track.first_pose
         spec = RunSpec(settings, preset, stretch, init=first, keypoints=seen)
         made = self._made.get(base) if base is not None else None
         kept = self._session.kept
@@ -113,7 +190,7 @@ class TrialPresenter:
             self._runs.add(entry, active=self._runs.active is None)
             self.running = entry
             title = f"tracking the trial {entry.name}"
-            self._task = self._runner.track(title, entry, trial, self._on_grown, self._on_ended)
+            self._runner.track(title, entry, trial, self._on_grown, self._on_ended)
         self._changed()
 
     def cancel(self) -> None:
@@ -132,7 +209,7 @@ class TrialPresenter:
                 entry.name = self._runs.next_name(self._session.track.name_of(entry.settings))
             entry.kind = "run"
             self._runs.activate(entry)
-            self._runs.tell()
+            self._runs.tell(Part.RUNS)
 
     def stop(self) -> None:
         self.cancel()
@@ -170,10 +247,8 @@ class TrialPresenter:
 
     def _leave(self) -> RunEntry | None:
         self._pause.stop()
-        task, entry = self._task, self.running
-        self._task = self.running = None
-        if task is not None:
-            task.cancel()
+        self._runner.leave()
+        entry, self.running = self.running, None
         return entry
 
     def _on_runs(self) -> None:

@@ -11,16 +11,14 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
 from ...context import Context
-from ...services.layout import stored_texts
 from ...session.changes import RECORDING, Part
-from ...session.pictures import pictures_of
-from ...widgets.camera.click_marks import CLICK_OVERLAYS
+from ...session.surroundings import stored_texts
+from ...session.view_state import CLICK_OVERLAYS, PICTURE_KINDS
 from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
-from ...widgets.camera.picture import PICTURE_KINDS
-from ...widgets.redraw import later
 from ...widgets.scene.content import Ellipsoid, frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
+from .pictures import pictures_of
 from .scene import ellipsoids_of, scene_of
 
 _NOBODY_KNOWN = (
@@ -61,7 +59,7 @@ class ViewController:
         docks.timeline.frame_requested.connect(session.document.visit)
         docks.timeline.selection_changed.connect(state.select)
         docks.transport.number.valueChanged.connect(session.document.visit)
-        docks.dock("scene").visibilityChanged.connect(session.instant.tell_soon)
+        docks.dock("scene").visibilityChanged.connect(self._on_scene_shown)
 
     # ---- following
 
@@ -109,10 +107,16 @@ class ViewController:
     def _on_workspace(self) -> None:
         if self._docks.workspace:
             self._look_at(cameras=self._docks.workspace == "calibrate")
-            self._session.instant.tell_soon()
+            self._on_scene_shown()
             self._context.actions.refresh_soon()
 
     # ---- the scene
+
+    def _on_scene_shown(self) -> None:
+        """Draw the scene; its points are asked for only if they are not there."""
+        self._show_scene_soon()
+        if not self._session.instant.settled():
+            self._session.instant.tell_soon()
 
     def _show_scene_soon(self) -> None:
         self._docks.redraw.soon(self._show_scene)
@@ -224,7 +228,7 @@ class ViewMemory:
         self._project: Project | None = None
         self._kept: Any = None
         self._now: dict[str, Any] | None = None
-        self._timer = later(context.session, self._keep, _QUIET_MS)
+        self._timer = context.session.later(self._keep, _QUIET_MS)
         watch = context.session.changes.watch
         watch(Part.PROJECT_OPENED, self._on_opened)
         watch(Part.PROJECT_CLOSING, self._on_closing)
@@ -273,7 +277,7 @@ class ViewMemory:
     def _show(self, kept: Mapping[str, Any]) -> None:
         """Show what was shown last, but for what was asked for when opening."""
         document, docks, state = self._session.document, self._context.docks, self._state
-        asked, frame = self._session.opening.asked, kept.get("frame")
+        asked, frame = self._session.asked, kept.get("frame")
         if not asked.frame and document.frame == 0 and type(frame) is int:
             document.go_to(frame)
         names = {space.name for space in docks.workspaces if not space.why_not()}

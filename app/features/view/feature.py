@@ -6,11 +6,16 @@ from functools import partial
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...session.session import Session, unless
-from ...session.view_state import PointColour, ViewState
-from ...widgets.camera.click_marks import CLICK_OVERLAYS
+from ...session.view_state import (
+    CLICK_OVERLAYS,
+    PICTURE_KINDS,
+    Arrangement,
+    PictureKind,
+    PointColour,
+    ViewState,
+)
 from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import LEADING, OVERLAYS
-from ...widgets.camera.picture import PICTURE_KINDS, Arrangement, PictureKind
 from ...widgets.scene.scene_view import SceneBar, SceneView
 from ...widgets.timeline.bars import Transport
 from .controller import ViewController, ViewMemory

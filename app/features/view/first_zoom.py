@@ -7,8 +7,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.person_boxes import Box, person_boxes
 
 from ...context import Context
-from ...services.tasks.task import CancelToken, Task
 from ...session.changes import Part
+from ...session.jobs import Job, NewestJob, Task
 
 _SETTING = "open_zoomed"
 _MARGIN = 0.12  # share of the longer side of a person's box that is left on each side
@@ -19,10 +19,10 @@ class FirstZoom:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._looking: CancelToken | None = None
+        self._looking = NewestJob(context.tasks)
         context.session.changes.watch(Part.PROJECT_FOLLOWED, self._look)
-        context.session.changes.watch(Part.RECORDING_CLOSED, self._stop)
-        context.docks.views.activated.connect(self._stop)
+        context.session.changes.watch(Part.RECORDING_CLOSED, self._looking.give_up)
+        context.docks.views.activated.connect(self._looking.give_up)
 
     def chosen(self) -> bool:
         return bool(self._context.settings.value(_SETTING, True, type=bool))
@@ -31,25 +31,17 @@ class FirstZoom:
         self._context.settings.setValue(_SETTING, not self.chosen())
 
     def _look(self) -> None:
-        self._stop()
+        self._looking.give_up()
         recording = self._context.session.document.recording
         if recording is None or not self.chosen():
             return
 
         def show(boxes: dict[str, Box]) -> None:
-            if token is self._looking:
-                self._looking = None
-                homes = {name: _wider(*box) for name, box in boxes.items()}
-                self._context.docks.views.set_homes(homes)
+            homes = {name: _wider(*box) for name, box in boxes.items()}
+            self._context.docks.views.set_homes(homes)
 
-        self._looking = token = self._context.tasks.begin(
-            "looking for the person", lambda task: _found(task, recording), show
-        ).token
-
-    def _stop(self) -> None:
-        if self._looking is not None:
-            self._looking.cancel()
-            self._looking = None
+        title = "looking for the person"
+        self._looking.run(Job(title, lambda task: _found(task, recording), show))
 
 
 def _wider(left: float, top: float, right: float, bottom: float) -> QRectF:

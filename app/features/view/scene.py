@@ -18,7 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from ...session.pictures import Instant
+from ...session.drawn import Instant
 from ...session.runs import RunEntry
 from ...session.view_state import PointColour
 from ...widgets.scene.content import Ellipsoid, PointLegend, SceneContent

@@ -13,11 +13,12 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from stereotrack_core.recording.description import View
 
+from ...session.view_state import PICTURE_KINDS, Arrangement, Display, PictureKind, kinds_of
 from ..redraw import RedrawQueue
 from ..style.building import choice, hbox, label, vbox
 from .camera_view import CameraView
 from .click_marks import ClickMarks
-from .picture import PICTURE_KINDS, Arrangement, Display, Picture, PictureKind, kinds_of
+from .picture import Picture
 
 _Places: TypeAlias = dict[str, tuple[int, int, int, int]]
 """Row, column, rows and columns of each view that is shown."""

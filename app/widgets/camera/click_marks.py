@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import nan
 from typing import Literal
@@ -12,14 +11,6 @@ from PySide6.QtGui import QPainterPath, QPolygonF
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.arrays import FloatArray
-
-CLICK_OVERLAYS: Mapping[str, str] = {
-    "clicks": "Clicks",
-    "predictions": "Predicted points",
-    "epipolar": "Epipolar curves",
-    "residuals": "Residuals of the fit",
-    "fit": "Model fitted to clicks",
-}
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
+from ...session.drawn import InsideScene, Marked
 from ..style.colours import LANDMARK_LIMBS, LIMB_COLOURS, OLD, PEN_STYLES, LineStyle
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -48,42 +49,6 @@ LEADING = frozenset(OVERLAYS) - {"points"}
 
 _DARK = QColor(0, 0, 0, 170)
 _GHOST_ALPHA = 130
-
-
-@dataclass(frozen=True, eq=False)
-class Marked:
-    """What is drawn in one colour."""
-
-    name: str  # #rrggbb; of ghosts the limb
-    places: FloatArray
-    """Ghosts: the vertices (S, V, 3) of one cone of the model in several poses; lines: their ends
-    (K, 2, 3); dots: (K, 3)."""
-
-
-@dataclass(frozen=True, eq=False)
-class InsideScene:
-    """What a step inside a frame draws.
-
-    In the world, metres; or in a picture, where all places are pixels, with two numbers for three,
-    and ghosts are silhouettes (K, 2).
-    """
-
-    ghosts: tuple[Marked, ...] = ()
-    lines: tuple[Marked, ...] = ()
-    dots: tuple[Marked, ...] = ()
-
-    def projected(self, project: Projection) -> InsideScene:
-        silhouettes = tuple(
-            Marked(ghost.name, _hull(cone))
-            for ghost in self.ghosts
-            for cone in project(ghost.places)
-            if _usable(cone)
-        )
-        lines, dots = (
-            tuple(Marked(each.name, project(each.places)) for each in marked)
-            for marked in (self.lines, self.dots)
-        )
-        return InsideScene(silhouettes, lines, dots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +94,21 @@ class Overlay:
             return None
         (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
         return QRectF(float(left), float(top), float(right - left), float(bottom - top))
+
+
+def projected(inside: InsideScene, project: Projection) -> InsideScene:
+    """What a step draws, in a picture."""
+    silhouettes = tuple(
+        Marked(ghost.name, _hull(cone))
+        for ghost in inside.ghosts
+        for cone in project(ghost.places)
+        if _usable(cone)
+    )
+    lines, dots = (
+        tuple(Marked(each.name, project(each.places)) for each in marked)
+        for marked in (inside.lines, inside.dots)
+    )
+    return InsideScene(silhouettes, lines, dots)
 
 
 def part_shapes(

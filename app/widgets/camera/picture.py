@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
@@ -13,44 +13,10 @@ from PySide6.QtGui import QColor, QImage, QPainter, QResizeEvent, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from stereotrack_core.arrays import ImageArray
-from stereotrack_core.recording.description import View
 
+from ...session.view_state import Display, PictureKind
 from ..redraw import RedrawQueue
-from .click_marks import CLICK_OVERLAYS
 from .overlays import Overlay
-
-PictureKind: TypeAlias = Literal["image", "left", "disparity", "foreground", "depth"]
-
-PICTURE_KINDS: dict[PictureKind, str] = {
-    "image": "Reference image",
-    "left": "Left image",
-    "disparity": "Disparity",
-    "foreground": "Foreground",
-    "depth": "Depth",
-}
-"""Kinds of pictures with their names; the reference image of a stereo view is the right one."""
-
-_KINDS: Mapping[str, tuple[PictureKind, ...]] = {
-    "stereo": ("image", "left", "disparity", "foreground", "depth"),
-    "depth": ("image", "foreground", "depth"),
-}
-"""Pictures that a kind of view can show; others have their image alone."""
-
-
-def kinds_of(view: View) -> tuple[PictureKind, ...]:
-    """Kinds of pictures that a view can show, the usual one first."""
-    return _KINDS.get(view.kind, ("image",))
-
-
-def camera_of(view: View, kind: PictureKind) -> str:
-    """Name of the camera whose image a picture is; empty for one that is computed."""
-    if kind == "left" and view.left is not None:
-        return view.left.camera
-    return view.image.camera if kind == "image" else ""
-
-
-Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
-"""All views alike, the active one large and the others small, or the active one alone."""
 
 
 def _silent(_x: float, _y: float) -> str:
@@ -95,21 +61,6 @@ def alike(a: Any, b: Any) -> bool:
     if is_dataclass(a):
         return all(alike(getattr(a, part.name), getattr(b, part.name)) for part in fields(a))
     return bool(a == b)
-
-
-@dataclass(frozen=True)
-class Display:
-    """How pictures are displayed, the same for all views."""
-
-    overlays: frozenset[str] = frozenset(
-        {"outline", "others", "reference", "keypoints", *CLICK_OVERLAYS}
-    )
-    highlighted: str = ""
-    brightness: float = 0.0  # -1 to 1
-    contrast: float = 1.0  # factor
-    loupe: bool = False
-    keep_person: bool = False
-    """Whether views enlarge the person and follow it, until somebody zooms by hand."""
 
 
 def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageArray:
@@ -174,7 +125,7 @@ class PictureView(QWidget):
         """
         size_before, before = self._size(), self.picture
         self.picture = picture
-        if before is not None and picture.looks_like(before):
+        if before is not None and self.isVisible() and picture.looks_like(before):
             return
         self._image = None
         if self._size() != size_before:

@@ -1,35 +1,11 @@
 """Messages, and the bars over the views that show them and say what state the views are in."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
-from stereotrack_core.errors import visible
-
+from ...session.messages import Message
 from ..style.building import Raised, hbox, label, tool_button, vbox
 from ..style.theme import set_icon, set_look
-
-
-@dataclass(frozen=True)
-class Message:
-    """Something that the person should read."""
-
-    severity: str  # `error`, `warning` or `note`
-    what: str
-    where: str = ""
-    remedy: str = ""
-    """`what`, `where` and `remedy`: what is wrong, where, and what to do about it; the last two may
-    be empty."""
-    button: str = ""  # what can be done about it at once; empty: nothing
-    do: Callable[[], None] | None = field(default=None, compare=False)
-
-    def sentence(self) -> str:
-        head = f"{self.where}: {self.what}" if self.where else self.what
-        head = head if head.endswith((".", "!", "?")) else f"{head}."
-        return visible(f"{head} {self.remedy}".strip())
-
 
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 

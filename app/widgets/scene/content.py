@@ -9,8 +9,8 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 
-from ..camera.overlays import InsideScene
-from ..style.colours import LineStyle
+from ...session.drawn import GhostBody, InsideScene
+from ...session.runs import RunStyle
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
 
@@ -35,15 +35,6 @@ class Ellipsoid:
     centre: FloatArray  # (3,) float64, world, metres
     covariance: FloatArray
     """(3, 3) float64, world, square metres. Drawn at two standard deviations."""
-
-
-@dataclass(frozen=True, eq=False)
-class GhostBody:
-    """The model of a run that is drawn beside the active one, as lines, dots or both."""
-
-    name: str
-    style: LineStyle  # that of its lines in the plots: `dash` becomes lines, `dot` dots
-    meshes: tuple[PartMesh, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +65,7 @@ class SceneContent:
     inside: InsideScene | None = None
 
     @property
-    def runs(self) -> tuple[tuple[str, LineStyle], ...]:
+    def runs(self) -> tuple[tuple[str, RunStyle], ...]:
         """All runs that are drawn, the active one first; empty where it is alone."""
         others = tuple((ghost.name, ghost.style) for ghost in self.ghosts)
         return ((self.run, "solid"), *others) if others and self.meshes else others

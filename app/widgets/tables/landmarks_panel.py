@@ -2,16 +2,15 @@
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import QModelIndex, QPointF, QRect, QSignalBlocker, Qt
+from PySide6.QtCore import QModelIndex, QPointF, QRect, Qt
 from PySide6.QtGui import QColor, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QStyle, QStyleOptionViewItem, QWidget
 
 from ..style.building import vbox
 from ..style.theme import current_theme
-from .table import RIGHT, STRETCH, Cell, CellTable, Column, Index, RowDelegate
+from .table import RIGHT, STRETCH, CellRow, CellTable, Column, Index, RowDelegate
 
 CellState: TypeAlias = Literal["clicked", "guessed", "doubted", "outside", "predicted", "missing"]
 
@@ -29,66 +28,34 @@ _KEY, _LABEL = 0, 1
 _NUMBER = 50
 
 
-@dataclass(frozen=True)
-class LandmarkRow:
-    """One landmark at the frame that is shown."""
-
-    key: str  # what chooses it; empty beyond the ninth
-    landmark: str
-    label: str
-    colour: str
-    chosen: bool
-    cells: tuple[CellState, ...]  # for each camera of the panel
-    residual: str = ""  # how far the clicks are from the fitted model, px; empty while not known
-    distance: str = ""  # how far the clicked point is from the model's, mm
-    bad: bool = False  # whether the fit takes a click of it for an outlier
-
-
 class LandmarksPanel(QWidget):
-    """Table of the landmarks; `choose` is called with the name of one that is chosen there."""
+    """Table of the landmarks; `choose` is called with the place of one that is chosen there."""
 
-    def __init__(self, choose: Callable[[str], object]) -> None:
+    def __init__(self, choose: Callable[[int], object]) -> None:
         super().__init__()
         self._choose = choose
-        self._cameras: Sequence[str] = ()
-        self.table = CellTable("Landmarks", (), self._cells, single=True)
+        self._chosen = -1
+        self.table = CellTable("Landmarks", single=True)
         self.table.setItemDelegate(_Marks(self.table))
         self.table.setAlternatingRowColors(False)
         self.setLayout(vbox(self.table))
-        self.table.selectionModel().currentRowChanged.connect(self._on_row)
-        self.table.pressed.connect(self._on_row)  # also the row that is chosen already
+        self.table.selectionModel().currentRowChanged.connect(self._on_other_row)
+        # also the row that is chosen already
+        self.table.pressed.connect(lambda index: choose(index.row()))
 
-    def show_rows(self, cameras: Sequence[str], rows: Sequence[LandmarkRow]) -> None:
-        """Show the landmarks; `cameras` are the headings of their cells."""
-        self._cameras = cameras
-        with QSignalBlocker(self.table.selectionModel()):
-            self.table.show_rows(rows, _columns(cameras))
-            place = next((i for i, row in enumerate(rows) if row.chosen), -1)
-            if place >= 0 and self.table.currentIndex().row() != place:
-                self.table.setCurrentIndex(self.table.cells.index(place, _LABEL))
-        self.table.viewport().update()
+    def show_rows(self, cameras: Sequence[str], rows: Sequence[CellRow], chosen: int) -> None:
+        """Show the landmarks: key, name, a cell for each of the `cameras`, and two numbers.
 
-    def _cells(self, row: LandmarkRow) -> Sequence[Cell]:
-        tips = [
-            f"{row.label} in {camera}: {CELL_WORDS[state]}"
-            for camera, state in zip(self._cameras, row.cells, strict=True)
-        ]
-        colour = "warning" if row.bad else ""
-        tip = "The fit treats a click of this landmark as an outlier." if row.bad else ""
-        return (
-            Cell(row.key, value=row.colour),
-            Cell(row.label),
-            *(
-                Cell(tip=said, said=said, value=(row.colour, state))
-                for said, state in zip(tips, row.cells, strict=True)
-            ),
-            Cell(row.residual, tip, colour),
-            Cell(f"{row.distance} ", tip, colour),
-        )
+        Values of cells: the colour for the key, colour and state in a camera.
+        """
+        self._chosen = chosen
+        self.table.show_rows(rows, _columns(cameras))
+        if chosen >= 0 and self.table.currentIndex().row() != chosen:
+            self.table.setCurrentIndex(self.table.cells.index(chosen, _LABEL))
 
-    def _on_row(self, current: QModelIndex, _previous: QModelIndex | None = None) -> None:
-        if current.isValid():
-            self._choose(self.table.cells.rows[current.row()].landmark)
+    def _on_other_row(self, current: QModelIndex) -> None:
+        if current.isValid() and current.row() != self._chosen:
+            self._choose(current.row())
 
 
 def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:

@@ -165,5 +165,5 @@ class NextPanel(QWidget):
         one = self.tree.cells.rows[row]
         self.tree.setCurrentIndex(self.tree.cells.index(row, 0))
         self._visited.add(one.key)
-        self.tree.cells.tell(row, row)
+        self.tree.cells.look_again()
         self._visit(one.frame, one.camera, one.landmark)

@@ -16,6 +16,7 @@ from PySide6.QtGui import (
     QColor,
     QFont,
     QFontDatabase,
+    QFontMetrics,
     QGuiApplication,
     QKeyEvent,
     QKeySequence,
@@ -94,25 +95,30 @@ class TableModel(QAbstractTableModel):
     def show(self, rows: Sequence[Any], columns: Iterable[Column] | None = None) -> None:
         """Show these; what is selected stays where there are as many rows and columns as before."""
         wanted = self.columns if columns is None else tuple(columns)
-        same = len(rows) == len(self.rows) and wanted == self.columns
-        if not same:
-            self.beginResetModel()
+        if len(rows) == len(self.rows) and wanted == self.columns:
+            self.rows = rows
+            self.look_again()
+            return
+        self.beginResetModel()
         self.rows, self.columns = rows, wanted
         self._cells.clear()
-        if not same:
-            self.endResetModel()
-        elif rows:
-            self.tell(0, len(rows) - 1)
+        self.endResetModel()
 
-    def tell(self, first: int, last: int) -> None:
-        """Say that these rows show something else now."""
-        self._cells.clear()
-        self.dataChanged.emit(self.index(first, 0), self.index(last, len(self.columns) - 1))
+    def look_again(self) -> None:
+        """Say which rows show something else now; of those that nobody asked for nothing is."""
+        before, self._cells = self._cells, {}
+        changed = [row for row, cells in before.items() if self.row_cells(row) != cells]
+        if changed:
+            last = self.index(max(changed), len(self.columns) - 1)
+            self.dataChanged.emit(self.index(min(changed), 0), last)
 
-    def cell(self, row: int, column: int) -> Cell:
+    def row_cells(self, row: int) -> CellRow:
         if row not in self._cells:
             self._cells[row] = self._cells_of(self.rows[row])
-        return self._cells[row][column]
+        return self._cells[row]
+
+    def cell(self, row: int, column: int) -> Cell:
+        return self.row_cells(row)[column]
 
     def as_text(self, rows: Iterable[int]) -> str:
         """Rows with tabs between their cells, for a spreadsheet."""
@@ -155,13 +161,20 @@ class TableModel(QAbstractTableModel):
                 return QColor(getattr(current_theme(), cell.colour))
             case Qt.ItemDataRole.BackgroundRole if cell.background:
                 return QColor(getattr(current_theme(), cell.background))
-            case Qt.ItemDataRole.FontRole if column.even or cell.bold:
-                font = QFont(self._even) if column.even else QFont()
-                font.setBold(cell.bold)
-                return font
+            case Qt.ItemDataRole.FontRole:
+                return self.font(cell, index.column())
             case _ if role == VALUE:
                 return cell.text if cell.value is None else cell.value
         return None
+
+    def font(self, cell: Cell, column: int) -> QFont | None:
+        """Letters of a cell; None for those of the table."""
+        even = self.columns[column].even
+        if not even and not cell.bold:
+            return None
+        font = QFont(self._even) if even else QFont()
+        font.setBold(cell.bold)
+        return font
 
 
 class RowDelegate(QStyledItemDelegate):
@@ -246,6 +259,19 @@ class CellTable(QTreeView):
         if self.cells.columns != before:
             self._dress(self.accessibleName())
         self._fit()
+
+    def sizeHintForColumn(self, column: int) -> int:
+        """Width of the words of the first rows, for which Qt would ask cell by cell."""
+        margin = self.style().pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, self) + 1
+        widest = 0
+        for row in range(min(len(self.cells.rows), _MEASURED_ROWS)):
+            cell = self.cells.cell(row, column)
+            metrics = QFontMetrics(self.cells.font(cell, column) or self.font())
+            width = 2 * margin + max(map(metrics.horizontalAdvance, cell.text.split("\n")))
+            if cell.swatch is not None:
+                width += 2 * margin + swatch(cell.swatch).deviceIndependentSize().toSize().width()
+            widest = max(widest, width)
+        return widest
 
     def selected(self) -> list[int]:
         """Places of the selected rows in what was shown, ascending."""

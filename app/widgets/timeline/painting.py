@@ -1,6 +1,7 @@
 """The parts of the timeline as they are painted: lanes, ruler, selection, playhead."""
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,14 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 
 from ..style.theme import Theme, current_theme
 from .lanes import Lane, Mark, TimelineScale
+
+
+@lru_cache(maxsize=64)  # an edit changes few of the lanes
+def strip_between(
+    lane: Lane, first: float, last: float, size: tuple[int, int], theme: Theme
+) -> ImageArray:
+    """Picture of a lane between two frames, of a size (columns, rows)."""
+    return strip_pixels(lane, np.linspace(first, last, size[0] + 1), size[1], theme)
 
 
 def strip_pixels(lane: Lane, edges: FloatArray, height: int, theme: Theme) -> ImageArray:
@@ -148,9 +157,9 @@ class TimelinePainter:
         high, width = tall - _LANE_GAP, int(scale.left)
         if scale.frame_count:
             columns = max(1, round(scale.width * ratio))
-            edges, rows = scale.edges(columns), max(4, round(high * ratio))
+            rows = max(4, round(high * ratio))
             for lane, top in self._seen(lanes, tall):
-                pixels = strip_pixels(lane, edges, rows, theme)
+                pixels = strip_between(lane, scale.first, scale.last, (columns, rows), theme)
                 form = QImage.Format.Format_RGBA8888
                 image = QImage(pixels.data, columns, rows, 4 * columns, form)
                 painter.drawImage(QRectF(scale.left, top, scale.width, high), image)

@@ -102,6 +102,8 @@ class TimelineView(QAbstractScrollArea):
         """
         self._groups[group] = tuple(lanes)
         shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])
+        if shown == self.lanes:
+            return
         same_names = [lane.name for lane in shown] == [lane.name for lane in self.lanes]
         self.lanes = shown
         if not same_names:

@@ -144,26 +144,19 @@ class FitContext:
     def shaped(
         self, data: Sequence[FrameData], poses: Sequence[Pose], known: IntArray
     ) -> FitContext:
-        """The same with the person's own surface, as far as `known` frames show it."""
+        """The same with the person's surface and outline, if enough `known` frames show them."""
         if self.shape is not None or not self.settings.fit_shape:
             return self
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
-        return replace(self, shape=_clicked_shape(self, data, poses, deep))
-
-
-def _clicked_shape(
-    context: FitContext, data: Sequence[FrameData], poses: Sequence[Pose], deep: IntArray
-) -> BodyShape:
-    """Surface and outline of the person; the usual one where too few `deep` frames show them."""
-    if len(deep) < _FEWEST:
-        return CLICKED_SHAPE
-    chosen = deep[np.linspace(0, len(deep) - 1, min(_FRAMES, len(deep))).round().astype(int)]
-    stretch = context.by_depth
-    sigma = pose_sigmas(stretch.freedom, *_NEAR)
-    seen = []
-    for k in chosen:
-        depth = data[k].depth
-        assert depth is not None  # noqa: S101 - the caller asked for frames with depth
-        found = stretch.fit([data[k]], [poses[k]], poses[k], sigma, rounds=_ROUNDS)
-        seen.append(SeenPose(depth.points, found.states[0].pose, depth.edges()))
-    return fitted_shape(context.body, seen, TrackingParameters(), stretch.freedom.joints)
+        if len(deep) < _FEWEST:
+            return replace(self, shape=CLICKED_SHAPE)
+        chosen = deep[np.linspace(0, len(deep) - 1, min(_FRAMES, len(deep))).round().astype(int)]
+        stretch, seen = self.by_depth, []
+        sigma = pose_sigmas(stretch.freedom, *_NEAR)
+        for k in chosen:
+            depth = data[k].depth
+            assert depth is not None  # noqa: S101 - frames with depth were chosen
+            found = stretch.fit([data[k]], [poses[k]], poses[k], sigma, rounds=_ROUNDS)
+            seen.append(SeenPose(depth.points, found.states[0].pose, depth.edges()))
+        shape = fitted_shape(self.body, seen, TrackingParameters(), stretch.freedom.joints)
+        return replace(self, shape=shape)

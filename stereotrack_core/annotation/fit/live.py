@@ -242,20 +242,14 @@ def _usual_poses(context: FitContext, points: FloatArray, data: FrameData) -> li
     """Poses to begin from: one where the trunk shows how it is turned, else four ways round."""
     if not len(data.clicks) and data.depth is None:
         return [context.usual]
-    place, names = _place(context, data), context.whole.names
+    place, names = watched_place(context.cameras), context.whole.names
+    if data.depth is not None and len(data.depth.points):  # under the top of the measured points
+        seen, lengths = data.depth.points, context.body.skeleton.proportions
+        below = 0.5 * lengths.torso_length + lengths.shoulder_to_head
+        top = float(np.percentile(seen[:, 2], _TOP))
+        place = np.append(np.median(seen[:, :2], axis=0), top - below)
     yaws = 0.5 * np.pi * np.arange(4)
     if np.isfinite(points[[names.index(name) for name in TRUNK]]).all(axis=1).sum() >= _ENOUGH:
         x = pose_at(points, context.body, context.whole, context.usual).torso[:, 0]
         yaws = np.arctan2(x[1:2], x[:1])
     return [standing(context.body, place, float(yaw)) for yaw in yaws]
-
-
-def _place(context: FitContext, data: FrameData) -> FloatArray:
-    """Where the middle of the trunk is looked for: under the top of the measured points."""
-    if data.depth is None or not len(data.depth.points):
-        return watched_place(context.cameras)
-    points = data.depth.points
-    lengths = context.body.skeleton.proportions
-    below = 0.5 * lengths.torso_length + lengths.shoulder_to_head
-    top = float(np.percentile(points[:, 2], _TOP))
-    return np.append(np.median(points[:, :2], axis=0), top - below)

@@ -188,7 +188,10 @@ def judged(
     eye = np.eye(2)
     taken = spread * (weight / sigma**2)[:, None, None]
     leverage = np.clip(0.5 * np.trace(taken, axis1=1, axis2=2), 0.0, 1.0)
-    kept = _held_below_one(taken)
+    # a click that alone decides is kept just invertible: without it nothing is known
+    values, vectors = np.linalg.eigh(0.5 * (taken + np.swapaxes(taken, 1, 2)))
+    values = np.clip(values, 0.0, 1.0 - 1e-6)
+    kept = np.asarray((vectors * values[:, None, :]) @ np.swapaxes(vectors, 1, 2))
     without = np.asarray(np.linalg.inv(eye - kept), dtype=np.float64)
     alone = np.einsum("mij,mj->mi", without, residual)
     expected = without @ spread
@@ -231,13 +234,6 @@ def scatter(judgement: Judgement) -> float:
     if len(told) < _ENOUGH:
         return 1.0
     return float(np.sqrt(np.percentile(told, 75.0) / _UPPER_QUARTILE))
-
-
-def _held_below_one(taken: FloatArray) -> FloatArray:
-    """Keep a click that alone decides just invertible: without it nothing is known."""
-    values, vectors = np.linalg.eigh(0.5 * (taken + np.swapaxes(taken, 1, 2)))
-    values = np.clip(values, 0.0, 1.0 - 1e-6)
-    return np.asarray((vectors * values[:, None, :]) @ np.swapaxes(vectors, 1, 2))
 
 
 def _log_normal(x: FloatArray, P: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ from stereotrack_core.annotation.fit.results import (
     exact_residuals,
     reported,
 )
-from stereotrack_core.annotation.fit.state import Freedom, pose_sigmas
+from stereotrack_core.annotation.fit.state import pose_sigmas
 from stereotrack_core.annotation.fit.stretch import (
     Fitted,
     FrameData,
@@ -77,6 +77,9 @@ def _asked_between(
         return found
     filled = list(found)
     sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
+    told_sigma = pose_sigmas(f, *_TOLD)  # where the clicks tell all but the legs
+    for at in (f.columns.first[part] for part in _LEGS if f.with_depth):
+        told_sigma[at : at + 2] = _LEG_SIGMA
     distance = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).min(axis=1)
     for k in np.argsort(distance, kind="stable").tolist():  # known ones first, then outwards
         if cancelled():
@@ -86,7 +89,7 @@ def _asked_between(
             continue
         if known[k]:
             if f.with_depth and frame.depth is not None:
-                found[k] = _asked(stretch, frame, filled[k], filled[k], _told_sigma(f))[1]
+                found[k] = _asked(stretch, frame, filled[k], filled[k], told_sigma)[1]
             continue
         around = [i for i in (k - 1, k + 1) if 0 <= i < len(known)]
         neighbours = [found[i] for i in around if distance[i] < distance[k]]
@@ -95,15 +98,6 @@ def _asked_between(
         results = [_asked(stretch, frame, start, neighbours[0], sigma) for start in starts]
         found[k] = min(results, key=lambda result: result[0])[1]
     return found
-
-
-def _told_sigma(f: Freedom) -> FloatArray:
-    """How far the pose of a frame may be off whose clicks tell it all but the legs."""
-    sigma = pose_sigmas(f, *_TOLD)
-    for part in _LEGS:
-        at = f.columns.first[part]
-        sigma[at : at + 2] = _LEG_SIGMA
-    return sigma
 
 
 def _on_legs(pose: Pose) -> Pose:
@@ -120,7 +114,6 @@ def _on_legs(pose: Pose) -> Pose:
 def _asked(
     stretch: Stretch, frame: FrameData, start: Pose, expected: Pose, sigma: FloatArray
 ) -> tuple[float, Pose]:
-    """Fit one frame; what it costs, and the pose."""
     found = stretch.fit([frame], [start], expected, sigma, rounds=_ROUNDS_ALONE)
     pose = found.states[0].pose
     moved = stretch.freedom.pose_difference(pose, expected) / sigma

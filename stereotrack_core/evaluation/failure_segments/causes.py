@@ -193,7 +193,14 @@ def look_evidence(
     doubt = max((e.strength for e in misfit), default=0.0)
     for each in _hidden(views, inside, limbs, blind):
         found.append(replace(each, strength=each.strength * (1.0 - doubt)))
-    return [*found, *_strangers(inside, usual, limbs), *misfit]
+    stray = _mean_of_looks(inside, "stray")[limbs].max()
+    before = _mean_of_looks(usual, "stray")[limbs].max() if usual else 0.0
+    more = float(stray - min(before, 0.5 * stray))
+    if more >= _STRAY:
+        words = f"{100.0 * stray:.0f} % of the cloud is near the limb but belongs to no limb"
+        strength = min(1.0, more / (4.0 * _STRAY))
+        found.append(Evidence("neighbour", strength, float(stray), "share", words))
+    return [*found, *misfit]
 
 
 def _mean_of_looks(looks: Sequence[Look], name: str) -> FloatArray:
@@ -244,16 +251,6 @@ def _hidden(
     words = f"on average {seeing:.1f} of {len(views)} views see it; in {100.0 * behind:.0f} % of "
     words += "the views it is occluded"
     return [Evidence("hidden", strength, seeing, "views", words)]
-
-
-def _strangers(inside: Sequence[Look], usual: Sequence[Look], limbs: list[int]) -> list[Evidence]:
-    stray = _mean_of_looks(inside, "stray")[limbs].max()
-    before = _mean_of_looks(usual, "stray")[limbs].max() if usual else 0.0
-    more = float(stray - min(before, 0.5 * stray))
-    if more < _STRAY:
-        return []
-    words = f"{100.0 * stray:.0f} % of the cloud is near the limb but belongs to no limb"
-    return [Evidence("neighbour", min(1.0, more / (4.0 * _STRAY)), float(stray), "share", words)]
 
 
 def _misfit(views: Sequence[str], looks: Sequence[Look]) -> list[Evidence]:

@@ -157,7 +157,11 @@ class Shown:
         if seen is not None:
             plain = window.cut(seen.image)
         drawn = plain.copy()
-        draw_body(drawn, camera, window, _meshes_at(self.run, images.index), thick=self.limbs)
+        rows = np.flatnonzero(self.run.frame == images.index)
+        pose = pose_of_run(self.run, int(rows[0])) if len(rows) else None
+        if pose is not None:
+            meshes = body_mesh(body_of_run(self.run), pose)
+            draw_body(drawn, camera, window, meshes, thick=self.limbs)
         if self.reference is not None:
             truth = points_at(self.reference, np.array([images.index]))[0]
             draw_reference(drawn, camera, window, truth)
@@ -205,15 +209,6 @@ def picture_strip(
     pictures = [shown.pictures(reader.frame_set(int(frame)), view, window) for frame in frames]
     columns = list(zip(pictures, shown.captions(frames), strict=True))
     return _sheet(columns, f"view {view.name}", paper)
-
-
-def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
-    """The body's surface in a frame; empty where the run has no pose of it."""
-    for i in np.flatnonzero(run.frame == frame):
-        pose = pose_of_run(run, int(i))
-        if pose is not None:
-            return body_mesh(body_of_run(run), pose)
-    return ()
 
 
 def _person_window(camera: Camera, run: Run, frames: Sequence[int], height: int) -> Window:

@@ -123,7 +123,6 @@ def explained(
 
 
 def _outside(search: FailureSearch, failures: Sequence[FailureSegment]) -> list[int]:
-    """Tracked frames, evenly spread, that are not near any failure."""
     apart = round(_APART * search.fps)
     frame = search.run.frame[search.run.tracked]
     free = np.ones(len(frame), dtype=np.bool_)
@@ -133,6 +132,5 @@ def _outside(search: FailureSearch, failures: Sequence[FailureSegment]) -> list[
 
 
 def _spread(frames: IntArray, count: int) -> list[int]:
-    """At most so many of some frames, evenly spread."""
     places = np.linspace(0, len(frames) - 1, min(count, len(frames))).round().astype(int)
     return [int(k) for k in frames[np.unique(places)]]

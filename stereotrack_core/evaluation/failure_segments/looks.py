@@ -133,7 +133,10 @@ class Looker:
             for v in range(len(result)):
                 own = fits & (cloud.view == v)
                 if own.sum() >= _LEAST_FITTING:
-                    result[v] = _movement(closest.direction[own], closest.distance[own])
+                    # movement that takes the distances away, as far as they determine it
+                    direction, distance = closest.direction[own], closest.distance[own]
+                    normal = direction.T @ direction + 0.1 * len(direction) * np.eye(3)
+                    result[v] = np.linalg.solve(normal, direction.T @ distance)
             result -= self._swelling(cloud, result, pose.position)
         return result
 
@@ -147,12 +150,6 @@ class Looker:
         known = along[np.isfinite(along)]
         # of two views nobody can tell what is common to all
         return towards * (known.mean() if len(known) > 2 else 0.0)
-
-
-def _movement(direction: FloatArray, distance: FloatArray) -> FloatArray:
-    """Movement (3,) that takes distances along directions away, as far as they determine it."""
-    normal = direction.T @ direction + 0.1 * len(direction) * np.eye(3)
-    return np.asarray(np.linalg.solve(normal, direction.T @ distance), dtype=np.float64)
 
 
 def _shares(depth: ViewDepth | None, start: FloatArray, end: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.lib.stride_tricks import sliding_window_view
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray, IntArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.evaluation.failure_segments import coefficients
@@ -63,33 +63,18 @@ def high_stretches(
     """
     with np.errstate(invalid="ignore"):
         seed, high = value > enter, value > leave
-    found: list[list[int]] = []
-    for run in _runs(high, frame):
-        if seed[run[0] : run[1] + 1].any():
-            gap = int(frame[run[0]] - frame[found[-1][1]] - 1) if found else bridge + 1
-            if gap <= bridge:
-                found[-1][1] = run[1]
-            else:
-                found.append(run)
-    return [
-        _stretch(frame, value, first, last)
-        for first, last in found
-        if frame[last] - frame[first] + 1 >= least
-    ]
-
-
-def _runs(high: BoolArray, frame: IntArray) -> list[list[int]]:
-    """First and last index of each run of successive frames that are high."""
-    places = np.flatnonzero(high)
-    if not len(places):
-        return []
-    breaks = np.flatnonzero(np.diff(frame[places]) > 1) + 1
-    return [[int(part[0]), int(part[-1])] for part in np.split(places, breaks)]
-
-
-def _stretch(frame: IntArray, value: FloatArray, first: int, last: int) -> Stretch:
-    peak = first + int(np.nanargmax(value[first : last + 1]))
-    return Stretch(int(frame[first]), int(frame[last]), float(value[peak]), int(frame[peak]))
+    found: list[range] = []
+    for run in stretches_of(high, frame):
+        if seed[run.start : run.stop].any():
+            close = found and frame[run[0]] - frame[found[-1][-1]] - 1 <= bridge
+            found.append(range(found.pop().start, run.stop) if close else run)
+    stretches = []
+    for first, last in ((run[0], run[-1]) for run in found):
+        if frame[last] - frame[first] + 1 >= least:
+            peak = first + int(np.nanargmax(value[first : last + 1]))
+            ends = int(frame[first]), int(frame[last])
+            stretches.append(Stretch(*ends, float(value[peak]), int(frame[peak])))
+    return stretches
 
 
 _ENDS_BELOW_ERROR, _ENDS_BELOW_CHANCE = 0.75, 0.5  # share of the beginning's value at which it ends

@@ -1,6 +1,10 @@
-"""Other estimators that the tracker is measured against, by the parameter `estimator`."""
+"""Other estimators that the tracker is measured against, by the parameter `estimator`.
 
-from abc import abstractmethod
+Each finds a pose and its covariance by a frame's measurements and its prediction, as
+:data:`iekf.Baseline` says; all else is the tracker's. There is neither the search for arms nor a
+prior that is widened where the data ask for it.
+"""
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,54 +18,22 @@ from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
-from stereotrack_core.tracking.correction import gathered, innovation_of
-from stereotrack_core.tracking.estimator import Estimator, Measurements, Posterior, Prediction
-from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
-from stereotrack_core.tracking.state import Belief, Particles
+from stereotrack_core.tracking.correction import gathered
+from stereotrack_core.tracking.measurements import Measurements
+from stereotrack_core.tracking.residuals.surface import Trust, residual_of_closest
+from stereotrack_core.tracking.state import Belief, Setup, State
 
 RANDOM = 3  # purpose for which baselines draw random numbers
 
 
-@dataclass(frozen=True, eq=False)
-class Settled(Belief):
-    """Pose of a baseline, and the particles that it leaves for the next frame."""
-
-    particles: Particles | None = None
-
-
-class Baseline(Estimator):
-    """Another estimator in the place of the iterated one; all else is the tracker's.
-
-    There is neither the search for arms nor a prior that is widened where the data ask for it.
-    """
-
-    @abstractmethod
-    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
-        """Find the pose and its covariance by the data."""
-
-    def estimate(self, measured: Measurements, predicted: Prediction) -> Posterior:
-        """Correct the predicted pose."""
-        expected = measured.surface(predicted.pose, wide=True)
-        innovation = innovation_of(expected, self.setup, predicted)
-        found = self.settle(measured, predicted)
-        carried = np.ones(len(predicted.P), dtype=np.bool_)
-        surface = measured.surface(found.pose, wide=False)
-        signs = surface, innovation, predicted.P, carried
-        return Posterior(found.pose, found.P, *signs, found.particles)
-
-
-class ExtendedKalman(Baseline):
+def extended_kalman(measured: Measurements, predicted: Belief, _: State) -> tuple[Belief, None]:
     """One linearisation at the prediction, one correction (Kalman, DOI 10.1115/1.3662552).
 
     In the information form: P = (P0^-1 + H' R^-1 H)^-1 and dx = P H' R^-1 nu, the same by the
     matrix inversion lemma; there are many more data than states.
     """
-
-    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
-        """Correct once."""
-        surface = measured.surface(predicted.pose, wide=True)
-        found = measured.corrected(predicted, predicted, surface)
-        return Settled(found.pose, found.P)
+    surface = measured.surface(predicted.pose, wide=True)
+    return measured.corrected(predicted, predicted, surface), None
 
 
 STEPS, _DRAWN = 80, 300  # steps of the descent in a frame, and data drawn for each
@@ -72,7 +44,7 @@ _LEAST_CURVATURE = 0.1  # of the mean distance, of a number that no datum speaks
 _LONGEST = 0.1  # metres and radians by which one step may move a number
 
 
-class ScalarDistance(Baseline):
+def scalar_distance(measured: Measurements, predicted: Belief, _: State) -> tuple[Belief, None]:
     """Stochastic meta descent on the sum of distances (Kehl, Bray, Van Gool 2005).
 
     DOI 10.1109/CVPR.2005.165; the descent is Schraudolph's, DOI 10.1049/cp:19991170. Every step
@@ -86,28 +58,22 @@ class ScalarDistance(Baseline):
     and ends where the sum is least. The covariance that is stated, and nothing else, joins that
     curvature with the process noise.
     """
-
-    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
-        """Descend from the prediction."""
-        rng, pose = measured.random(RANDOM), predicted.pose
-        share = 1.0 / self.setup.parameters.effective_sample_size
-        slope = _slope_at(measured, pose, wide=True)
-        gain = _FIRST_GAIN / (share * np.diagonal(slope.A) + _LEAST_CURVATURE)
-        v = np.zeros(len(predicted.P))
-        for i in range(STEPS):
-            drawn = measured.data[rng.integers(0, len(measured.data), _DRAWN)]
-            wide = 2 * i < STEPS
-            slope = _slope_at(replace(measured, data=drawn), pose, wide=wide)
-            g, H = -share * slope.b, share * slope.A
-            longest = _LARGEST_GAIN / (np.diagonal(H) + _LEAST_CURVATURE)
-            gain = np.minimum(gain * np.maximum(0.5, 1.0 - _META * g * v), longest)
-            step = np.clip(-gain * g, -_LONGEST, _LONGEST)
-            pose = displaced(pose, step, self.setup.joints)
-            v = np.clip(_MEMORY * v - gain * (g + _MEMORY * (H @ v)), -1.0, 1.0)
-        found = _slope_at(measured, pose, wide=False)
-        P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
-        _, P = posterior(P0_inverse, np.zeros(len(v)), found)
-        return Settled(pose, P)
+    setup, rng, pose = measured.setup, measured.random(RANDOM), predicted.pose
+    share = 1.0 / setup.parameters.effective_sample_size
+    slope = _slope_at(measured, pose, wide=True)
+    gain = _FIRST_GAIN / (share * np.diagonal(slope.A) + _LEAST_CURVATURE)
+    v = np.zeros(len(predicted.P))
+    for i in range(STEPS):
+        drawn = measured.data[rng.integers(0, len(measured.data), _DRAWN)]
+        slope = _slope_at(replace(measured, data=drawn), pose, wide=2 * i < STEPS)
+        g, H = -share * slope.b, share * slope.A
+        longest = _LARGEST_GAIN / (np.diagonal(H) + _LEAST_CURVATURE)
+        gain = np.minimum(gain * np.maximum(0.5, 1.0 - _META * g * v), longest)
+        pose = displaced(pose, np.clip(-gain * g, -_LONGEST, _LONGEST), setup.joints)
+        v = np.clip(_MEMORY * v - gain * (g + _MEMORY * (H @ v)), -1.0, 1.0)
+    found = _slope_at(measured, pose, wide=False)
+    P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
+    return Belief(pose, posterior(P0_inverse, np.zeros(len(v)), found)[1]), None
 
 
 def _slope_at(measured: Measurements, pose: Pose, *, wide: bool) -> Information:
@@ -137,7 +103,7 @@ class Registered:
     information: FloatArray  # (6, 6), world; of translation and left rotation vector
 
 
-class LimbIcp(Baseline):
+def limb_icp(measured: Measurements, predicted: Belief, _: State) -> tuple[Belief, None]:
     """Closest points limb by limb, joined by least squares (Demirdjian, Darrell 2002).
 
     DOI 10.1109/ICMI.2002.1167005. The data are given to the nearest limbs; each limb is moved
@@ -145,60 +111,45 @@ class LimbIcp(Baseline):
     limbs are nearest to those, measured by the covariance of each registration. What no limb
     says anything about stays where the prediction has it, by the process noise.
     """
-
-    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
-        """Register and join, a few times with data given to the limbs anew."""
-        P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
-        at: Belief = predicted
-        joints = self.setup.joints
-        for turn in range(ROUNDS):
-            given = measured.surface(at.pose, wide=turn == 0)
-            limbs = [
-                self.register(part, given.data[given.part == part], at.pose, len(measured.data))
-                for part in range(len(PARTS))
-                if np.count_nonzero(given.part == part) >= _LEAST_DATA
-            ]
-            for _ in range(_JOINING):
-                found = joined(limbs, measured, at.pose)
-                from_prior = difference(predicted.pose, at.pose, joints)
-                dx, P = posterior(P0_inverse, from_prior, found)
-                at = Belief(displaced(at.pose, np.clip(dx, -0.5, 0.5), joints), P)
-        return Settled(at.pose, at.P)
-
-    def register(self, part: int, data: FloatArray, pose: Pose, all_data: int) -> Registered:
-        """Move one part of a pose rigidly to its data (N, 3), which are so many of all data."""
-        frames = self.setup.body.frames(pose)
-        frames = PartFrames(frames.rotations.copy(), frames.origins.copy())
-        information = np.zeros((6, 6))
-        for _ in range(ITERATIONS):
-            surface = self._own_surface(part, data, all_data, frames)
-            arm = surface.point - frames.origins[part]
-            J = np.concatenate([surface.direction, np.cross(arm, surface.direction)], axis=1)
-            weighted = J.T / surface.variance
-            information = weighted @ J
-            step = scipy.linalg.solve(
-                information + _LOOSE, weighted @ surface.distance, assume_a="pos"
-            )
-            frames.origins[part] += step[:3]
-            frames.rotations[part] = rotation_from_vector(step[3:]) @ frames.rotations[part]
-        return Registered(part, frames.rotations[part], frames.origins[part], information)
-
-    def _own_surface(
-        self, part: int, data: FloatArray, all_data: int, frames: PartFrames
-    ) -> SurfaceResidual:
-        p, body = self.setup.parameters, self.setup.body
-        own = body.cones.part == part
-        closest = nearest_on_surface(
-            data, placed_cones(body, frames)[own], p.max_correspondence_distance
-        )
-        effective = p.effective_sample_size * len(data) / all_data
-        trust = Trust(p.max_correspondence_distance, p.loss_scale, p.sigma_measurement, effective)
-        return residual_of_closest(
-            data, np.where(closest.cone >= 0, part, -1), closest, frames, trust
-        )
+    P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
+    at, setup = predicted, measured.setup
+    for turn in range(ROUNDS):
+        given = measured.surface(at.pose, wide=turn == 0)
+        own = {part: given.data[given.part == part] for part in range(len(PARTS))}
+        limbs = [
+            _registered(part, data, at.pose, setup, len(measured.data))
+            for part, data in own.items()
+            if len(data) >= _LEAST_DATA
+        ]
+        for _turn in range(_JOINING):
+            from_prior = difference(predicted.pose, at.pose, setup.joints)
+            dx, P = posterior(P0_inverse, from_prior, _joined(limbs, measured, at.pose))
+            at = Belief(displaced(at.pose, np.clip(dx, -0.5, 0.5), setup.joints), P)
+    return at, None
 
 
-def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Information:
+def _registered(part: int, data: FloatArray, pose: Pose, setup: Setup, all_data: int) -> Registered:
+    """Move one part of a pose rigidly to its data (N, 3), which are so many of all data."""
+    p, body, own = setup.parameters, setup.body, setup.body.cones.part == part
+    reach, effective = p.max_correspondence_distance, p.effective_sample_size * len(data) / all_data
+    trust = Trust(reach, p.loss_scale, p.sigma_measurement, effective)
+    frames = body.frames(pose)
+    frames = PartFrames(frames.rotations.copy(), frames.origins.copy())
+    for _ in range(ITERATIONS):
+        closest = nearest_on_surface(data, placed_cones(body, frames)[own], reach)
+        part_of_data = np.where(closest.cone >= 0, part, -1)
+        surface = residual_of_closest(data, part_of_data, closest, frames, trust)
+        arm = surface.point - frames.origins[part]
+        J = np.concatenate([surface.direction, np.cross(arm, surface.direction)], axis=1)
+        weighted = J.T / surface.variance
+        information = weighted @ J
+        step = scipy.linalg.solve(information + _LOOSE, weighted @ surface.distance, assume_a="pos")
+        frames.origins[part] += step[:3]
+        frames.rotations[part] = rotation_from_vector(step[3:]) @ frames.rotations[part]
+    return Registered(part, frames.rotations[part], frames.origins[part], information)
+
+
+def _joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Information:
     """What registered limbs, other sensors and limits say about a pose, linearised there."""
     setup = measured.setup
     frames = setup.body.frames(pose)
@@ -207,13 +158,13 @@ def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Infor
     for limb in limbs:
         shift = limb.origin - frames.origins[limb.part]
         turn = vector_from_rotation(limb.rotation @ frames.rotations[limb.part].T)
-        J = rigid_jacobian(limb.part, frames, setup.columns)
+        J = _rigid_jacobian(limb.part, frames, setup.columns)
         weighted = J.T @ limb.information
         total += Information(weighted @ J, weighted @ np.concatenate([shift, turn]))
     return total
 
 
-def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArray:
+def _rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArray:
     """Derivatives (6, n) of a part's translation and left rotation vector by the error state."""
     origin = np.repeat(frames.origins[part][None], 3, axis=0)
     J = np.zeros((6, columns.n))

@@ -8,15 +8,14 @@ import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.manifold import REST_ROW, difference, displaced
-from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
+from stereotrack_core.body.model import PlacedCones, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, PARENTS, TORSO
 from stereotrack_core.body.surface import closest_on_cone, in_cone
 from stereotrack_core.compiled import compiled
-from stereotrack_core.experiments.baselines.estimators import RANDOM, Baseline, Settled
+from stereotrack_core.experiments.baselines.estimators import RANDOM
 from stereotrack_core.tracking.correction import Residual
-from stereotrack_core.tracking.estimator import Measurements, Prediction
-from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.measurements import Measurements
 from stereotrack_core.tracking.residuals.limits import (
     LEAST_ELBOW_ANGLE,
     limit_rows,
@@ -24,7 +23,7 @@ from stereotrack_core.tracking.residuals.limits import (
     resting,
 )
 from stereotrack_core.tracking.residuals.surface import FIRST_LOSS
-from stereotrack_core.tracking.state import Particles, Setup
+from stereotrack_core.tracking.state import Belief, Particles, Setup, State, elapsed
 
 PARTICLES, LAYERS = 200, 10  # as many as the paper's, which tracks fewer numbers with more views
 _SURVIVAL = 0.2  # share of the particles that survives a layer
@@ -38,71 +37,78 @@ _ELSEWHERE = 0.5
 somebody was found again elsewhere and the particles are of no use."""
 
 
-class AnnealedParticles(Baseline):
+def annealed_particles(
+    measured: Measurements, predicted: Belief, before: State
+) -> tuple[Belief, Particles]:
     """Particles that are weighed in layers (Deutscher, Blake, Reid, DOI 10.1109/CVPR.2000.854758).
 
     Every layer weighs the particles by exp(-beta E), with beta such that the wanted share of them
     survives, and draws them anew by their weights. E is the tracker's own measure; see
-    :class:`PoseEnergy`; colours say nothing in it. Between two layers limbs are exchanged among
+    :func:`energies`; colours say nothing in it. Between two layers limbs are exchanged among
     the particles, and each number is scattered in proportion to how far the particles still
     disagree about it (Deutscher, Reid, DOI 10.1023/B:VISI.0000043757.18370.9c); without these two,
     28 numbers are too many for some hundred particles. The pose is the weighted mean of the last
     layer, whose particles go on to the next frame.
     """
-
-    def settle(self, measured: Measurements, predicted: Prediction) -> Settled:
-        """Scatter, weigh and draw the particles, layer by layer."""
-        setup, rng = self.setup, measured.random(RANDOM)
-        energy = PoseEnergy(setup.body, setup.parameters, setup.joints)
-        data = measured.data[:, :3]
-        if len(data) > _DATA:
-            data = data[np.sort(rng.choice(len(data), _DATA, replace=False))]
-        particles, beta, pose = self._scattered(predicted, rng), 0.0, predicted.pose
-        for layer in range(LAYERS):
-            if layer:
-                particles = limbs_exchanged(particles, self._limbs(), rng)
-                scatter = _DIFFUSION * particles.std(axis=0)
-                particles = particles + scatter * rng.normal(size=particles.shape)
-            E = energy.of(data, predicted.pose, particles, measured.beside(pose))
-            beta = max(beta, exponent(E, _SURVIVAL))
-            weights = normalised(E, beta)
-            mean, weighed = weights @ particles, particles
-            pose = displaced(predicted.pose, mean, setup.joints)
-            particles = particles[systematic(weights, float(rng.random()))]
-        off = weighed - mean
-        P = (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(predicted.P))
-        return Settled(pose, P, Particles(particles, predicted.pose, pose))
-
-    def _scattered(self, predicted: Prediction, rng: np.random.Generator) -> FloatArray:
-        """Particles (K, n) as displacements of the predicted pose, before the first layer."""
-        setup, P0, last = self.setup, predicted.P, predicted.particles
-        if last is None or _apart(predicted.pose, last.pose, setup) > _ELSEWHERE:
-            drawn = rng.normal(size=(PARTICLES, len(P0)))
-            result: FloatArray = drawn @ np.linalg.cholesky(P0).T
-            return result
-        seen = displaced(last.centre, last.displacements, setup.joints)
-        moved = [difference(seen[k], predicted.pose, setup.joints) for k in range(PARTICLES)]
-        scatter = np.sqrt(predicted.gone * np.diagonal(setup.Q))
-        return np.array(moved) + scatter * rng.normal(size=last.displacements.shape)
-
-    def _limbs(self) -> list[IntArray]:
-        """Columns of each chain of parts that hangs on the torso."""
-        chains: dict[int, list[int]] = {}
-        for joint in self.setup.joints:
-            root = joint
-            while PARENTS[root] != TORSO:
-                root = PARENTS[root]
-            at = int(self.setup.columns.first[joint])
-            chains.setdefault(root, []).extend((at, at + 1))
-        return [np.array(columns) for columns in chains.values()]
+    setup, rng, data = measured.setup, measured.random(RANDOM), measured.data[:, :3]
+    if len(data) > _DATA:
+        data = data[np.sort(rng.choice(len(data), _DATA, replace=False))]
+    gone = elapsed(before.time, measured.cloud.frame)
+    particles = _scattered(setup, predicted, before.particles, gone, rng)
+    beta, pose, chains = 0.0, predicted.pose, _chains(setup)
+    for layer in range(LAYERS):
+        if layer:
+            particles = _limbs_exchanged(particles, chains, rng)
+            scatter = _DIFFUSION * particles.std(axis=0)
+            particles = particles + scatter * rng.normal(size=particles.shape)
+        E = energies(setup, data, predicted.pose, particles, measured.beside(pose))
+        beta = max(beta, exponent(E, _SURVIVAL))
+        weights = normalised(E, beta)
+        mean, weighed = weights @ particles, particles
+        pose = displaced(predicted.pose, mean, setup.joints)
+        particles = particles[_systematic(weights, float(rng.random()))]
+    off = weighed - mean
+    P = (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(predicted.P))
+    return Belief(pose, P), Particles(particles, predicted.pose, pose)
 
 
-def _apart(a: Pose, b: Pose, setup: Setup) -> float:
+def _scattered(
+    setup: Setup,
+    predicted: Belief,
+    last: Particles | None,
+    gone: float,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Particles (K, n) as displacements of the predicted pose, before the first layer."""
+    P0, joints = predicted.P, setup.joints
+    if last is None or _apart(predicted.pose, last.pose, joints) > _ELSEWHERE:
+        drawn = rng.normal(size=(PARTICLES, len(P0)))
+        result: FloatArray = drawn @ np.linalg.cholesky(P0).T
+        return result
+    seen = displaced(last.centre, last.displacements, joints)
+    moved = [difference(seen[k], predicted.pose, joints) for k in range(PARTICLES)]
+    scatter = np.sqrt(gone * np.diagonal(setup.Q))
+    return np.array(moved) + scatter * rng.normal(size=last.displacements.shape)
+
+
+def _chains(setup: Setup) -> list[IntArray]:
+    """Columns of each chain of parts that hangs on the torso."""
+    chains: dict[int, list[int]] = {}
+    for joint in setup.joints:
+        root = joint
+        while PARENTS[root] != TORSO:
+            root = PARENTS[root]
+        at = int(setup.columns.first[joint])
+        chains.setdefault(root, []).extend((at, at + 1))
+    return [np.array(columns) for columns in chains.values()]
+
+
+def _apart(a: Pose, b: Pose, joints: tuple[int, ...]) -> float:
     """Length of the error state between two poses."""
-    return float(np.linalg.norm(difference(a, b, setup.joints)))
+    return float(np.linalg.norm(difference(a, b, joints)))
 
 
-def limbs_exchanged(
+def _limbs_exchanged(
     particles: FloatArray, limbs: list[IntArray], rng: np.random.Generator
 ) -> FloatArray:
     """Particles (K, n) each of whose limbs, given by their columns, comes from some particle."""
@@ -137,7 +143,7 @@ def normalised(E: FloatArray, beta: float) -> FloatArray:
     return result
 
 
-def systematic(weights: FloatArray, offset: float) -> IntArray:
+def _systematic(weights: FloatArray, offset: float) -> IntArray:
     """Indices (K,) drawn by weights at K evenly spaced places, shifted by one random number."""
     places = (np.arange(len(weights)) + offset) / len(weights)
     cumulated = np.cumsum(weights)
@@ -148,65 +154,52 @@ _ALONG = np.linspace(0.0, 1.0, 4)  # places along a forearm that may come close 
 _SLACK = 0.01  # metres beyond the limits at which an arm is still asked about them
 
 
-class PoseEnergy:
-    """Negative logarithm of the likelihood of poses, up to a constant.
+def energies(
+    setup: Setup,
+    data: FloatArray,
+    centre: Pose,
+    deltas: FloatArray,
+    beside: Sequence[Residual] = (),
+) -> FloatArray:
+    """Negative logarithms (K,) of the likelihood of displacements (K, n) of a pose, but a constant.
 
-    A datum at distance e from the surface counts g^2 e^2 / (2 (g^2 + e^2)) over its variance:
-    the function whose derivative is the tracker's weight (g^2 / (g^2 + e^2))^2 times e. To this
-    come half the squares of the limits' rows over their variances.
+    A datum (N, 3), world, at distance e from the surface counts g^2 e^2 / (2 (g^2 + e^2)) over its
+    variance: the function whose derivative is the tracker's weight (g^2 / (g^2 + e^2))^2 times e.
+    To this come half the squares of the limits' and the sensors' rows over their variances.
     """
-
-    def __init__(
-        self, body: BodyModel, parameters: TrackingParameters, joints: tuple[int, ...]
-    ) -> None:
-        self.body = body
-        self.parameters = parameters
-        self.joints = joints
-
-    def of(
-        self, data: FloatArray, centre: Pose, deltas: FloatArray, beside: Sequence[Residual] = ()
-    ) -> FloatArray:
-        """Energies (K,) of displacements (K, n) of `centre`, by data (N, 3), world, and sensors."""
-        p = self.parameters
-        poses = displaced(centre, deltas, self.joints)
-        frames = self.body.frames(poses)
-        placed = placed_cones(self.body, frames)
-        result = np.empty(len(deltas))
-        _robust_sums(
-            np.ascontiguousarray(data),
-            placed,
-            p.max_correspondence_distance,
-            (FIRST_LOSS * p.loss_scale) ** 2,
-            result,
-        )
-        crowd = max(1.0, len(data) / p.effective_sample_size)
-        result /= p.sigma_measurement**2 * crowd
-        for residual in beside:
-            nu = residual.measured - residual.predicted(frames)
-            result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
-        off, variance = off_rest(resting(self.joints), poses.rotations)
-        result += 0.5 * np.sum(off**2 / variance, axis=1)
-        for k in np.flatnonzero(self._suspected(frames, placed, poses)).tolist():
-            result[k] += self._violations(poses[k])
-        return result
-
-    def _suspected(self, frames: PartFrames, placed: PlacedCones, poses: Pose) -> BoolArray:
-        """Poses (K,) whose elbows may be folded too far, or whose forearms are at the torso."""
-        arms = list(FOREARMS)
-        straight = poses.rotations[:, arms][:, :, 2, 2].min(axis=1)
-        folded = straight < -np.cos(LEAST_ELBOW_ANGLE)
-        if self.parameters.clearance <= 0.0:
-            return np.asarray(folded)
-        along = frames.rotations[:, arms][..., 2] * self.body.skeleton.lengths[arms][:, None]
-        places = frames.origins[:, arms, None] + _ALONG[:, None] * along[:, :, None]
-        distance = np.empty(len(placed))
-        _least_distances(places.reshape(len(placed), -1, 3), placed[:, 0].copy(), distance)
-        return np.asarray(folded | (distance < self.parameters.clearance + _SLACK))
-
-    def _violations(self, pose: Pose) -> float:
-        rows = limit_rows(self.body, pose, self.parameters, self.joints)
+    p, body, joints = setup.parameters, setup.body, setup.joints
+    poses = displaced(centre, deltas, joints)
+    frames = body.frames(poses)
+    placed, result = placed_cones(body, frames), np.empty(len(deltas))
+    squared_scale = (FIRST_LOSS * p.loss_scale) ** 2
+    places = np.ascontiguousarray(data)
+    _robust_sums(places, placed, p.max_correspondence_distance, squared_scale, result)
+    crowd = max(1.0, len(data) / p.effective_sample_size)
+    result /= p.sigma_measurement**2 * crowd
+    for residual in beside:
+        nu = residual.measured - residual.predicted(frames)
+        result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
+    off, variance = off_rest(resting(joints), poses.rotations)
+    result += 0.5 * np.sum(off**2 / variance, axis=1)
+    for k in np.flatnonzero(_suspected(setup, frames, placed, poses)).tolist():
+        rows = limit_rows(body, poses[k], p, joints)
         rows = rows[rows["kind"] != REST_ROW]
-        return 0.5 * float(np.sum(rows["innovation"] ** 2 / rows["variance"]))
+        result[k] += 0.5 * float(np.sum(rows["innovation"] ** 2 / rows["variance"]))
+    return result
+
+
+def _suspected(setup: Setup, frames: PartFrames, placed: PlacedCones, poses: Pose) -> BoolArray:
+    """Poses (K,) whose elbows may be folded too far, or whose forearms are at the torso."""
+    arms, clearance = list(FOREARMS), setup.parameters.clearance
+    straight = poses.rotations[:, arms][:, :, 2, 2].min(axis=1)
+    folded = straight < -np.cos(LEAST_ELBOW_ANGLE)
+    if clearance <= 0.0:
+        return np.asarray(folded)
+    along = frames.rotations[:, arms][..., 2] * setup.body.skeleton.lengths[arms][:, None]
+    places = frames.origins[:, arms, None] + _ALONG[:, None] * along[:, :, None]
+    distance = np.empty(len(placed))
+    _least_distances(places.reshape(len(placed), -1, 3), placed[:, 0].copy(), distance)
+    return np.asarray(folded | (distance < clearance + _SLACK))
 
 
 @compiled(inline="always")

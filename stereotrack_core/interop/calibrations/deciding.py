@@ -13,6 +13,7 @@ camera instead of the translation, and the unit of length.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -22,8 +23,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import PADDED, Camera, is_padded
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, ForeignCalibration
+from stereotrack_core.interop.calibrations.formats import read_foreign
+from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.camera_checks import at_one_place, common_centre, world_camera
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.importing.choices import Choices, cameras_of, size_of
 
 CONVENTIONS: Mapping[str, Callable[[FloatArray, FloatArray], RigidTransform]] = {
     "world-to-camera": RigidTransform,
@@ -258,20 +262,14 @@ def decide(
     cameras = cameras_read(foreign, chosen)
     scale, because, odd = _unit(foreign, cameras, pairs, unit)
     cameras = moved(cameras, METRES_PER_UNIT[scale])
-    return Decided(
-        cameras, chosen, scale, (why, because), (*foreign.notes, *doubts, *odd, *_notes(cameras))
-    )
-
-
-def _notes(cameras: Mapping[str, Camera]) -> tuple[str, ...]:
-    own = world_camera(cameras.values())
-    if own is None:
-        return ()
-    return (
-        f"the world is the frame of camera {own.name}: z is its viewing direction, not up. "
-        "Tracking takes the axis that points up in its images; `stereotrack calibrate align` "
-        "makes a world whose z does",
-    )
+    notes = [*foreign.notes, *doubts, *odd]
+    if (own := world_camera(cameras.values())) is not None:
+        notes.append(
+            f"the world is the frame of camera {own.name}: z is its viewing direction, not up. "
+            "Tracking takes the axis that points up in its images; `stereotrack calibrate align` "
+            "makes a world whose z does"
+        )
+    return Decided(cameras, chosen, scale, (why, because), tuple(notes))
 
 
 def _convention(
@@ -285,23 +283,19 @@ def _convention(
     ]
     if DOCUMENTED in fitting or foreign.documented:
         reason = f"convention {DOCUMENTED}: as {foreign.format} documents it"
-        return DOCUMENTED, reason, () if DOCUMENTED in fitting else (_unusual(fitting),)
+        others = " or ".join(f"--convention {name}" for name in fitting)
+        unusual = (
+            "read as documented, the cameras do not stand as usual: they look at no common place, "
+            "or left and right are exchanged"
+            + (f". With {others} they would; check them in the workbench" if others else "")
+        )
+        return DOCUMENTED, reason, () if DOCUMENTED in fitting else (unusual,)
     contradict = "the places of the cameras contradict the convention that"
     what = "the cameras look at no common place, however rotations and translations are read"
     if fitting:
         what = f"{contradict} {foreign.format} documents; these fit: {' or '.join(fitting)}"
     remedy = "Choose one with --convention, and check the cameras in the workbench."
     raise Undecided(what, where=foreign.where, remedy=remedy)
-
-
-def _unusual(fitting: Sequence[str]) -> str:
-    """What is odd about how cameras stand that were read as their format documents."""
-    others = " or ".join(f"--convention {name}" for name in fitting)
-    return (
-        "read as documented, the cameras do not stand as usual: they look at no common place, or "
-        "left and right are exchanged"
-        + (f". With {others} they would; check them in the workbench" if others else "")
-    )
 
 
 def _unit(
@@ -341,3 +335,67 @@ def _length(metres: float) -> str:
     if metres < 0.01:
         return f"{1000 * metres:.2g} mm"
     return f"{metres:,.0f} m" if metres >= 100 else f"{metres:.2f} m"
+
+
+def with_calibration(
+    choices: Choices,
+    paths: Sequence[Path],
+    *,
+    unit: str | None = None,
+    convention: str | None = None,
+) -> tuple[Choices, Decided | None]:
+    """Choices with the cameras of files, matched by their names, and how they were read.
+
+    A ``calibration.toml`` needs no decision. Names that are equal but for upper case, the cameras
+    of a single pair, and a single camera are matched; others are left to the person, who may say
+    `unit` and `convention`. InputError where a file cannot be read, ``Undecided`` where these are
+    open.
+    """
+    if len(paths) == 1 and not (unit or convention) and _is_own(paths[0]):
+        known = read_calibration(paths[0])
+        choices = replace(choices, calibration=paths[0], given=None)
+        return _matched(choices, list(known)), None
+    sizes = {size_of(use) for use in choices.used()}
+    size = sizes.pop() if len(sizes) == 1 else None
+    foreign = completed(read_foreign(paths), size=size)
+    matched = _matched(choices, [one.name for one in foreign.cameras])
+    pairs = _pairs(matched, [one.name for one in foreign.cameras])
+    decided = decide(foreign, pairs, convention=convention, unit=unit)
+    return replace(matched, calibration=paths[0], given=decided.cameras), decided
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a file can be used as it is."""
+    if path.suffix.lower() != ".toml":
+        return False
+    try:
+        read_calibration(path)
+    except InputError:
+        try:
+            read_foreign([path])
+        except InputError:
+            return True  # what is wrong is said as for a calibration.toml
+        return False
+    return True
+
+
+def _matched(choices: Choices, theirs: Sequence[str]) -> Choices:
+    ours = choices.camera_names()
+    lower = {name.casefold(): name for name in theirs}
+    found = {name: lower[name.casefold()] for name in ours if name.casefold() in lower}
+    pairs = [cameras_of(use)[0].rpartition("_")[0] for use in choices.used()
+             if use.role == "left" or use.role.startswith("side")]  # fmt: skip
+    if not found and len(pairs) == 1 and {"left", "right"} <= set(lower):
+        found = {f"{pairs[0]}_{side}": lower[side] for side in ("left", "right")}
+    if not found and len(ours) == len(theirs) == 1:
+        found = {ours[0]: theirs[0]}
+    known = {name: camera for name, camera in choices.cameras.items() if camera in theirs}
+    return replace(choices, cameras={**found, **known})
+
+
+def _pairs(choices: Choices, theirs: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Left and right cameras of the stereo views, by the names of the file."""
+    names = {name: choices.cameras.get(name, name) for name in choices.camera_names()}
+    views = dict.fromkeys(use.view for use in choices.used())
+    both = [(names.get(f"{view}_left", ""), names.get(f"{view}_right", "")) for view in views]
+    return tuple(pair for pair in both if set(pair) <= set(theirs))

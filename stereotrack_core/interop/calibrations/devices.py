@@ -45,15 +45,11 @@ _MODELS = {
 }
 
 
-def is_camera_info(document: Document) -> bool:
-    """Whether a document is one camera of ROS."""
-    content = document.content
-    return all(any(key in content for key in _KEYS[name]) for name in ("matrix", "projection"))
-
-
-def read_camera_info(document: Document) -> ForeignCalibration:
-    """Read one camera; raises InputError for what is wrong, with its key."""
+def read_camera_info(document: Document) -> ForeignCalibration | None:
+    """Read one camera of ROS, None of another file; InputError for what is wrong, with its key."""
     content, where = document.content, document.where
+    if not all(any(key in content for key in _KEYS[name]) for name in ("matrix", "projection")):
+        return None
     model = foreign.text_of(content.get("distortion_model", "")).lower()
     if model not in _MODELS:
         what = f"unknown distortion model {model!r}"
@@ -106,15 +102,10 @@ _DISTORTIONS = (
 _OPENCV_AXES = np.diag([1.0, -1.0, -1.0])
 
 
-def is_qualisys(document: Document) -> bool:
-    """Whether an XML document is a calibration of Qualisys."""
-    return (
-        document.kind == "xml" and document.content.find(".//cameras/camera/intrinsic") is not None
-    )
-
-
-def read_qualisys(document: Document) -> ForeignCalibration:
-    """Read all cameras; raises InputError for what is wrong, with the camera."""
+def read_qualisys(document: Document) -> ForeignCalibration | None:
+    """Read all cameras, None of another file; InputError for what is wrong, with the camera."""
+    if document.kind != "xml" or document.content.find(".//cameras/camera/intrinsic") is None:
+        return None
     cameras = []
     for i, element in enumerate(document.content.iterfind(".//cameras/camera")):
         name = element.get("serial", "").strip() or f"cam_{i}"
@@ -169,13 +160,10 @@ _SIZES = {
 _COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")  # OpenCV's order
 
 
-def is_zed(document: Document) -> bool:
-    """Whether a document is a calibration of a ZED camera."""
-    return document.kind == "ini" and "stereo" in document.content
-
-
-def read_zed(document: Document) -> ForeignCalibration:
-    """Read the pair at all resolutions; raises InputError for what is wrong, with its section."""
+def read_zed(document: Document) -> ForeignCalibration | None:
+    """Read a pair at all resolutions, None of another file; InputError with the wrong section."""
+    if document.kind != "ini" or "stereo" not in document.content:
+        return None
     known = {name.casefold(): (name, size) for name, size in _SIZES.items()}
     found = []
     for section in document.content:

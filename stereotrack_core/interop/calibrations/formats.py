@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias, cast
+from typing import cast
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
@@ -11,11 +11,8 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.calibrations import devices, opencv_storage
 from stereotrack_core.interop.calibrations.documents import Document, read_document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, check_cameras
-from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
+from stereotrack_core.interop.calibrations.matlab import read_matlab
 from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml, toml_text
-
-_Is: TypeAlias = Callable[[Document], bool]
-_Read: TypeAlias = Callable[[Document], ForeignCalibration]
 
 WRITTEN = ("aniposelib", "pose2sim", "opencv")  # formats that are written
 
@@ -33,22 +30,19 @@ def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
     return whole
 
 
-_READERS: Sequence[tuple[_Is, _Read]] = (
-    (lambda document: document.kind == "toml", read_toml),
-    (devices.is_qualisys, devices.read_qualisys),
-    (devices.is_zed, devices.read_zed),
-    (is_matlab, read_matlab),
-    (devices.is_camera_info, devices.read_camera_info),
+_READERS: Sequence[Callable[[Document], ForeignCalibration | None]] = (
+    *(read_toml, devices.read_qualisys, devices.read_zed),
+    *(read_matlab, devices.read_camera_info),  # of tables alone
 )
 
 
 def _read(document: Document) -> ForeignCalibration | None:
     """The calibration of one file; None for one of OpenCV, of which several may belong together."""
     table = document.kind not in ("toml", "xml", "ini")
-    for is_one, read in _READERS if table else _READERS[:3]:
-        if is_one(document):
-            return read(document)
-    if document.kind != "ini" and opencv_storage.is_storage(document):
+    for read in _READERS if table else _READERS[:3]:
+        if (found := read(document)) is not None:
+            return found
+    if table or (document.kind == "xml" and document.content.tag == "opencv_storage"):
         return None
     what = "this is XML, but neither OpenCV's nor Qualisys'"
     if document.kind == "ini":
@@ -71,8 +65,7 @@ def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
 def write_foreign(path: Path, cameras: Sequence[Camera], form: str, unit: str = "m") -> None:
     """Write cameras in a format of :data:`WRITTEN`; InputError where it has no place for a name."""
     if form == "opencv":
-        write_file(
-            path, opencv_storage.storage_text(cameras, unit, opencv_storage.storage_suffix(path))
-        )
+        suffix = ".xml" if path.suffix.lower() == ".xml" else ".yml"  # those that OpenCV knows
+        write_file(path, opencv_storage.storage_text(cameras, unit, suffix))
     else:
         write_file(path, toml_text(cameras, cast("Layout", form), unit))

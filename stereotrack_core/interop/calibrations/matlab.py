@@ -31,17 +31,13 @@ def _struct(content: Any, keys: tuple[str, ...], depth: int = 0) -> Mapping[str,
     return next((one for one in found if one is not None), None)
 
 
-def is_matlab(document: Document) -> bool:
-    """Whether a document holds parameters of MATLAB."""
-    return document.kind == "mat" or any(_struct(document.content, one) for one in (_PAIR, _ONE))
-
-
-def read_matlab(document: Document) -> ForeignCalibration:
-    """Read a pair or one camera; raises InputError for what is wrong, with its place."""
+def read_matlab(document: Document) -> ForeignCalibration | None:
+    """Read a pair or one camera, None of another file; InputError for what is wrong, and where."""
     where = document.where
-    pair = _struct(document.content, _PAIR)
+    pair, one = (_struct(document.content, keys) for keys in (_PAIR, _ONE))
     if pair is None:
-        one = _struct(document.content, _ONE)
+        if one is None and document.kind != "mat":
+            return None
         if one is None:
             what = "it contains no stereoParams or cameraParams that can be read"
             remedy = "In MATLAB: s = toStruct(stereoParams); save('stereo.mat', 's', '-v7')."

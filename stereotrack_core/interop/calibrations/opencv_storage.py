@@ -9,7 +9,6 @@ JARVIS (one file a camera, all matrices transposed). Several files are read as o
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -36,11 +35,6 @@ _SIDES = (("1", "2"), ("left", "right"), ("l", "r"))
 _NODE_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 Values = Mapping[str, Any]  # values by their name in lower case, without what joins its words
-
-
-def is_storage(document: Document) -> bool:
-    """Whether a document may have been written by OpenCV."""
-    return document.kind != "xml" or document.content.tag == "opencv_storage"
 
 
 def read_storage(documents: Sequence[Document]) -> ForeignCalibration:
@@ -228,8 +222,3 @@ def _write_pair(storage: Any, first: Camera, second: Camera, metres: float) -> N
         storage.write(f"D{number}", camera.distortions.reshape(1, -1))
     storage.write("R", np.ascontiguousarray(second_from_first.rotation))
     storage.write("T", (second_from_first.translation / metres).reshape(3, 1))
-
-
-def storage_suffix(path: Path) -> str:
-    """The suffix that OpenCV knows for a file's name."""
-    return ".xml" if path.suffix.lower() == ".xml" else ".yml"

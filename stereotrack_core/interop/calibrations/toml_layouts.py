@@ -12,10 +12,10 @@ import tomli_w
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.interop.calibrations import foreign
 from stereotrack_core.interop.calibrations.documents import Document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration
+from stereotrack_core.recording.calibration import section_of
 
 Layout = Literal["aniposelib", "pose2sim"]
 
@@ -24,8 +24,10 @@ _UNITS = {"Pose2Sim": "m", "caliscope": "m", "FreeMoCap": "mm"}
 _OF_CALISCOPE = ("port", "cam_id", "rotation_count", "grid_count")
 
 
-def read_toml(document: Document) -> ForeignCalibration:
-    """Read any of the layouts; raises InputError for what is wrong, with its place."""
+def read_toml(document: Document) -> ForeignCalibration | None:
+    """Read any of the layouts, None of other files; InputError for what is wrong, and where."""
+    if document.kind != "toml":
+        return None
     content, where = document.content, document.where
     nested = content.get("cameras")
     sections = nested if isinstance(nested, Mapping) else _sections(content)
@@ -81,22 +83,9 @@ def toml_text(cameras: Iterable[Camera], layout: Layout, unit: str) -> str:
             what = "Pose2Sim cannot have a camera named 'metadata'"
             where = f"camera {camera.name}"
             raise InputError(what, where=where, remedy="Rename the camera in calibration.toml.")
-        sections[key] = _section(camera, layout, foreign.METRES_PER_UNIT[unit])
+        sections[key] = section_of(camera, foreign.METRES_PER_UNIT[unit])
+        if layout == "pose2sim":
+            size = [float(camera.width), float(camera.height)]
+            sections[key] |= {"size": size, "fisheye": camera.fisheye}
     stated = {"adjusted": False, "error": 0.0} if layout == "pose2sim" else {}
     return tomli_w.dumps({**sections, "metadata": {**stated, "units": unit}})
-
-
-def _section(camera: Camera, layout: Layout, metres: float) -> dict[str, Any]:
-    placed = camera.camera_from_world
-    size: list[float] = [camera.width, camera.height]
-    section: dict[str, Any] = {
-        "name": camera.name,
-        "size": [float(side) for side in size] if layout == "pose2sim" else size,
-        "matrix": camera.matrix.tolist(),
-        "distortions": camera.distortions.tolist(),
-        "rotation": vector_from_rotation(placed.rotation).tolist(),
-        "translation": (placed.translation / metres).tolist(),
-    }
-    if camera.fisheye or layout == "pose2sim":
-        section["fisheye"] = camera.fisheye
-    return section

@@ -77,13 +77,8 @@ def pixels_of_shares(places: FloatArray, camera: Camera) -> FloatArray:
     return np.where(np.isfinite(pixels), pixels, np.nan)
 
 
-def is_wide(header: Sequence[str]) -> bool:
-    """Whether a CSV file with this first line has a column for each number of each keypoint."""
-    return bool(_columns(header))
-
-
-def _columns(header: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Places of the columns by keypoint and by ``x``, ``y`` and ``sure``."""
+def wide_columns(header: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Columns of a first line by keypoint and ``x``, ``y``, ``sure``; empty of other tables."""
     found: dict[str, dict[str, int]] = {}
     for place, title in enumerate(header):
         name, _, kind = title.strip().rpartition("_")
@@ -97,7 +92,7 @@ def read_wide(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a table of one camera, by its column ``frame`` or in order; else InputError."""
     path = source.path
     lines = read_cells(path, headers=1)
-    header, columns = lines[0], _columns(lines[0])
+    header, columns = lines[0], wide_columns(lines[0])
     camera = source.camera_of(path.name, str(path))
     filled = [(number, line) for number, line in enumerate(lines[1:], start=2) if any(line)]
     places = np.full((len(filled), len(columns), 2), np.nan)
@@ -109,10 +104,11 @@ def read_wide(source: KeypointSource) -> Iterator[FileRow]:
         frame = row if own_frame is None else whole_number(cells[own_frame], path, number, "frame")
         frames.append(checked_frame(frame, where=f"{path}, line {number}"))
         for k, own in enumerate(columns.values()):
-            for target, kind in ((places[row, k, :1], "x"), (places[row, k, 1:], "y")):
-                target[0] = number_or_nan(cells[own[kind]], path, number, header[own[kind]])
-            if "sure" in own:
-                sure[row, k] = number_or_nan(cells[own["sure"]], path, number, header[own["sure"]])
+            values = {
+                one: number_or_nan(cells[j], path, number, header[j]) for one, j in own.items()
+            }
+            places[row, k] = values["x"], values["y"]
+            sure[row, k] = values.get("sure", 1.0)
     places = pixels_of_shares(places, source.recording.cameras[camera])
     for row, frame in enumerate(frames):
         for k, name in enumerate(columns):

@@ -25,7 +25,7 @@ belongs to the camera that it is named after (``cam01`` or ``cam01_json``), or h
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -65,53 +65,53 @@ def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     check_kind(content, _RESULTS, str(source.path), _COCO_REMEDY)
     pictures = [text for one in content if not (text := str(one.get("image_id"))).isdecimal()]
     places = PicturePlaces(source, pictures)
-    people: Counter[tuple[int, str, str]] = Counter()
-    every = [
-        _triples(one, "keypoints", f"{source.path}, entry {number}")
+
+    def place_of(image: Any, where: str) -> tuple[int, str] | None:
+        if not str(image).isdecimal():
+            return places.of(str(image), where)
+        camera = source.camera_of(source.path.name, where)
+        return checked_frame(float(image), where=where), camera
+
+    people = [
+        (one, f"{source.path}, entry {number}", source.detector or str(one.get("source") or ""))
         for number, one in enumerate(content)
     ]
-    scale = _scale_of(every)
-    for number, (one, values) in enumerate(zip(content, every, strict=True)):
-        where = f"{source.path}, entry {number}"
-        told = source.detector or str(one.get("source") or source.name)
-        image = str(one.get("image_id"))
-        if image.isdecimal():
-            camera = source.camera_of(source.path.name, where)
-            place: tuple[int, str] | None = (checked_frame(float(image), where=where), camera)
-        else:
-            place = places.of(image, where)
-        if place is None:
-            continue
-        who = Who(people[*place, told], _identity(one))
-        people[*place, told] += 1
-        names = source.points_of(len(values), where)
-        for name, (x, y, sure) in zip(names, values, strict=True):
-            yield *place, name, x, y, sure * scale, told, who
+    return _coco_rows(source, people, place_of, {})
 
 
 def read_annotations(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of an annotations file; InputError where it is none."""
     content = coco_content(source.path)
     categories = {one.get("id"): one.get("keypoints") for one in content["categories"]}
-    place_of = places_of_images(content["images"], source)
-    people: Counter[tuple[int, str]] = Counter()
-    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
-    every = []
-    for one in there:
-        where = f"{source.path}, annotation {one.get('id', '?')}"
+    people = [
+        (one, f"{source.path}, annotation {one.get('id', '?')}", source.detector)
+        for one in content["annotations"]
+        if one.get("keypoints") is not None
+    ]
+    for one, where, _ in people:
         check_kind(one["keypoints"], _VALUES, where, _OF_POINTS)
-        every.append(_triples(one, "keypoints", where))
+    return _coco_rows(source, people, places_of_images(content["images"], source), categories)
+
+
+def _coco_rows(
+    source: KeypointSource,
+    people: Sequence[tuple[Mapping[str, Any], str, str]],
+    place_of: Callable[[Any, str], tuple[int, str] | None],
+    categories: Mapping[Any, Sequence[Any] | None],
+) -> Iterator[FileRow]:
+    """Rows of people, each with its place in the file and its detector; points by category."""
+    every = [_triples(one, "keypoints", where) for one, where, _ in people]
     scale = _scale_of(every)
-    for one, values in zip(there, every, strict=True):
-        where = f"{source.path}, annotation {one.get('id', '?')}"
+    count: Counter[tuple[int, str, str]] = Counter()
+    for (one, where, detector), values in zip(people, every, strict=True):
         if (place := place_of(one.get("image_id"), where)) is None:
             continue
-        who = Who(people[place], _identity(one))
-        people[place] += 1
+        who = Who(count[*place, detector], _identity(one))
+        count[*place, detector] += 1
         named = categories.get(one.get("category_id"))
         names = source.points_of(len(values), where) if named is None else map(str, named)
         for name, (x, y, mark) in zip(names, values, strict=False):
-            yield *place, name, x, y, mark * scale, source.name, who
+            yield *place, name, x, y, mark * scale, detector or source.name, who
 
 
 def _identity(one: Mapping[str, Any]) -> str:
@@ -181,42 +181,32 @@ def is_mmpose(content: Any) -> bool:
 
 def read_mmpose(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     """Rows of the file; InputError where it makes no sense, or its camera cannot be told."""
-    where = str(source.path)
-    camera, first = source.camera_of(source.path.name, where), 0
+    path = str(source.path)
+    camera, first = source.camera_of(source.path.name, path), 0
     named: Mapping[str, str] = {}
     if isinstance(content, Mapping):
-        check_kind(content, _MMPOSE_KIND, where, _MMPOSE_REMEDY)
+        check_kind(content, _MMPOSE_KIND, path, _MMPOSE_REMEDY)
         first = _FIRST_OF_DEMO
         named = (content.get("meta_info") or {}).get("keypoint_id2name") or {}
         content = content.get("instance_info") or []
-    check_kind(content, _MMPOSE_FRAMES, where, _MMPOSE_REMEDY)
+    check_kind(content, _MMPOSE_FRAMES, path, _MMPOSE_REMEDY)
     for one in content:
         if (number := one.get("frame_id")) is None:
-            raise InputError("a frame has no frame_id", where=where, remedy=_MMPOSE_REMEDY)
-        frame = checked_frame(float(number - first), where=where)
+            raise InputError("a frame has no frame_id", where=path, remedy=_MMPOSE_REMEDY)
+        frame = checked_frame(float(number - first), where=path)
+        where = f"{path}, frame {frame}"
         for index, instance in enumerate(one.get("instances") or []):
             who = Who(index, stated_name(instance.get("track_id", instance.get("instance_id"))))
-            yield from _mmpose_rows(instance, source, named, (frame, camera, who))
-
-
-def _mmpose_rows(
-    instance: Mapping[str, Any],
-    source: KeypointSource,
-    named: Mapping[str, str],
-    place: tuple[int, str, Who],
-) -> Iterator[FileRow]:
-    frame, camera, who = place
-    points: Sequence[Sequence[float]] = instance.get("keypoints") or []
-    sure = instance.get("keypoint_scores") or [1.0] * len(points)
-    where = f"{source.path}, frame {frame}"
-    if len(sure) != len(points) or any(len(point) < 2 for point in points):
-        what = "keypoints and keypoint_scores do not belong together"
-        raise InputError(what, where=where, remedy=_MMPOSE_REMEDY)
-    names: Sequence[str] = [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
-    if not named or source.layout is not None:
-        names = source.points_of(len(points), where)
-    for name, (x, y, *_), score in zip(names, points, sure, strict=False):
-        yield frame, camera, name, float(x), float(y), float(score), source.name, who
+            points: Sequence[Sequence[float]] = instance.get("keypoints") or []
+            sure = instance.get("keypoint_scores") or [1.0] * len(points)
+            if len(sure) != len(points) or any(len(point) < 2 for point in points):
+                what = "keypoints and keypoint_scores do not belong together"
+                raise InputError(what, where=where, remedy=_MMPOSE_REMEDY)
+            names: Sequence[str] = [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
+            if not named or source.layout is not None:
+                names = source.points_of(len(points), where)
+            for name, (x, y, *_), score in zip(names, points, sure, strict=False):
+                yield frame, camera, name, float(x), float(y), float(score), source.name, who
 
 
 _MEDIAPIPE_FRAMES = ("frame", "frame_id", "frame_number", "frame_index", "frame_idx")
@@ -296,11 +286,6 @@ def is_openpose(content: Any) -> bool:
     )
 
 
-def is_openpose_folder(folder: Path) -> bool:
-    """Whether a folder holds such files, or folders of them; other JSON files do not matter."""
-    return next(_pictures(folder), None) is not None
-
-
 def _pictures(folder: Path) -> Iterator[Path]:
     """Files of OpenPose. Of files that differ in their numbers alone, the first one tells it."""
     known: dict[tuple[Path, str], bool] = {}
@@ -319,6 +304,9 @@ def read_openpose(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a folder's files, or of one; InputError if unreadable, or camera or frame unknown."""
     path = source.path
     pictures = list(_pictures(path)) if path.is_dir() else [path]
+    if not pictures:
+        what = "the folder holds no JSON files of OpenPose"
+        raise InputError(what, where=str(path), remedy=_OPENPOSE_REMEDY)
     places = PicturePlaces(source, map(_named, pictures))
     for path in pictures:
         if (place := places.of(_named(path), str(path))) is None:

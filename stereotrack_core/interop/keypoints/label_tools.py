@@ -17,8 +17,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.interop.deeplabcut import DeepLabCutTable, places_of_rows
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.interop.sleap import places_of_labelled
-from stereotrack_core.interop.sleap_file import read_sleap_file
+from stereotrack_core.interop.sleap import places_of_labelled, read_sleap_file
 from stereotrack_core.reading import TABLE_BYTES, decoding
 
 DEEPLABCUT_REMEDY = (
@@ -53,7 +52,7 @@ _SLEAP_REMEDY = "Export it again with SLEAP's File, Export Analysis HDF5."
 def read_slp(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of what SLEAP has predicted, not of labels; InputError where it cannot be read."""
     path = source.path
-    frames = [one for one in read_sleap_file(path, predicted=True).frames if one.people]
+    frames = [one for one in read_sleap_file(path, predicted=True)[1] if one.people]
     place_of = places_of_labelled(frames, source)
     for labelled in frames:
         if labelled.problem is not None:
@@ -63,17 +62,12 @@ def read_slp(source: KeypointSource) -> Iterator[FileRow]:
             continue
         for number, person in enumerate(labelled.people):
             who = Who(number, person.track)
-            for point, x, y, score in person.points():
+            for point, x, y, score in person.points:
                 yield *place, point, x, y, score, source.name, who
 
 
 Analysis: TypeAlias = tuple[list[str], list[str], FloatArray, FloatArray]
 """Names of nodes and tracks, places (track, node, frame, 2) and scores (track, node, frame)."""
-
-
-def is_analysis(stored: Any) -> bool:
-    """Whether an open HDF5 file is an analysis of SLEAP."""
-    return {"tracks", "node_names", "track_names"} <= set(stored)
 
 
 def stored_analysis(stored: Any, path: Path) -> Analysis:

@@ -5,8 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop import deeplabcut_hdf5
-from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_table, table_of_stored
+from stereotrack_core.interop import deeplabcut
 from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints import arrays, json_files, label_tools, table
 from stereotrack_core.interop.keypoints.source import (
@@ -40,18 +39,14 @@ def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKe
     >>> len(found.keypoints), found.summary()
     (13600, '6400 of keypoints that are no part of the body')
     """
-    rows, times = _rows(source), table.table_times(source.path, source.recording.fps)
-    found = found_in(source, times.placed(rows), frames)
-    return replace(found, notes=(*times.notes, *found.notes))
+    rows, notes = table.at_stated_times(_rows(source), source.path, source.recording.fps)
+    found = found_in(source, rows, frames)
+    return replace(found, notes=(*notes, *found.notes))
 
 
 def _rows(source: KeypointSource) -> Iterator[FileRow]:
     path = source.path
     if path.is_dir():
-        if not json_files.is_openpose_folder(path):
-            raise InputError(
-                "the folder holds no JSON files of OpenPose", where=str(path), remedy=_UNDERSTOOD
-            )
         return json_files.read_openpose(source)
     suffix = path.suffix.lower()
     read = {
@@ -81,32 +76,32 @@ def _of_json(source: KeypointSource) -> Iterator[FileRow]:
 
 
 def _of_hdf5(source: KeypointSource) -> Iterator[FileRow]:
-    deeplabcut_hdf5.check_h5py(source.path)
+    deeplabcut.check_h5py(source.path)
     found = read_hdf5(source.path, _stored_hdf5, _NO_HDF5, _UNDERSTOOD)
-    if isinstance(found, deeplabcut_hdf5.StoredTable):
-        return label_tools.read_deeplabcut(source, table_of_stored(source.path, found))
+    if isinstance(found, deeplabcut.StoredTable):
+        return label_tools.read_deeplabcut(source, deeplabcut.table_of_stored(source.path, found))
     return label_tools.rows_of_analysis(found, source)
 
 
-def _stored_hdf5(path: Path) -> deeplabcut_hdf5.StoredTable | label_tools.Analysis:
+def _stored_hdf5(path: Path) -> deeplabcut.StoredTable | label_tools.Analysis:
     """What an HDF5 file holds; called in a process of its own."""
     import h5py
 
     with decoding(path, _NO_HDF5, _UNDERSTOOD), h5py.File(path) as stored:
-        if label_tools.is_analysis(stored):
+        if {"tracks", "node_names", "track_names"} <= set(stored):
             return label_tools.stored_analysis(stored, path)
-        return deeplabcut_hdf5.table_in(stored)
+        return deeplabcut.table_in(stored)
 
 
 def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
     lines = read_cells(source.path)
-    if is_deeplabcut(lines):
-        stored = read_table(source.path, label_tools.DEEPLABCUT_REMEDY)
+    if deeplabcut.is_deeplabcut(lines):
+        stored = deeplabcut.read_table(source.path, label_tools.DEEPLABCUT_REMEDY)
         return label_tools.read_deeplabcut(source, stored)
     header = lines[0] if lines else []
     if table.is_table(header):
         return table.read_table(source)
-    if arrays.is_wide(header):
+    if arrays.wide_columns(header):
         return arrays.read_wide(source)
     what = "no keypoints are recognised in the first line"
     raise InputError(what, where=str(source.path), remedy=_UNDERSTOOD)

@@ -8,7 +8,7 @@ as number 0.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
@@ -61,7 +61,12 @@ def identified(rows: Sequence[FileRow]) -> tuple[list[Row], Mapping[int, str]]:
     groups: dict[tuple[str, str], list[FileRow]] = {}
     for row in rows:
         groups.setdefault((row[6], row[1]), []).append(row)
-    stated = {key for key, own in groups.items() if _is_stated(own)}
+    stated = set()  # where all people of a camera have names, and nobody in a picture two
+    for key, own in groups.items():
+        people = {(row[0], row[7]) for row in own}
+        named = {(frame, who.name) for frame, who in people if who.name}
+        if len(named) == len(people):
+            stated.add(key)
     names = dict.fromkeys(row[7].name for key in stated for row in groups[key])
     numbers = numbered(tuple(names))
     found: list[Row] = []
@@ -78,14 +83,6 @@ def numbered(names: Sequence[str]) -> dict[str, int]:
     own = {name: int(name) for name in names if name.isdecimal()}
     free = (number for number in range(len(names) + len(own)) if number not in own.values())
     return {name: own[name] if name in own else next(free) for name in names}
-
-
-def _is_stated(rows: Sequence[FileRow]) -> bool:
-    """Whether all people of a camera have names, and nobody in a picture that of another."""
-    people = {(row[0], row[7]) for row in rows}
-    return all(who.name for _, who in people) and len(people) == len(
-        {(frame, who.name) for frame, who in people}
-    )
 
 
 @dataclass
@@ -220,9 +217,7 @@ class FoundKeypoints:
 def found_in(
     source: KeypointSource, rows: Iterable[FileRow], frames: int | None = None
 ) -> FoundKeypoints:
-    """Take rows whose names, as the file has them, frames (so many, if known) and places make
-    sense. InputError where a stated name is unknown, or nothing is left.
-    """
+    """Take the rows that make sense; InputError where a stated name is unknown, or none is left."""
     for theirs, ours in source.names.items():
         if ours not in _KNOWN:
             what = f"unknown keypoint {ours!r}"
@@ -254,18 +249,15 @@ def found_in(
         remedy = f"Check that the file is of this recording, and {names}."
         what = f"there is no keypoint to use ({said})"
         raise InputError(what, where=str(source.path), remedy=remedy)
-    notes = (*keypoint_names.sentences(layouts), *_counted_from_one(keypoints))
-    return FoundKeypoints(keypoints, dict(left), notes, people)
-
-
-def _counted_from_one(keypoints: Keypoints) -> Iterator[str]:
-    """A note on frames that run from 1 on, as in files that count from 1."""
-    frames = np.unique(keypoints.frame)
-    if len(frames) > 1 and frames[0] == 1 and frames[-1] == len(frames):
-        yield (
-            f"its frames run from 1 to {len(frames)} without a gap; here 0 is the first frame. If "
+    choices = dict.fromkeys(choice.sentence() for choice in layouts)
+    notes = list(choices)
+    seen = np.unique(keypoints.frame)
+    if len(seen) > 1 and seen[0] == 1 and seen[-1] == len(seen):
+        notes.append(
+            f"its frames run from 1 to {len(seen)} without a gap; here 0 is the first frame. If "
             "the file counts from 1, all its keypoints are one frame late"
         )
+    return FoundKeypoints(keypoints, dict(left), tuple(notes), people)
 
 
 def joined(found: Sequence[FoundKeypoints]) -> FoundKeypoints:

@@ -6,7 +6,6 @@ raw pictures. Times that rows state go before frame numbers.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +35,7 @@ def read_table(source: KeypointSource) -> Iterator[FileRow]:
     )
     others = [name for name in COLUMNS[5:] if name in header]
     lines = list(tables.read_rows(path, (frame, view, keypoint, x, y, *others)))
-    places = PicturePlaces(source, {f"{cells[view]}/*" for _, cells in lines})
+    places = PicturePlaces(source, [f"{cells[view]}/*" for _, cells in lines])
     cameras: dict[str, str | None] = {}
     for line, cells in lines:
         if (name := cells[view]) not in cameras:
@@ -71,47 +70,37 @@ def write_table(path: Path, keypoints: Keypoints, recording: Recording) -> None:
 _ROUNDED = 1e-3  # frames by which times may be rounded
 
 
-@dataclass(frozen=True)
-class TableTimes:
-    """Frames of the recording by the frame numbers of a table; None between two frames."""
+def at_stated_times(
+    rows: Iterable[FileRow], path: Path, fps: float
+) -> tuple[Iterator[FileRow], tuple[str, ...]]:
+    """Rows of a file at the frames of a recording of that rate, and decisions, as clauses.
 
-    frames: dict[int, int | None]
-    notes: tuple[str, ...] = ()  # decisions about the table, as clauses of a sentence
-
-    def placed(self, rows: Iterable[FileRow]) -> Iterator[FileRow]:
-        """The rows at the recording's frames; those between two frames are left out."""
-        for row in rows:
-            if (frame := self.frames.get(row[0], row[0])) is not None:
-                yield (frame, *row[1:])
-
-
-def table_times(path: Path, fps: float) -> TableTimes:
-    """Frames by the times of a table (.csv) in a recording of that rate; none without times. Of a
-    table of another rate, each frame has the nearest row, at most half a frame of either rate away.
+    The times of a table (.csv) go before its frame numbers. Of a table of another rate, each frame
+    has the nearest row, at most half a frame of either rate away; others are left out.
     """
     times = _times(path) if path.suffix.lower() == ".csv" else {}
     number = np.array(sorted(times), dtype=np.int64)
-    rows = row_times(number, np.array([times[one] for one in number.tolist()]), None, str(path))
-    notes = tuple(f"{note.what}. {note.remedy.rstrip('.')}" for note in rows.notes)
-    if rows.fps is None or len(number) < 2:
-        return TableTimes({}, notes)
-    position = rows.position
-    if not same_rate(rows.fps, fps, number):
-        position = position * (fps / rows.fps)
+    stated = row_times(number, np.array([times[one] for one in number.tolist()]), None, str(path))
+    notes = tuple(f"{note.what}. {note.remedy.rstrip('.')}" for note in stated.notes)
+    if stated.fps is None or len(number) < 2:
+        return iter(rows), notes
+    position = stated.position
+    if not same_rate(stated.fps, fps, number):
+        position = position * (fps / stated.fps)
         notes += (
-            f"it has {rows.fps:.6g} frames per second, the recording {fps:.6g}: each frame has the "
-            "row that is nearest in time",
+            f"it has {stated.fps:.6g} frames per second, the recording {fps:.6g}: each frame has "
+            "the row that is nearest in time",
         )
     frame = np.rint(position).astype(np.int64)
     away = abs(position - frame)
     nearest: dict[int, int] = {}
     for k in np.argsort(away, kind="stable").tolist():
-        if away[k] <= 0.5 * min(1.0, fps / rows.fps) + _ROUNDED:
+        if away[k] <= 0.5 * min(1.0, fps / stated.fps) + _ROUNDED:
             nearest.setdefault(int(frame[k]), k)
-    kept = set(nearest.values())
-    return TableTimes(
-        {n: int(frame[k]) if k in kept else None for k, n in enumerate(number.tolist())}, notes
-    )
+    kept = {int(number[k]): at for at, k in nearest.items()}
+    placed = ((kept.get(row[0], row[0]), *row[1:]) for row in rows
+              if row[0] in kept or row[0] not in times)  # fmt: skip
+    return placed, notes
 
 
 def _times(path: Path) -> dict[int, float]:

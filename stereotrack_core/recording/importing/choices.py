@@ -167,23 +167,6 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
         if use.role == "depth" and use.source.kind != "depth":
             what = f"{use.source.name} is no depth map of 16 bits or floating-point numbers"
             yield InputError(what, where=where, remedy="Change what it shows.")
-    yield from _not_registered(uses, where)
-
-
-_SAME_FOCAL = 0.02  # of the focal length
-
-
-def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
-    """A depth map that a bag states to be of another lens than its image."""
-    by_role = {use.role: use.source for use in uses}
-    depth, image = by_role.get("depth"), by_role.get("image")
-    if depth is None or image is None or depth.focal is None or image.focal is None:
-        return
-    if abs(depth.focal / image.focal - 1.0) > _SAME_FOCAL:
-        lengths = f"focal lengths of {depth.focal:.0f} and {image.focal:.0f} pixels"
-        what = f"{depth.name} is not registered to {image.name}: their cameras have {lengths}"
-        remedy = "Use depth that is aligned to the image, or do without the image."
-        yield InputError(what, where=where, remedy=remedy)
 
 
 _MUCH_SATURATED = 0.02  # of the pixels

@@ -17,7 +17,7 @@ from stereotrack_core.recording.images import WHITEST, DamagedFrame, brightness_
 from stereotrack_core.recording.importing import readers
 from stereotrack_core.recording.importing.choices import Use, cameras_of, size_of
 from stereotrack_core.recording.importing.image_groups import is_image
-from stereotrack_core.recording.importing.source import Pictures, Source
+from stereotrack_core.recording.importing.source import Pictures
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.writing import VideoWriter, remuxed, write_png
 
@@ -55,9 +55,8 @@ def _background(one: StreamFiles, folder: Path) -> StreamFiles:
     """The background of a stream: where it lies, or written as what the stream becomes."""
     path = one.use.background
     assert path is not None  # noqa: S101 - it is asked for those that have one
-    name = f"{one.camera}_empty.png"
     if one.half is not None or one.use.mirrored or one.use.source.bits > 8:
-        return replace(one, frames=name, how="convert", empty=True)
+        return replace(one, frames=f"{one.camera}_empty.png", how="convert", empty=True)
     inside = _inside(path, folder)
     if inside and "%" not in inside:
         return replace(one, frames=inside, how="stay", empty=True)
@@ -103,7 +102,7 @@ def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamF
         suffix = source.path.suffix.lower()
         suffix = suffix if suffix in _CONTAINERS else ".mkv"
         return StreamFiles(use, camera, part, _free_name(name, suffix, folder), "remux")
-    if written or not _as_it_is(source):
+    if written or source.chapters or source.track or (source.images and not source.pattern):
         return StreamFiles(use, camera, part, _new_name(use, name, source.size, folder), "convert")
     if inside and "%" not in inside:
         frames = (PurePosixPath(inside).parent / (source.pattern or source.path.name)).as_posix()
@@ -113,17 +112,9 @@ def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamF
     return StreamFiles(use, camera, part, frames, "copy")
 
 
-def _as_it_is(source: Source) -> bool:
-    """Whether the files of a source can be named in a recording."""
-    in_parts = source.chapters or source.track
-    return not source.topic and not in_parts and not (source.images and not source.pattern)
-
-
 def _new_name(use: Use, name: str, size: tuple[int, int], folder: Path) -> str:
     """A free name of a video where one can be written, else of numbered images, for any size."""
-    moving = use.source.kind == "video" or (use.source.topic and use.source.kind == "images")
-    as_video = moving and size[0] % 2 == 0 and size[1] % 2 == 0
-    if as_video:
+    if use.source.kind == "video" and size[0] % 2 == 0 and size[1] % 2 == 0:
         return _free_name(name, ".mp4", folder)
     return f"{_free_name(name, '', folder)}/%06d.png"
 

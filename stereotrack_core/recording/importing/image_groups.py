@@ -97,15 +97,11 @@ def _of_files(files: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
     for _, several in groupby(images, _place):
         group = sorted(several, key=_number)
         once = len({_number(path) for path in group}) == len(group)
-        for one in [group] if once else _by_suffix(group):
+        # else images of each suffix alone, as those of a preview beside the originals
+        for suffix in sorted({path.suffix for path in group}) if not once else ("",):
+            one = tuple(path for path in group if once or path.suffix == suffix)
             if len(one) >= _FEWEST_IMAGES:
-                yield tuple(one)
-
-
-def _by_suffix(group: Sequence[Path]) -> list[list[Path]]:
-    """Images of each suffix alone, as those of a preview beside the originals."""
-    suffixes = sorted({path.suffix for path in group})
-    return [[path for path in group if path.suffix == one] for one in suffixes]
+                yield one
 
 
 def _place(path: Path) -> tuple[str, str, str]:

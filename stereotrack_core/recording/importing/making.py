@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -23,10 +23,8 @@ from stereotrack_core.recording.importing.files import (
     files_of,
 )
 from stereotrack_core.recording.importing.readers import with_one_white
+from stereotrack_core.recording.importing.synchronise import OnProgress
 from stereotrack_core.recording.writing import write_recording_description
-
-OnProgress: TypeAlias = Callable[[float, str], None]
-"""Is told the share that is done and what is being done."""
 
 _CALIBRATION = "calibration.toml"
 _FOCAL_SHARE = 0.9  # focal length over the longer side; a horizontal field of view of 58 degrees

@@ -161,16 +161,12 @@ def _renamed(uses: Sequence[Use]) -> Iterator[Use]:
 
 def with_background(use: Use, uses: Sequence[Use], found: Found) -> Use:
     """The use with the picture or video of the empty scene that its names belong to, if any."""
-    names = {use.source.name.casefold()}
-    if use.role in ("left", "right"):
-        names.add(f"{use.view}_{use.role}".casefold())
-    elif use.role not in ("depth", "mask"):
-        names.add(use.view.casefold())
-    streams = [one for one in uses if one.role not in ("depth", "mask", "unused")]
-    if len(streams) == 1:
-        names.add("")
     if use.role in ("depth", "mask", "unused"):
         return use
+    view = f"{use.view}_{use.role}" if use.role in ("left", "right") else use.view
+    names = {use.source.name.casefold(), view.casefold()}
+    if sum(one.role not in ("depth", "mask", "unused") for one in uses) == 1:
+        names.add("")
     videos = [one.source.path for one in uses if one.role == "unused" and not one.source.images]
     for path in (*found.backgrounds, *videos):
         if _shown_empty(path) in names:

@@ -6,12 +6,10 @@ the sensor (255, 1023, 4095, 16383 or 65535): as the files state it, else the sm
 pictures stay below.
 """
 
-from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
-from functools import cached_property
-from itertools import accumulate
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording import images
 from stereotrack_core.recording.importing.choices import Choices, Use
-from stereotrack_core.recording.importing.ros import BagImages
 from stereotrack_core.recording.importing.source import AGAIN, Pictures, Source
 from stereotrack_core.recording.importing.video_sources import no_video
 from stereotrack_core.recording.video import FrameTimes, VideoStream, open_container, video_stream
@@ -47,13 +44,11 @@ def open_source(source: Source, kind: images.PictureKind) -> Pictures:
     except InputError:
         reader.close()
         raise
-    return Resampled(reader, times, source.rate, source.begin)
+    return resampled(reader, times, source.rate, source.begin)
 
 
 def open_stored(source: Source, kind: images.PictureKind = "stored") -> Pictures:
     """Open a source to read frames as stored, 8 or 16 bits; InputError where it cannot be."""
-    if source.topic:
-        return BagImages(source, kind)
     if source.images:
         files = dict(zip(source.numbers, source.images, strict=True))
         if kind == "depth" and source.unit is not None:
@@ -67,7 +62,7 @@ def open_stored(source: Source, kind: images.PictureKind = "stored") -> Pictures
             for one in chapters:
                 one.close()
             raise no_video(path, error) from None
-    return chapters[0] if len(chapters) == 1 else Chapters(chapters)
+    return chapters_of(chapters)
 
 
 def times_of(source: Source) -> FloatArray:
@@ -99,9 +94,7 @@ def _times_of_video(path: Path, source: Source) -> FloatArray:
 
 
 class EightBit:
-    """Pictures of more than 8 bits as uint8 (H, W) or (H, W, 3); values up to `white` are told
-    apart, 0 stands for 65535.
-    """
+    """Pictures of more than 8 bits as uint8, of values up to `white` (0 stands for 65535)."""
 
     def __init__(self, reader: Pictures, white: int, *, grey: bool) -> None:
         self._reader, self._white, self._grey = reader, white or images.WHITEST, grey
@@ -115,28 +108,24 @@ class EightBit:
         return images.brightness_of(picture, self._white)
 
 
-class Chapters:
-    """The frames of a video whose camera split it into several files."""
+class Picked:
+    """Frames of some readers in an order of their own, which is asked for when it is needed."""
 
-    def __init__(self, readers: Sequence[Pictures]) -> None:
-        self._readers = readers
-
-    @cached_property
-    def _ends(self) -> list[int]:
-        """Number of frames up to the end of each chapter."""
-        return list(accumulate(one.count() for one in self._readers))
+    def __init__(
+        self, readers: Sequence[Pictures], order: Callable[[], Sequence[tuple[int, int]]]
+    ) -> None:
+        self._readers, self._order = readers, cache(order)
 
     def count(self) -> int:
-        """Number of frames; waits until the end of every file has been reached."""
-        return self._ends[-1]
+        """Number of frames; of chapters, waits until the end of every file has been reached."""
+        return len(self._order())
 
     def read(self, k: int, keep: images.Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
         """Picture of frame k."""
-        chapter = bisect_right(self._ends, k)
-        if k < 0 or chapter == len(self._ends):
-            raise images.DamagedFrame(f"the video ends before frame {k}")
-        own = k - (self._ends[chapter - 1] if chapter else 0)
-        return self._readers[chapter].read(own, lambda _number, _picture: None)
+        if not 0 <= k < self.count():
+            raise images.DamagedFrame(f"there is no frame {k}")
+        reader, own = self._order()[k]
+        return self._readers[reader].read(own, lambda _number, _picture: None)
 
     def close(self) -> None:
         """Close all files."""
@@ -144,36 +133,28 @@ class Chapters:
             one.close()
 
 
-class Resampled:
-    """Frames at a constant rate: each is the one of a source that is nearest in time.
+def chapters_of(readers: Sequence[Pictures]) -> Pictures:
+    """The frames of a video whose camera split it into several files."""
+    if len(readers) == 1:
+        return readers[0]
+    return Picked(
+        readers, lambda: [(i, k) for i, one in enumerate(readers) for k in range(one.count())]
+    )
+
+
+def resampled(reader: Pictures, times: FloatArray, rate: float, begin: float) -> Picked:
+    """Frames at a constant rate: each is the one of a reader that is nearest in time.
 
     Frame j is of the instant `begin` + j / `rate` in seconds after the first frame of the source.
     """
-
-    def __init__(self, reader: Pictures, times: FloatArray, rate: float, begin: float) -> None:
-        self._reader = reader
-        length = max(float(times[-1]) - begin, 0.0)
-        wanted = begin + np.arange(int(length * rate + 0.5) + 1) / rate
-        after = np.clip(np.searchsorted(times, wanted), 1, max(len(times) - 1, 1))
-        last = len(times) - 1
-        before, after = np.minimum(after - 1, last), np.minimum(after, last)
-        nearer = np.abs(times[before] - wanted) <= np.abs(times[after] - wanted)
-        self.chosen: NDArray[np.int64] = np.where(nearer, before, after)
-        """Number of the source's frame for each frame (N,)."""
-
-    def count(self) -> int:
-        """Number of frames."""
-        return len(self.chosen)
-
-    def read(self, k: int, keep: images.Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
-        """Picture of frame k."""
-        if not 0 <= k < len(self.chosen):
-            raise images.DamagedFrame(f"there is no frame {k}")
-        return self._reader.read(int(self.chosen[k]), lambda _number, _picture: None)
-
-    def close(self) -> None:
-        """Close the source."""
-        self._reader.close()
+    length = max(float(times[-1]) - begin, 0.0)
+    wanted = begin + np.arange(int(length * rate + 0.5) + 1) / rate
+    after = np.clip(np.searchsorted(times, wanted), 1, max(len(times) - 1, 1))
+    last = len(times) - 1
+    before, after = np.minimum(after - 1, last), np.minimum(after, last)
+    nearer = np.abs(times[before] - wanted) <= np.abs(times[after] - wanted)
+    chosen = [(0, k) for k in np.where(nearer, before, after).tolist()]
+    return Picked([reader], lambda: chosen)
 
 
 class MetricImages(images.NumberedImages):
@@ -198,7 +179,7 @@ def first_picture(source: Source, *, as_depth: bool = True) -> ImageArray:
     depth = source.kind == "depth" and as_depth
     kind: images.PictureKind = "depth" if depth else "colour"
     try:
-        if source.topic or source.images or source.bits > 8:
+        if source.images or source.bits > 8:
             with closing(open_source(replace(source, rate=None), kind)) as reader:
                 picture = reader.read(0, lambda _number, _picture: None)
         else:  # without an index of all of it
@@ -272,21 +253,16 @@ def _stated(path: Path) -> int | None:
 
 def with_one_white(choices: Choices) -> Choices:
     """Choices with one white of pictures above 8 bits, and one of depth cameras' infrared ones."""
-    uses = [
-        replace(use, source=measured(use.source)) if shows_brightness(use) else use
-        for use in choices.uses
-    ]
-    return replace(choices, uses=tuple(_of_its_group(use, uses) for use in uses))
+    uses = list(choices.uses)
+    shown = [k for k, use in enumerate(uses) if shows_brightness(use)]
+    sources = {k: measured(uses[k].source) for k in shown}
+    for k in shown:
+        alike = [j for j in shown if (uses[j].role == "image") == (uses[k].role == "image")]
+        white = max(sources[j].white for j in alike)
+        uses[k] = replace(uses[k], source=replace(sources[k], white=white))
+    return replace(choices, uses=tuple(uses))
 
 
 def shows_brightness(use: Use) -> bool:
     """Whether a source of more than 8 bits is written again with 8."""
     return use.source.bits > 8 and use.role not in ("depth", "unused")
-
-
-def _of_its_group(use: Use, uses: Sequence[Use]) -> Use:
-    if not shows_brightness(use):
-        return use
-    infrared = use.role == "image"
-    group = [one for one in uses if shows_brightness(one) and (one.role == "image") == infrared]
-    return replace(use, source=replace(use.source, white=max(one.source.white for one in group)))

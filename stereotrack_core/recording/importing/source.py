@@ -1,4 +1,4 @@
-"""One source of a recording that is made: a video, numbered images, or a topic of a ROS bag."""
+"""One source of a recording that is made: a video, or numbered images."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,13 +61,10 @@ class Source:
     """Frame of each image, from 0; a number that is left out has no image."""
     lowest: int | None = None  # the number in the first image's name, where numbers count frames
     times: tuple[float, ...] = ()
-    """Seconds since 1970 of each frame, where names or messages state them."""
+    """Seconds since 1970 of each frame, where names state them."""
     uneven: float = 0.0  # largest distance of a frame from its place at a constant rate, in frames
     pause: float = 0.0  # longest time between two frames in seconds; 0 where it is not known
     unit: float | None = None  # metres per count, where the depth maps state it
-    topic: str = ""  # topic of the images in a ROS bag
-    places: tuple[int, ...] = ()  # where each frame lies in a ROS bag, in nanoseconds
-    focal: float | None = None  # focal length in pixels, where a ROS bag states it
     rate: float | None = None
     """Frames per second at which frames are picked by their times; None: all are taken."""
     begin: float = 0.0  # seconds after the first frame at which picking begins

@@ -10,11 +10,9 @@ import numpy as np
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.limited_process import read_apart
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
 from stereotrack_core.recording.importing import image_groups
-from stereotrack_core.recording.importing.ros import bags_in, is_bag_file, read_topics
 from stereotrack_core.recording.importing.source import AGAIN, METRIC_UNIT, Source, SourceKind
 from stereotrack_core.recording.importing.video_sources import joined, rate_of, tracks_of
 
@@ -52,11 +50,7 @@ def look_at(paths: Sequence[Path]) -> Found:
             raise InputError(what, where=str(path), remedy="Correct the path.")
     sources: list[Source] = []
     problems: list[InputError] = []
-    bags = bags_in(paths)
-    for bag in bags:
-        sources += read_apart(read_topics, bag, AGAIN)  # its parts may unfold to any size
-    others = [path for path in paths if path not in bags]
-    for group in image_groups.groups_of(others):
+    for group in image_groups.groups_of(paths):
         if len(sources) >= _MOST_SOURCES:
             break
         try:
@@ -67,27 +61,26 @@ def look_at(paths: Sequence[Path]) -> Found:
     if not sources:
         if problems:
             raise problems[0]
-        single = len(list(image_groups.single_images(others)))
+        single = len(list(image_groups.single_images(paths)))
         what = "no videos and no numbered images were found"
         what += f", but {counted(single, 'single image')}" if single else ""
-        remedy = "Name video files, a ROS bag, or a folder with videos or folders of images."
+        remedy = "Name video files, or a folder with videos or folders of images."
         if single > 1:
             remedy = "Number images in their order, such as 0001.png."
         raise InputError(what, where=", ".join(map(str, paths)), remedy=remedy)
-    backgrounds = tuple(image_groups.single_images(others))
-    folder = None if bags else _common_folder(paths)  # a bag has no folder of its own
-    return Found(_named(sources), tuple(problems), backgrounds, tuple(notes), folder)
+    backgrounds = tuple(image_groups.single_images(paths))
+    return Found(_named(sources), tuple(problems), backgrounds, tuple(notes), _common_folder(paths))
 
 
 def is_media(path: Path) -> bool:
-    """Whether a file looks like a video, an image or a ROS bag."""
-    return image_groups.is_video(path) or image_groups.is_image(path) or is_bag_file(path)
+    """Whether a file looks like a video or an image."""
+    return image_groups.is_video(path) or image_groups.is_image(path)
 
 
 def is_unmade(path: Path) -> bool:
     """Whether a path holds videos or images of which a recording could be made."""
     if path.is_dir():
-        return not (path / DESCRIPTION).exists() and (holds_media(path) or bool(bags_in([path])))
+        return not (path / DESCRIPTION).exists() and holds_media(path)
     return path.is_file() and is_media(path)
 
 
@@ -104,12 +97,16 @@ def _images(files: tuple[Path, ...]) -> Source:
     kind, size, unit, bits = _what_is(first)
     image_groups.check_sizes(files, size)
     numbering = image_groups.numbering_of(files)
+    timing: dict[str, Any] = {}
+    if times := numbering.times:
+        rate, uneven, pause = rate_of(np.array(times))
+        timing = {"times": times, "start": times[0], "fps": rate, "uneven": uneven, "pause": pause}
     return Source(
         name=image_groups.stem_of(first) or first.parent.name,
         path=first, kind=kind, width=size[0], height=size[1], frames=numbering.numbers[-1] + 1,
         images=files, pattern="" if unit else numbering.pattern, numbers=numbering.numbers,
         lowest=None if numbering.times else numbering.lowest, unit=unit, bits=bits,
-        **_timing(numbering),
+        **timing,
     )  # fmt: skip
 
 
@@ -128,16 +125,6 @@ def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None, in
     except DamagedFrame:
         raise InputError(complaint, where=str(image), remedy=AGAIN) from None
     return "depth", (width, height), METRIC_UNIT, 16
-
-
-def _timing(numbering: image_groups.Numbering) -> dict[str, Any]:
-    if not numbering.times:
-        return {}
-    rate, uneven, pause = rate_of(np.array(numbering.times))
-    start = numbering.times[0]
-    return {
-        "times": numbering.times, "start": start, "fps": rate, "uneven": uneven, "pause": pause,
-    }  # fmt: skip
 
 
 def _named(sources: Sequence[Source]) -> tuple[Source, ...]:

@@ -60,7 +60,7 @@ class Lead:
         )
 
 
-OnProgress: TypeAlias = Callable[[float, str], None]
+OnProgress: TypeAlias = Callable[[float, str], None]  # told the share done, and what is being done
 
 
 def synchronised(
@@ -83,7 +83,7 @@ def synchronised(
     follow = [u for u in used if u.role == "mask" or (u.role == "depth" and u.view in pictured)]
     asked = [use for use in used if use not in follow]
     sources = [use.source for use in asked]
-    leads = leads_of(sources, method, choices.fps, on_progress=on_progress, cancelled=cancelled)
+    leads = leads_of(sources, method, choices.fps, on_progress, cancelled)
     found = {lead.source: lead.frames for lead in leads}
     of_view = {use.view: found[use.source.name] for use in asked}
     uses = tuple(
@@ -99,7 +99,6 @@ def leads_of(
     sources: Sequence[Source],
     method: Method,
     fps: float,
-    *,
     on_progress: OnProgress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Lead, ...]:
@@ -112,14 +111,12 @@ def leads_of(
         return tuple(Lead(one.name, (starts[0] - own) * fps, 1.0, 0.0) for one, own in pairs)
     read = {"flash": brightness, "clap": loudness, "motion": motion}[method]
     signals = []
-    for number_, source in enumerate(sources):
-        share = number_ / len(sources)
-        on_progress(share, f"reading {source.name}")
+    for k, source in enumerate(sources):
+        on_progress(k / len(sources), f"reading {source.name}")
         signals.append(read(source, cancelled))
+        if method != "motion":
+            _check_event(signals[-1].values, source, method)
     first = signals[0]
-    if method != "motion":
-        for source, signal in zip(sources, signals, strict=True):
-            _check_event(signal.values, source, method)
     leads = [Lead(sources[0].name, 0.0, 1.0, 0.0)]
     rate = SOUND_RATE if method == "clap" else fps
     for source, signal in zip(sources[1:], signals[1:], strict=True):

@@ -168,8 +168,7 @@ def no_video(path: Path, error: Exception) -> InputError:
 # Videos that a camera splits while it records. GoPro states it in the names; other cameras (DJI,
 # Canon, Panasonic, AVCHD) number their files, and times of creation tell what follows what.
 _GOPRO = re.compile(r"(G[HXSL])(\d{2})(\d{4})", re.IGNORECASE)  # GX010042: chapter 1 of video 42
-_GOPRO_FIRST = re.compile(r"GOPR(\d{4})", re.IGNORECASE)  # before HERO6: GOPR0042, GP010042, ...
-_GOPRO_NEXT = re.compile(r"GP(\d{2})(\d{4})", re.IGNORECASE)
+_OLD_GOPRO = re.compile(r"(?:GOPR|GP(\d{2}))(\d{4})", re.IGNORECASE)  # GOPR0042, GP010042, ...
 _SAME_INSTANT_S = 1.5  # times of creation are whole seconds, rounded either way
 
 
@@ -178,10 +177,8 @@ def chapter_of(path: Path) -> tuple[str, int] | None:
     stem = path.stem
     if match := _GOPRO.fullmatch(stem):
         return f"{match[1].upper()}{match[3]}", int(match[2])
-    if match := _GOPRO_FIRST.fullmatch(stem):
-        return f"GOPR{match[1]}", 1
-    if match := _GOPRO_NEXT.fullmatch(stem):
-        return f"GOPR{match[2]}", int(match[1]) + 1
+    if match := _OLD_GOPRO.fullmatch(stem):  # before HERO6
+        return f"GOPR{match[2]}", int(match[1] or 0) + 1
     return None
 
 
@@ -189,13 +186,6 @@ def is_next_file(before: Path, after: Path) -> bool:
     """Whether two files lie beside each other with names that differ in their numbers only."""
     alike = [re.sub(r"\d+", "0", path.name.casefold()) for path in (before, after)]
     return before.parent == after.parent and alike[0] == alike[1] and before.name < after.name
-
-
-def _begins_at_end(begin: float | None, seconds: float, following: float | None) -> bool:
-    """Whether a file was created when one of so many seconds that began at `begin` ended."""
-    if begin is None or following is None or seconds <= 0:
-        return False
-    return seconds > _SAME_INSTANT_S and abs(begin + seconds - following) <= _SAME_INSTANT_S
 
 
 def joined(sources: Sequence[Source]) -> tuple[list[Source], list[str]]:
@@ -225,7 +215,7 @@ def joined(sources: Sequence[Source]) -> tuple[list[Source], list[str]]:
 def _follows(before: Source, after: Source) -> bool:
     """Whether a video goes on where another one, or its last chapter, ends."""
     alike = before.kind == after.kind and before.size == after.size and before.track == after.track
-    if before.images or after.images or not alike or before.topic or after.topic:
+    if before.images or after.images or not alike:
         return False
     last = before.chapters[-1] if before.chapters else before.path
     parts = [chapter_of(path) for path in (last, after.path)]
@@ -234,8 +224,11 @@ def _follows(before: Source, after: Source) -> bool:
         return consecutive and last.parent == after.path.parent
     if before.fps is None or after.fps is None or abs(before.fps / after.fps - 1) > _AS_USUAL:
         return False
-    length = before.frames / before.fps
-    return is_next_file(last, after.path) and _begins_at_end(before.created, length, after.created)
+    seconds = before.frames / before.fps
+    if before.created is None or after.created is None or seconds <= _SAME_INSTANT_S:
+        return False
+    begins_at_end = abs(before.created + seconds - after.created) <= _SAME_INSTANT_S
+    return begins_at_end and is_next_file(last, after.path)
 
 
 def _continued(first: Source, following: Source) -> Source:

@@ -79,12 +79,12 @@ def arm_of_pose(frames: PartFrames, side: int) -> Arms:
 def with_arm(pose: Pose, side: int, upper: FloatArray, fore: FloatArray) -> Pose:
     """Pose, or poses, with one arm turned to directions (..., 3) of proposals, torso's frame."""
     lead = upper.shape[:-1]
-    rotations = np.broadcast_to(pose.rotations, (*lead, *pose.rotations.shape)).copy()
+    rotations = np.broadcast_to(pose.rotations, (*lead, *pose.rotations.shape[-3:])).copy()
     u, f = UPPER_ARMS[side], FOREARMS[side]
-    turned = rotation_towards(pose.rotations[u], upper)
+    turned = rotation_towards(rotations[..., u, :, :], upper)
     in_upper = np.einsum("...i,...ij->...j", fore, turned)
     rotations[..., u, :, :] = turned
-    rotations[..., f, :, :] = rotation_towards(pose.rotations[f], in_upper)
+    rotations[..., f, :, :] = rotation_towards(rotations[..., f, :, :], in_upper)
     return Pose(np.broadcast_to(pose.position, (*lead, 3)), rotations)
 
 

@@ -1,12 +1,11 @@
 """What the views should see of a body, drawn coarsely and compared with what they saw."""
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from stereotrack_core.arrays import Float32Array, FloatArray
+from stereotrack_core.arrays import Float32Array, FloatArray, Int8Array
 from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.compiled import compiled
@@ -15,46 +14,39 @@ from stereotrack_core.depth.cloud import Cloud, ViewDepth
 _AROUND = 25  # pixels around the person that are compared
 _UNKNOWN = 0.1  # share of a pixel of the person without a range that speaks against a body there
 # Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front.
-COLUMNS = 11
+_COLUMNS = 11
 
 
-@dataclass(frozen=True, eq=False)
-class SeenPicture:
-    """One view at one instant, thinned out."""
+class SeenPicture(NamedTuple):
+    """One view at one instant, thinned out; compiled loops take it as it is."""
 
     measured: Float32Array  # (h, w), 1/metres. Inverse range; 0 where not known.
-    person: FloatArray  # (h, w). 1 where the person is.
+    person: Int8Array  # (h, w). 1 where the person is.
     left: float  # pixels, as `top`: place of the first pixel in the image
     top: float
     step: float  # pixels, distance to the next
-    pinhole: FloatArray  # (3,)
+    pinhole: FloatArray  # (3,). Focal length and principal point, pixels.
     camera_from_world: FloatArray  # (3, 4)
     eye: FloatArray  # (3,), world
     scale: float  # disparity over inverse range
 
-    def drawn(self, placed: PlacedCones) -> Float32Array:
-        """Inverse ranges (h, w) of cones (C,); 0 where there are none."""
-        return np.asarray(self.drawn_each(placed[None])[0])
+    def drawn(self, placed: PlacedCones) -> tuple[Float32Array, Int8Array]:
+        """Inverse ranges (h, w) of cones (C,), 0 beside them, and parts in front, -1 for none."""
+        picture = np.zeros(self.measured.shape, dtype=np.float32)
+        owner = np.full(self.measured.shape, -1, dtype=np.int8)
+        _draw_owned(self, placed, picture, owner)
+        return picture, owner
 
-    def drawn_each(self, placed: PlacedCones) -> Float32Array:
-        """Inverse ranges (K, h, w) of cones in K poses (K, C), each by itself."""
-        pictures = np.zeros((len(placed), *self.measured.shape), dtype=np.float32)
-        box = self.left, self.top, self.step
-        _draw_each(placed, self.camera_from_world, self.pinhole, self.eye, box, pictures)
-        return pictures
-
-    def unlike_pairs(
-        self, rest: Float32Array, left: Float32Array, right: Float32Array, sigma: float
+    def unlike(
+        self, rest: PlacedCones, left: PlacedCones, right: PlacedCones, sigma: float
     ) -> FloatArray:
         """Pixels (K, L) in which bodies do not look as measured.
 
-        `rest` (h, w) is trunk, head and legs as :meth:`drawn` draws them; of the arms `left`
-        (K, h, w) and `right` (L, h, w) all pairs are taken. A difference of `sigma` pixels of
-        disparity counts half.
+        `rest` (C,) are cones of trunk, head and legs; of the arms `left` (K, A) and `right` (L, B)
+        all pairs are taken. A difference of `sigma` pixels of disparity counts half.
         """
         pixels = np.empty((len(left), len(right)))
-        as_seen = self.measured, self.person, self.scale
-        _disagreements(rest, left, right, as_seen, sigma**2, pixels)
+        _disagreements(self, rest, left, right, sigma**2, pixels)
         return pixels
 
     def area(self, place: FloatArray) -> float:
@@ -79,10 +71,9 @@ def _seen_picture(depth: ViewDepth, step: int) -> SeenPicture | None:
     left, top = max(0, left - _AROUND), max(0, top - _AROUND)
     box = slice(top, bottom - 1 + _AROUND, step), slice(left, right - 1 + _AROUND, step)
     ranges, g = depth.range_z[box], depth.geometry
-    known = ranges > 0.0
     to_camera = g.world_from_depth.inverse()
     return SeenPicture(
-        measured=np.where(known, 1.0 / np.where(known, ranges, 1.0), 0.0).astype(np.float32),
+        measured=np.divide(1.0, ranges, out=np.zeros_like(ranges), where=ranges > 0.0),
         person=np.ascontiguousarray(depth.person[box]).astype(np.int8),
         left=float(left),
         top=float(top),
@@ -103,12 +94,9 @@ def outline_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:
 
 
 @compiled()
-def cone_images(placed: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
-    """Fill images (C, 11) of the cones `placed` (C,) in one view.
-
-    `place` (3, 4) is camera_from_world, `pinhole` focal length and principal point, `eye` the
-    camera's centre in the world.
-    """
+def _project(placed: Any, seen: Any, images: Any) -> None:
+    """Fill images (C, 11) of the cones `placed` (C,) in one view."""
+    place, pinhole, eye = seen.camera_from_world, seen.pinhole, seen.eye
     for c in range(placed.shape[0]):
         cone, front = placed[c], 1.0
         R, s = cone.rotation, cone.flatness
@@ -135,18 +123,19 @@ def cone_images(placed: Any, place: Any, pinhole: Any, eye: Any, images: Any) ->
 
 
 @compiled(inline="always")
-def reached(im: Any, left: float, top: float, step: float, height: int, width: int) -> Any:
+def _reached(im: Any, seen: Any) -> Any:
     """First and last row and column of a picture that a cone's image (11,) can reach."""
+    height, width = seen.measured.shape
     most = max(im[2], im[7])
-    i0 = max(0, math.ceil((min(im[1], im[6]) - most - top) / step))
-    i1 = min(height - 1, math.floor((max(im[1], im[6]) + most - top) / step))
-    j0 = max(0, math.ceil((min(im[0], im[5]) - most - left) / step))
-    j1 = min(width - 1, math.floor((max(im[0], im[5]) + most - left) / step))
+    i0 = max(0, math.ceil((min(im[1], im[6]) - most - seen.top) / seen.step))
+    i1 = min(height - 1, math.floor((max(im[1], im[6]) + most - seen.top) / seen.step))
+    j0 = max(0, math.ceil((min(im[0], im[5]) - most - seen.left) / seen.step))
+    j1 = min(width - 1, math.floor((max(im[0], im[5]) + most - seen.left) / seen.step))
     return i0, i1, j0, j1
 
 
 @compiled(inline="always")
-def near_at(im: Any, column: float, line: float) -> Any:
+def _near_at(im: Any, column: float, line: float) -> Any:
     """Inverse range of a cone's front at a pixel; 0 beside it."""
     bx, by = im[5] - im[0], im[6] - im[1]
     u, v = column - im[0], line - im[1]
@@ -161,47 +150,80 @@ def near_at(im: Any, column: float, line: float) -> Any:
 
 
 @compiled()
-def _draw(images: Any, left: float, top: float, step: float, picture: Any) -> None:
+def _draw(images: Any, seen: Any, picture: Any) -> None:
     """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing."""
     for c in range(images.shape[0]):
         im = images[c]
         if im[10] < 0.5:
             continue
-        i0, i1, j0, j1 = reached(im, left, top, step, picture.shape[0], picture.shape[1])
+        i0, i1, j0, j1 = _reached(im, seen)
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
-                near = near_at(im, left + step * j, top + step * i)
+                near = _near_at(im, seen.left + seen.step * j, seen.top + seen.step * i)
                 picture[i, j] = max(picture[i, j], near)
 
 
 @compiled()
-def _draw_each(placed: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictures: Any) -> None:
-    """Draw cones in K poses (K, C) into pictures (K, h, w); `box` is left, top and step."""
-    images = np.empty((placed.shape[1], COLUMNS))
-    for k in range(placed.shape[0]):
-        cone_images(placed[k], place, pinhole, eye, images)
-        _draw(images, box[0], box[1], box[2], pictures[k])
+def _draw_owned(seen: Any, placed: Any, out_picture: Any, out_owner: Any) -> None:
+    """Draw cones (C,), and note the part that is in front."""
+    images = np.empty((placed.shape[0], _COLUMNS))
+    _project(placed, seen, images)
+    for c in range(images.shape[0]):
+        im = images[c]
+        if im[10] < 0.5:
+            continue
+        i0, i1, j0, j1 = _reached(im, seen)
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                near = _near_at(im, seen.left + seen.step * j, seen.top + seen.step * i)
+                if near > out_picture[i, j]:
+                    out_picture[i, j], out_owner[i, j] = near, placed[c].part
+
+
+@compiled()
+def _draw_with(rest: Any, arms: Any, seen: Any, squared_sigma: float, pictures: Any) -> Any:
+    """Draw arms in K poses (K, A) over copies (K, h, w) of a picture; return pixels' costs."""
+    images, costs = np.empty((arms.shape[1], _COLUMNS)), np.empty(pictures.shape)
+    for k in range(arms.shape[0]):
+        pictures[k] = rest
+        _project(arms[k], seen, images)
+        _draw(images, seen, pictures[k])
+        for i in range(rest.shape[0]):
+            for j in range(rest.shape[1]):
+                model, known = pictures[k, i, j], seen.measured[i, j]
+                if model == 0.0:
+                    costs[k, i, j] = seen.person[i, j]
+                elif seen.person[i, j] == 0:
+                    costs[k, i, j] = 1.0
+                elif known > 0.0:
+                    e = seen.scale * (model - known)
+                    costs[k, i, j] = e * e / (e * e + squared_sigma)
+                else:
+                    costs[k, i, j] = _UNKNOWN
+    return costs
 
 
 @compiled()
 def _disagreements(
-    rest: Any, left: Any, right: Any, as_seen: Any, squared_sigma: float, out_pixels: Any
+    seen: Any, rest: Any, left: Any, right: Any, squared_sigma: float, out_pixels: Any
 ) -> None:
-    """Fill sums over the pixels; see :meth:`SeenPicture.unlike_pairs`."""
-    measured, person, scale = as_seen
+    """Fill sums over the pixels; see :meth:`SeenPicture.unlike`."""
+    height, width = seen.measured.shape
+    images, behind = np.empty((rest.shape[0], _COLUMNS)), np.zeros((height, width), np.float32)
+    _project(rest, seen, images)
+    _draw(images, seen, behind)
+    one = np.empty((left.shape[0], height, width), np.float32)
+    other = np.empty((right.shape[0], height, width), np.float32)
+    one_costs = _draw_with(behind, left, seen, squared_sigma, one)
+    other_costs = _draw_with(behind, right, seen, squared_sigma, other)
+    # A pixel shows the nearer arm, so that each pair's pixels are taken from those of both.
     for k in range(left.shape[0]):
         for m in range(right.shape[0]):
             total = 0.0
-            for i in range(rest.shape[0]):
-                for j in range(rest.shape[1]):
-                    model = max(rest[i, j], left[k, i, j], right[m, i, j])
-                    if model == 0.0:
-                        total += person[i, j]
-                    elif person[i, j] == 0:
-                        total += 1.0
-                    elif measured[i, j] > 0.0:
-                        e = scale * (model - measured[i, j])
-                        total += e * e / (e * e + squared_sigma)
+            for i in range(height):
+                for j in range(width):
+                    if one[k, i, j] >= other[m, i, j]:
+                        total += one_costs[k, i, j]
                     else:
-                        total += _UNKNOWN
+                        total += other_costs[m, i, j]
             out_pixels[k, m] = total

@@ -112,26 +112,30 @@ def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
 
 
 @compiled()
-def unexplained_sums(others: Any, own: Any, squared_scale: float, result: Any) -> None:
-    """Fill sums (K,) of d^2 / (d^2 + s^2), d the lesser of others (N,) and own (K, N)."""
-    for k in range(own.shape[0]):
-        total = 0.0
-        for i in range(own.shape[1]):
-            d = min(others[i], own[k, i])
-            total += d * d / (d * d + squared_scale)
-        result[k] = total
-
-
-@compiled()
 def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: Any) -> None:
-    """Fill sums (K, L) of d^2 / (d^2 + s^2) for all pairs of left (K, N) and right (L, N)."""
+    """Fill sums (K, L) of d^2 / (d^2 + s^2), d the least of others (N,) and of a pair's distances.
+
+    Pairs are all of left (K, N) and right (L, N); each counts a datum as its nearer arm alone does.
+    """
+    one, other = np.empty(left.shape), np.empty(right.shape)
+    one_costs, other_costs = np.empty(left.shape), np.empty(right.shape)
+    _explained(others, left, squared_scale, one, one_costs)
+    _explained(others, right, squared_scale, other, other_costs)
     for k in range(left.shape[0]):
         for m in range(right.shape[0]):
             total = 0.0
             for i in range(others.shape[0]):
-                d = min(others[i], left[k, i], right[m, i])
-                total += d * d / (d * d + squared_scale)
+                total += one_costs[k, i] if one[k, i] <= other[m, i] else other_costs[m, i]
             result[k, m] = total
+
+
+@compiled()
+def _explained(others: Any, own: Any, squared_scale: float, near: Any, costs: Any) -> None:
+    """Fill the lesser distances (K, N) of others and own, and what they cost."""
+    for k in range(own.shape[0]):
+        for i in range(own.shape[1]):
+            d = min(others[i], own[k, i])
+            near[k, i], costs[k, i] = d, d * d / (d * d + squared_scale)
 
 
 @compiled(error_model="numpy")

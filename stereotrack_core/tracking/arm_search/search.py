@@ -35,7 +35,6 @@ from stereotrack_core.tracking.arm_search.score import (
     change_cost,
     crossing_cost,
     pair_sums,
-    unexplained_sums,
 )
 
 if TYPE_CHECKING:
@@ -177,10 +176,10 @@ class ArmSearch:
         self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray
     ) -> dict[str, FloatArray]:
         """Costs (K,) of places of one arm by name; the other one is so far (N,) from the data."""
-        shape, explained = evidence.shapes[side], np.empty(len(arms))
-        others = np.minimum(evidence.body_distance, other)
-        unexplained_sums(others, self._distances(evidence, shape, arms), _SQUARED_SCALE, explained)
-        return {"data": explained, **self._own_terms(evidence, shape, arms, expected)}
+        shape, explained = evidence.shapes[side], np.empty((len(arms), 1))
+        distances = self._distances(evidence, shape, arms)
+        pair_sums(evidence.body_distance, distances, other[None], _SQUARED_SCALE, explained)
+        return {"data": explained[:, 0], **self._own_terms(evidence, shape, arms, expected)}
 
     def _unlike(
         self, evidence: Evidence, frames: PartFrames, left: PartFrames, right: PartFrames
@@ -193,8 +192,7 @@ class ArmSearch:
         ]
         total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
         for seen in evidence.pictures:
-            left_drawn, right_drawn = (seen.drawn_each(tables) for tables in arms)
-            pixels = seen.unlike_pairs(seen.drawn(rest), left_drawn, right_drawn, _UNLIKE)
+            pixels = seen.unlike(rest, arms[LEFT], arms[RIGHT], _UNLIKE)
             total += seen.area(frames.origins[TORSO]) * pixels
         return self.parameters.picture_cost * total
 
@@ -208,10 +206,11 @@ class ArmSearch:
         distances = self._distances(evidence, shape, arms)
         own = sum(self._own_terms(evidence, shape, arms, expected).values(), np.zeros(len(arms)))
         chosen: dict[int, None] = {0: None}
-        for others in (evidence.body_distance, np.minimum(evidence.body_distance, other)):
-            explained = np.empty(len(arms))
-            unexplained_sums(others, distances, _SQUARED_SCALE, explained)
-            order = np.argsort(own + explained, kind="stable")
+        explained = np.empty((len(arms), 2))
+        others = np.stack([np.full_like(other, np.inf), other])  # without and with the other arm
+        pair_sums(evidence.body_distance, distances, others, _SQUARED_SCALE, explained)
+        for cost in explained.T:
+            order = np.argsort(own + cost, kind="stable")
             best = _apart(arms, order) if self._free else order[:_KEPT].tolist()
             chosen |= dict.fromkeys(best)
         index = list(chosen)
@@ -230,12 +229,11 @@ class ArmSearch:
             poses = [with_arm(pose, side, arm.upper, arm.fore) for side, arm in arms]
             cost += self._unlike(evidence, *map(self.body.frames, (pose, *poses)))
         count = _FREE_PAIRS if self._free else self.parameters.search_refined
-        result = []
-        for flat in np.argsort(cost, axis=None, kind="stable")[:count]:
-            k, m = np.unravel_index(flat, cost.shape)
-            moved = with_arm(pose, LEFT, left.upper[k], left.fore[k])
-            result.append(with_arm(moved, RIGHT, right.upper[m], right.fore[m]))
-        return result
+        best = np.argsort(cost, axis=None, kind="stable")[:count]
+        k, m = np.unravel_index(best, cost.shape)
+        moved = with_arm(pose, LEFT, left.upper[k], left.fore[k])
+        moved = with_arm(moved, RIGHT, right.upper[m], right.fore[m])
+        return [Pose(pose.position, rotations) for rotations in moved.rotations]
 
     def placed_shapes(self, frames: PartFrames) -> tuple[ArmShape, ArmShape]:
         """Shapes of both arms, from where the shoulders are in one pose."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, PlacedCones
 from stereotrack_core.body.pose import Pose
@@ -15,6 +15,7 @@ from stereotrack_core.tracking.arm_search.arms import (
     Arms,
     arm_of_pose,
     arm_shape,
+    joined,
     with_arm,
 )
 from stereotrack_core.tracking.arm_search.picture import SeenPicture, outline_cones, seen_pictures
@@ -25,6 +26,13 @@ _UNLIKE = 0.8  # pixels by which a disparity is off that counts half
 _OFF = np.radians([60.0, 110.0])  # of the alternatives; an arm that is right has none among them
 _AROUND = 4  # directions in which they lie, for each angle
 _ALLOWED = 4.0  # cost of its anatomy by which an alternative may exceed the arm as it is
+_TURNS = [
+    2.0 * np.pi * np.arange(_AROUND) / _AROUND + k * np.pi / _AROUND for k in range(len(_OFF))
+]
+# The alternatives (2 * _AROUND, 1) along, and on two axes across the direction that they are for.
+_ALONG = np.repeat(np.cos(_OFF), _AROUND)[:, None]
+_OUT = np.repeat(np.sin(_OFF), _AROUND)[:, None]
+_COSINE, _SINE = (np.concatenate([f(turn) for turn in _TURNS])[:, None] for f in (np.cos, np.sin))
 
 
 def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> FloatArray:
@@ -43,42 +51,36 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
         present, shape = arm_of_pose(frames, side), arm_shape(body, side)
         upper, fore = present.upper[0], present.fore[0]
         turned = _around(upper)
-        carried = _carried(upper, turned, fore)
-        still = np.broadcast_to(upper, (2 * _AROUND, 3))
-        of_upper = Arms(turned, carried)
-        of_fore = Arms(still, _around(fore))
-        least = float(anatomy_cost(body, shape, present)[0]) + _ALLOWED
-        for limb, arms, moved in (
-            (UPPER_ARMS[side], of_upper, (UPPER_ARMS[side], FOREARMS[side])),
-            (FOREARMS[side], of_fore, (FOREARMS[side],)),
-        ):
-            arms = arms[np.flatnonzero(anatomy_cost(body, shape, arms) < least).tolist()]
-            if not len(arms):
-                continue
-            poses = with_arm(pose, side, arms.upper, arms.fore)
-            gains = _gains(pictures, body, here, poses, moved)
-            result[limb] = gains.max() / own[list(moved)].sum()
+        still = np.broadcast_to(upper, turned.shape)
+        of_upper = Arms(turned, _carried(upper, turned, fore))
+        every = joined(present, of_upper, Arms(still, _around(fore)))
+        cost = anatomy_cost(body, shape, every)
+        allowed = np.flatnonzero(cost < cost[0] + _ALLOWED)[1:]
+        poses = with_arm(pose, side, every.upper[allowed], every.fore[allowed])
+        there = outline_cones(body, body.frames(poses))
+        arm = UPPER_ARMS[side], FOREARMS[side]
+        for limb, moved, first in ((arm[0], arm, 1), (arm[1], arm[1:], 1 + len(turned))):
+            tried = there[(allowed >= first) & (allowed < first + len(turned))]
+            if len(tried):
+                gains = _gains(
+                    pictures, pose.position, np.isin(body.cones.part, moved), here, tried
+                )
+                result[limb] = gains.max() / own[list(moved)].sum()
     return result
 
 
 def _gains(
     pictures: tuple[SeenPicture, ...],
-    body: BodyModel,
+    place: FloatArray,
+    moved: BoolArray,
     here: PlacedCones,
-    poses: Pose,
-    moved: tuple[int, ...],
+    there: PlacedCones,
 ) -> FloatArray:
-    """Square metres (K,), mean over views, by which less disagrees than with cones `here`."""
-    chosen = np.isin(body.cones.part, moved)
-    there = outline_cones(body, body.frames(poses))
-    rest = here[~chosen]
-    limbs = np.concatenate([here[None, chosen], there[:, chosen]])
-    total = np.zeros(len(limbs))
+    """Square metres (K,), mean over views, by which less disagrees with `moved` cones elsewhere."""
+    limbs, total = np.concatenate([here[None, moved], there[:, moved]]), np.zeros(1 + len(there))
+    nothing = here[None, :0]
     for seen in pictures:
-        behind = seen.drawn(rest)
-        nothing = np.zeros_like(behind)[None]
-        unlike = seen.unlike_pairs(behind, seen.drawn_each(limbs), nothing, _UNLIKE)
-        total += seen.area(poses.position[0]) * unlike[:, 0]
+        total += seen.area(place) * seen.unlike(here[~moved], limbs, nothing, _UNLIKE)[:, 0]
     gains: FloatArray = (total[0] - total[1:]) / len(pictures)
     return gains
 
@@ -88,13 +90,7 @@ def _around(direction: FloatArray) -> FloatArray:
     aside = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     aside /= np.linalg.norm(aside)
     other = np.cross(direction, aside)
-    turns = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
-    found = []
-    for k, off in enumerate(_OFF):
-        ring = turns + k * np.pi / _AROUND
-        out = np.outer(np.cos(ring), aside) + np.outer(np.sin(ring), other)
-        found.append(np.cos(off) * direction + np.sin(off) * out)
-    return np.vstack(found)
+    return np.asarray(_ALONG * direction + _OUT * (_COSINE * aside + _SINE * other))
 
 
 def _carried(a: FloatArray, b: FloatArray, vector: FloatArray) -> FloatArray:

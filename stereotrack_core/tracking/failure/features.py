@@ -18,15 +18,7 @@ from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
-from stereotrack_core.tracking.arm_search.picture import (
-    COLUMNS,
-    SeenPicture,
-    cone_images,
-    near_at,
-    outline_cones,
-    reached,
-    seen_pictures,
-)
+from stereotrack_core.tracking.arm_search.picture import SeenPicture, outline_cones, seen_pictures
 from stereotrack_core.tracking.estimate import (
     Estimate,
     Prior,
@@ -186,26 +178,17 @@ def _looks(
     body: BodyModel, frames: PartFrames, pictures: tuple[SeenPicture, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Looks (V, 7, 3) of limbs and legs, unexplained pixels (V, 6) of limbs, in all views."""
-    placed, limb = outline_cones(body, frames), LIMB_OF_PART[body.cones.part]
-    images = np.empty((len(placed), COLUMNS))
+    placed, lengths = outline_cones(body, frames), body.skeleton.lengths
     looks = np.zeros((len(pictures), len(LIMBS) + 1, len(LOOKS)))
     unexplained = np.zeros((len(pictures), len(LIMBS)))
-    lengths = body.skeleton.lengths
     reach = 1.2 * lengths[: len(LIMBS)]
     reach[list(UPPER_ARMS)] += lengths[list(FOREARMS)]
     for v, seen in enumerate(pictures):
-        picture = np.zeros(seen.measured.shape, dtype=np.float32)
-        owner = np.full(picture.shape, -1, dtype=np.int8)
-        cone_images(placed, seen.camera_from_world, seen.pinhole, seen.eye, images)
-        _draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner)
-        _look(picture, owner, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v])
+        picture, owner = seen.drawn(placed)
         to_camera = seen.camera_from_world
         joints = frames.origins[: len(LIMBS)] @ to_camera[:, :3].T + to_camera[:, 3]
-        box = np.array([seen.left, seen.top, seen.step])
-        _unexplained_near(
-            picture, seen.measured, seen.person, seen.scale, box, seen.pinhole, joints, reach,
-            unexplained[v],
-        )  # fmt: skip
+        _look(seen, picture, owner, looks[v])
+        _unexplained_near(seen, picture, joints, reach, unexplained[v])
     return looks, unexplained
 
 
@@ -223,76 +206,42 @@ def _buried(body: BodyModel, frames: PartFrames) -> FloatArray:
 
 
 @compiled()
-def _draw_owned(
-    images: Any, part: Any, left: float, top: float, step: float, picture: Any, owner: Any
-) -> None:
-    """Draw cones as cones, and note the part that is in front; -1 is none."""
-    for c in range(images.shape[0]):
-        im = images[c]
-        if im[10] < 0.5:
-            continue
-        i0, i1, j0, j1 = reached(im, left, top, step, picture.shape[0], picture.shape[1])
-        for i in range(i0, i1 + 1):
-            for j in range(j0, j1 + 1):
-                near = near_at(im, left + step * j, top + step * i)
-                if near > picture[i, j]:
-                    picture[i, j] = near
-                    owner[i, j] = part[c]
-
-
-@compiled()
-def _look(
-    picture: Any,
-    owner: Any,
-    measured: Any,
-    person: Any,
-    scale: float,
-    squared_sigma: float,
-    looks: Any,
-) -> None:
-    """Add the pixels of one view to the looks (P, 3) of the parts in front."""
+def _look(seen: Any, picture: Any, owner: Any, out_looks: Any) -> None:
+    """Add the pixels of one view to the looks (7, 3) of the limbs in front."""
     for i in range(picture.shape[0]):
         for j in range(picture.shape[1]):
-            p = owner[i, j]
-            if p < 0:
+            if owner[i, j] < 0:
                 continue
-            looks[p, VISIBLE] += 1.0
-            e = scale * (picture[i, j] - measured[i, j])
-            if person[i, j] == 0:
-                looks[p, THROUGH] += 1.0
-            elif measured[i, j] > 0.0 and e > 0.0:
-                looks[p, BEHIND] += e * e / (e * e + squared_sigma)
+            look, known = out_looks[LIMB_OF_PART[owner[i, j]]], seen.measured[i, j]
+            look[VISIBLE] += 1.0
+            e = seen.scale * (picture[i, j] - known)
+            if seen.person[i, j] == 0:
+                look[THROUGH] += 1.0
+            elif known > 0.0 and e > 0.0:
+                look[BEHIND] += e * e / (e * e + _SQUARED_SIGMA)
 
 
 @compiled()
-def _unexplained_near(
-    picture: Any,
-    measured: Any,
-    person: Any,
-    scale: float,
-    box: Any,
-    pinhole: Any,
-    joints: Any,
-    reach: Any,
-    found: Any,
-) -> None:
+def _unexplained_near(seen: Any, picture: Any, joints: Any, reach: Any, out_count: Any) -> None:
     """Count for each joint the person's pixels in its reach that the body does not explain.
 
-    The body is not there, or clearly behind what was measured. `box` is left, top and step of the
-    picture; `joints` (J, 3) are in the camera's frame.
+    The body is not there, or clearly behind what was measured. `joints` (J, 3) are in the camera's
+    frame.
     """
+    pinhole = seen.pinhole
     for i in range(picture.shape[0]):
         for j in range(picture.shape[1]):
-            model, seen = picture[i, j], measured[i, j]
-            if person[i, j] == 0 or (model > 0.0 and not scale * (seen - model) > 2.0):
+            model, known = picture[i, j], seen.measured[i, j]
+            explained = model > 0.0 and not seen.scale * (known - model) > 2.0
+            if seen.person[i, j] == 0 or explained:
                 continue
-            x = (box[0] + box[2] * j - pinhole[1]) / pinhole[0]
-            y = (box[1] + box[2] * i - pinhole[2]) / pinhole[0]
+            x = (seen.left + seen.step * j - pinhole[1]) / pinhole[0]
+            y = (seen.top + seen.step * i - pinhole[2]) / pinhole[0]
             for k in range(joints.shape[0]):
-                z = 1.0 / seen if seen > 0.0 else joints[k, 2]
+                z = 1.0 / known if known > 0.0 else joints[k, 2]
                 dx, dy, dz = x * z - joints[k, 0], y * z - joints[k, 1], z - joints[k, 2]
                 if dx * dx + dy * dy + dz * dz < reach[k] * reach[k]:
-                    found[k] += 1.0
+                    out_count[k] += 1.0
 
 
 UNSEEN: FloatArray = np.zeros((len(LIMBS), 2))  # columns: disagreement x confidence, confidence

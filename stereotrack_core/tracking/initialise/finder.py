@@ -15,9 +15,7 @@ from stereotrack_core.geometry.rotation import angle_between, vector_from_rotati
 from stereotrack_core.tracking.arm_search.arms import arm_of_pose
 from stereotrack_core.tracking.arm_search.score import anatomy_cost
 from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
-from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimator import Measurements
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.initialise.people import people_in
 from stereotrack_core.tracking.initialise.seeds import seeds_in, upright_pose
 from stereotrack_core.tracking.initialise.trunk import (
@@ -26,6 +24,7 @@ from stereotrack_core.tracking.initialise.trunk import (
     turned_round,
     unexplained_by_trunk,
 )
+from stereotrack_core.tracking.measurements import Measurements
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 from stereotrack_core.tracking.state import Setup, State
@@ -68,9 +67,7 @@ class PoseFinder:
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
         self._arms = ArmSearch(setup.body, setup.parameters, free=True)
-        self._estimator = IteratedEstimator(setup)
-        self._pairing = DataToModel(setup)
-        self.follower = Follower(setup, self._estimator, judges=False)
+        self.follower = Follower(setup, judges=False)
 
     def poses_in(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of everybody in a cloud that differ, best first."""
@@ -84,13 +81,13 @@ class PoseFinder:
         """Find poses of the one person in a cloud, from coarse to fine."""
         coarse = _thinned(cloud.points, _COARSE_DATA)
         data = _thinned(cloud.points, _FINE_DATA)
-        fine = Measurements(self.setup, cloud, data, self._pairing)
+        fine = Measurements(self.setup, cloud, data)
         seeds = [last, *seeds_in(self.setup.body, cloud.points, self.setup.upright)]
         order = np.argsort(self._coarse_cost(cloud, coarse, seeds), kind="stable")
-        tried = _spread([seeds[k] for k in order], _TRIED, _trunks_differ)
+        tried = _spread([seeds[k] for k in order], _TRIED, trunks_differ)
         followed = [self._followed(pose, fine) for pose in tried]
         order = np.argsort(self._coarse_cost(cloud, coarse, followed), kind="stable")
-        spread = _spread([followed[k] for k in order], _SEARCHED, _trunks_differ)
+        spread = _spread([followed[k] for k in order], _SEARCHED, trunks_differ)
         found = sorted((self._with_arms(pose, fine) for pose in spread), key=by_cost)
         return found + [self._with_arms(each.pose, fine) for each in found[:_REPEATED]]
 
@@ -124,7 +121,7 @@ class PoseFinder:
 
     def _followed(self, pose: Pose, measured: Measurements) -> Pose:
         start = self.setup.first_state(pose)
-        return self._estimator.follow(measured, start, start)[1].pose
+        return self.follower.follow(measured, start, start)[1].pose
 
     def _with_arms(self, pose: Pose, measured: Measurements) -> Candidate:
         """Look for the arms of a body whose trunk is where a pose has it."""
@@ -134,7 +131,7 @@ class PoseFinder:
         best, least = pose, self._cost_at(pose, cloud, evidence)
         pairs = self._arms.best_pairs(evidence, pose, pose, rng)
         for proposed in _spread(pairs, _PAIRS, _arms_differ):
-            refined = self._estimator.refine(measured, proposed, P).pose
+            refined = self.follower.refine(measured, proposed, P).pose
             cost = self._cost_at(refined, cloud, evidence)
             if cost < least:
                 best, least = refined, cost
@@ -174,7 +171,7 @@ def distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 def differ(a: Pose, b: Pose) -> bool:
     """Whether two poses differ by more than following would make up for."""
-    return _trunks_differ(a, b) or _arms_differ(a, b)
+    return trunks_differ(a, b) or _arms_differ(a, b)
 
 
 def _thinned(points: FloatArray, count: int) -> FloatArray:
@@ -192,7 +189,8 @@ def _spread(found: Sequence[_T], count: int, differ: Callable[[_T, _T], bool]) -
     return result
 
 
-def _trunks_differ(a: Pose, b: Pose) -> bool:
+def trunks_differ(a: Pose, b: Pose) -> bool:
+    """Whether two poses differ by more than 20 degrees or 15 cm of the trunk."""
     turn = float(np.linalg.norm(vector_from_rotation(a.torso @ b.torso.T)))
     return turn > np.radians(20.0) or float(np.linalg.norm(a.position - b.position)) > 0.15
 

@@ -15,11 +15,11 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.initialise.finder import PoseFinder
+from stereotrack_core.tracking.initialise.finder import PoseFinder, differ, trunks_differ
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.measurements import chosen_data
 from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape, fitted_surface
@@ -27,6 +27,9 @@ from stereotrack_core.tracking.step import PersonModel, PersonState
 
 _BETTER = 6.0  # cost by which a pose that is not the usual one must be better to be taken
 _UNUSUAL = 20.0  # the same of one that faces away from it: front and back look much alike
+# Cost by which the usual pose may be worse after one step than what was found, to be taken at once:
+# where it is right, 25 and less; where the clouds after the first showed another one, 60 and more.
+_UNSETTLED = 40.0
 _TURN_GAIN = 3.0  # cost by which a body fitted the other way round must be more natural to be taken
 _FITTED = 8  # clouds that both ways of facing are followed over; every second one is fitted to
 Told = Callable[[int, int], object]  # is told how many of how many parts are done
@@ -37,26 +40,32 @@ def first_pose_in(
 ) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
-    The clouds are followed forwards, until it has shown which of the poses that explain the first
-    one is right, and then back to it. Where the pose in which recordings usually begin, the T
-    pose facing north, explains the clouds about as well, it is taken; a world whose z does not
-    point up has no north, and a body that is turned round on the way did not face it. At last it
-    is looked at from both sides with bodies of their own shape. `told` may raise
-    :class:`Cancelled`.
+    The pose in which recordings usually begin, the T pose facing north, is taken at once where it
+    leads several views to the pose that is found in the first cloud; a world whose z does not point
+    up has no north.
+
+    Else the clouds are followed forwards, until it has shown which of the poses that explain the
+    first one is right, and then back to it. Where the usual pose explains the clouds about as
+    well, it is taken; a body that is turned round on the way did not face it. At last it is looked
+    at from both sides with bodies of their own shape. `told` may raise :class:`Cancelled`.
     """
     steps = _Steps(initialiser, told, 3 * len(clouds) + 2 * len(clouds[:_FITTED]))
-    state, estimates = initialiser.absent(), []
+    setup, usual = initialiser.setup, None
+    state, estimates = initialiser.absent(), list[Estimate]()
     for cloud in clouds:
         state, estimate = steps.step(state, cloud)
+        if usual is None and estimate.tracked and setup.upright == Z_UP:
+            usual = t_pose_in_cloud(setup.body, cloud.points)
+            several = len(cloud.view_names) > 1  # to one view, front and back look too much alike
+            if several and _leads_to(steps, usual, cloud, estimate.pose):
+                return usual
         estimates.append(estimate)
     tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
-    if initialiser.setup.upright == Z_UP:
-        usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
-        if _explains_as_well(steps, usual, clouds[first:], estimates[first:]):
-            return usual
+    if usual is not None and _explains_as_well(steps, usual, clouds[first:], estimates[first:]):
+        return usual
     steps.done = 2 * len(clouds)
     found = _followed_back(steps, clouds[first : last + 1], estimates[first : last + 1])
     steps.done = 3 * len(clouds)
@@ -161,7 +170,6 @@ def shape_in(
     `first_pose` gives the pose in a cloud, from which the person is followed.
     """
     setup, seen, state = initialiser.setup, list[SeenPose](), initialiser.absent()
-    pairing = DataToModel(setup)
     for done, cloud in enumerate(clouds):
         hooks.on_preparing("tracking the first frames", done, len(clouds))
         if not seen:
@@ -169,7 +177,7 @@ def shape_in(
         hooks.before_step()
         state, estimate = initialiser.step(state, cloud)
         if estimate.tracked:
-            data = pairing.choose(cloud)
+            data = chosen_data(setup, cloud)
             seen.append(SeenPose(data, estimate.pose, edge_maps(cloud), setup.upright))
     settled = seen[len(seen) // 3 :: 2]
     if len(settled) < _LEAST_SETTLED:
@@ -210,18 +218,30 @@ def _gain_of_turning(
 ) -> float:
     """How much more natural the other way round is, for a body fitted to this way of facing."""
     setup, follower = initialiser.setup, initialiser.follower
-    pairing = DataToModel(setup)
     state, poses = follower.first(pose), []
     for cloud in clouds:
         told()
         state, estimate = follower.step(state, cloud)
         poses.append(estimate.pose)
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
-    seen = [SeenPose(pairing.choose(c), pose, upright=setup.upright) for c, pose in pairs]
+    seen = [SeenPose(chosen_data(setup, c), pose, upright=setup.upright) for c, pose in pairs]
     body, fitted = fitted_surface(setup.body, seen, setup.parameters, setup.joints)
     judge = PoseFinder(replace(setup, body=body))
     gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
     return float(np.mean(gains))
+
+
+def _leads_to(steps: _Steps, usual: Pose, cloud: Cloud, found: Pose) -> bool:
+    """Whether following from the usual pose gives what was found in the same cloud, or better arms.
+
+    One step has not settled yet, so that it may be somewhat worse.
+    """
+    _, estimate = steps.step(steps.model.first(usual), cloud)
+    if not estimate.tracked or trunks_differ(estimate.pose, found):
+        return False
+    cost = steps.model.finder.cost
+    more = cost(estimate.pose, cloud) - cost(found, cloud)
+    return more < (0.0 if differ(estimate.pose, found) else _UNSETTLED)
 
 
 def _explains_as_well(

@@ -1,7 +1,7 @@
 """What the first frames of mono views tell before the track begins."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,20 +22,14 @@ _ASKED = 24  # frames, evenly spread over these, that the shape is fitted to
 _FEWEST = 6  # tracked frames without which nothing is fitted
 
 
-@dataclass(frozen=True, eq=False)
-class FirstFrames:
-    """What the first frames tell of the person."""
-
-    shape: BodyShape  # with margins as the contours and offsets as the keypoints show them
-    pose: Pose | None  # of the first frame; None where it is not tracked
-
-
 def told_by_first_frames(
     model: TrackModel, state: TrackState, clouds: Sequence[Cloud], hooks: Hooks
-) -> FirstFrames | None:
+) -> tuple[BodyShape, Pose | None]:
     """Track the first frames, smooth them, and compare contours and keypoints with the body's.
 
-    None where hardly any frame is tracked.
+    Gives the shape, with margins as the contours and offsets as the keypoints show them, and the
+    pose of the first frame. The shape is the body's own, and there is no pose, where hardly any
+    frame is tracked.
     """
     body, frames = model.setup.body, list[TrackedFrame]()
     for done, cloud in enumerate(clouds):
@@ -46,9 +40,9 @@ def told_by_first_frames(
         frames.append(TrackedFrame(cloud.frame, estimate, places, cloud, {}).without_cloud())
     frames = list(smoothed(frames, model.setup, fit_movement=True).frames)
     known = [i for i, frame in enumerate(frames) if frame.tracked]
-    if len(known) < _FEWEST:
-        return None
     shape = body.shape
+    if len(known) < _FEWEST:
+        return shape, None
     if model.setup.parameters.fit_shape:
         chosen = np.unique(np.linspace(0, len(known) - 1, _ASKED).astype(int))
         asked = [(frames[known[i]].estimate.pose, clouds[known[i]]) for i in chosen]
@@ -56,4 +50,4 @@ def told_by_first_frames(
         shape = fitted_outline(body, edges)
         if any(own for _, own in edges):  # else offsets look like other lengths of the body
             shape = fitted_offsets(replace(model.setup, body=body.with_shape(shape)), asked)
-    return FirstFrames(shape, frames[0].estimate.pose if frames[0].tracked else None)
+    return shape, frames[0].estimate.pose if frames[0].tracked else None

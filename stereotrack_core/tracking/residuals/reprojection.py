@@ -40,13 +40,6 @@ class PlacedKeypoints:
     slack: FloatArray  # (K,), metres
     arm: BoolArray  # (K,). Whether it is a point of an arm beyond the shoulder.
 
-    def in_cameras(self, frames: PartFrames) -> FloatArray:
-        """The points (K, V, 3) in the frames of the cameras, for one pose."""
-        world = frames.apply(self.part, self.point)
-        seen = self.seen
-        turned = np.einsum("vij,kj->kvi", seen.rotation, world)
-        return np.asarray(turned + seen.translation)
-
 
 @dataclass(frozen=True, eq=False)
 class KeypointObservation:
@@ -68,7 +61,9 @@ class KeypointObservation:
         placed = _placed(self.seen, body)
         if placed is None:
             return None
-        in_camera = placed.in_cameras(body.frames(pose))
+        world = body.frames(pose).apply(placed.part, placed.point)
+        turned = np.einsum("vij,kj->kvi", placed.seen.rotation, world)
+        in_camera = np.asarray(turned + placed.seen.translation)  # (K, V, 3), metres
         predicted = pinhole(in_camera, placed.seen.focal)
         metre = placed.seen.focal / np.maximum(in_camera[..., 2], 0.1)
         exchanged = _exchanged_sides(placed, predicted, metre, follows=follows)
@@ -238,10 +233,6 @@ class PinholePoints:
         world = frames.apply(self.part, self.point)
         return np.asarray(np.einsum("mij,...mj->...mi", self.rotation, world) + self.translation)
 
-    def pixels(self, frames: PartFrames) -> FloatArray:
-        """Their pixels (..., m, 2); NaN behind the camera."""
-        return pinhole(self.in_camera(frames), self.focal)
-
 
 @dataclass(frozen=True, eq=False)
 class ReprojectionResidual:
@@ -253,7 +244,7 @@ class ReprojectionResidual:
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The points' pixels (S, 2 m) for stacked poses."""
-        pixels = self.points.pixels(frames)
+        pixels = pinhole(self.points.in_camera(frames), self.points.focal)
         return pixels.reshape(len(pixels), -1)
 
     def rows(self, frames: PartFrames) -> Rows:

@@ -7,9 +7,8 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
-from weakref import WeakKeyDictionary
 
-from stereotrack_core.arrays import Float32Array, ImageArray
+from stereotrack_core.arrays import Float32Array
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
 from stereotrack_core.depth.cloud import Cloud
@@ -23,13 +22,12 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameReader, ViewImages
 from stereotrack_core.tracking.clouds import Told
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 _CHAINS = 4  # chains that are kept with what they have learned of the empty scene
-_EMPTY_SCENE = -1  # stands for the frame number of images without anybody
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,6 @@ class CloudStore:
         self.recording = recording
         self.reader = reader
         self.memory = Memory(limit)
-        self.pictures = _NumberedReader(self)
         self.shapes: dict[Hashable, BodyShape] = {}
         """Shapes that were fitted, by what they depend on."""
         self.rows: dict[Hashable, float] = {}
@@ -86,7 +83,7 @@ class CloudStore:
         self._chains.clear()
         self.memory.clear()
 
-    def go_on(self) -> None:
+    def go_on(self, *_: object) -> None:
         """Raise :class:`Cancelled` where the work is no longer wanted."""
         if self.cancelled():
             raise Cancelled
@@ -136,9 +133,9 @@ class CloudStore:
         )
         try:
             if learned is not None:
-                chain.take_background(learned, self.pictures, key.learned_from)
+                chain.take_background(learned, self.reader, key.learned_from)
             else:
-                chain.learn_background(self.pictures, key.learned_from)
+                chain.learn_background(self.reader, key.learned_from, self.go_on)
         except BaseException:
             chain.close()
             raise
@@ -149,7 +146,7 @@ class CloudStore:
         before = key.depth.values()
         wanted = stage_key(key.depth, Stage.MATCHING), key.depth.background_empty_scene
         if wanted not in self._fitting:
-            found = settled(self.recording, key.depth, self.pictures, self._deep).values()
+            found = settled(self.recording, key.depth, self.reader, self._deep).values()
             self._fitting[wanted] = {k: v for k, v in found.items() if v != before[k]}
         return key.depth.replaced(**self._fitting[wanted])
 
@@ -212,38 +209,9 @@ class KeptClouds:
 
     def _measured(self, frame: int) -> tuple[MeasuredViews, float]:
         begun = time.perf_counter()
-        frame_set = self._store.pictures.frame_set(frame)
+        frame_set = self._store.reader.frame_set(frame)
         read = time.perf_counter() - begun
         return self.chain.measured(frame_set), read
-
-
-class _NumberedReader:
-    """A store's reader, which remembers which frame its images are of."""
-
-    def __init__(self, store: CloudStore) -> None:
-        self._store = store
-        self._numbers: WeakKeyDictionary[ViewImages, int] = WeakKeyDictionary()
-
-    @property
-    def frame_count(self) -> int:
-        """Number of frame sets."""
-        return self._store.reader.frame_count
-
-    def frame_set(self, k: int) -> FrameSet:
-        """All images of one instant."""
-        self._store.go_on()
-        found = self._store.reader.frame_set(k)
-        self._numbers.update(dict.fromkeys(found.views.values(), k))
-        return found
-
-    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
-        """Left and reference image of a view without anybody, where there are any."""
-        self._store.go_on()
-        return self._store.reader.background(view)
-
-    def number(self, images: ViewImages) -> int:
-        """Frame that the images are of."""
-        return self._numbers.get(images, _EMPTY_SCENE)
 
 
 class _RememberingStereo(StereoSource):
@@ -261,7 +229,7 @@ class _RememberingStereo(StereoSource):
 
     def align_rows(self, images: Sequence[ViewImages]) -> None:
         """Measure the rows, or take what was measured on the same pairs."""
-        place = self._of, tuple(self._store.pictures.number(one) for one in images)
+        place = self._of, tuple(one.frame for one in images)
         if place not in self._store.rows:
             super().align_rows(images)
             self._store.rows[place] = self.rows
@@ -270,7 +238,7 @@ class _RememberingStereo(StereoSource):
     def open(self, images: ViewImages) -> _RememberedFrame:
         """Rectify, or take what was rectified; see :class:`StereoSource`."""
         self._store.go_on()
-        place = "matching", self._of, self._store.pictures.number(images)
+        place = "matching", self._of, images.frame
         known: _RememberedFrame | None = self._store.memory.get(place)
         return known or _RememberedFrame(
             **vars(super().open(images)), store=self._store, place=place

@@ -9,7 +9,6 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import FirstFrame, Replaced, TrackedFrame
-from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.prepare import (
     Start,
@@ -157,7 +156,7 @@ class Trial:
         run, shape = unprepared(clouds), start.shape
         if estimates_lengths(run) and clouds.have_depth:
             if start.lengths is not None:
-                run = with_lengths(run, EstimatedLengths(start.lengths))
+                run = with_lengths(run, start.lengths)
             else:
                 run = with_estimated_lengths(run, self.known, hooks)
         if self._fits_shape:

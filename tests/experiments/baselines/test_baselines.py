@@ -11,8 +11,8 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM
 from stereotrack_core.experiments.baselines import particles
-from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimator import Measurements, Prediction
+from stereotrack_core.experiments.baselines.estimators import limb_icp
+from stereotrack_core.tracking.measurements import Measurements
 from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import BASELINES, preset
 from tests.tracking.running import Stepping
@@ -42,11 +42,9 @@ def make(name, seed=0, **changes):
 
 
 def given(tracker, data):
-    """The prediction from the tracker's pose, and measurements of some data alone."""
+    """Measurements of some data alone, the prediction from the tracker's pose, and its state."""
     state = tracker.state.leader
-    predicted = Prediction(state.pose, state.P, 1.0)
-    measured = Measurements(tracker.setup, cloud_of(data), data, DataToModel(tracker.setup))
-    return measured, predicted
+    return Measurements(tracker.setup, cloud_of(data), data), state, state
 
 
 def clouds(body, pose, rng, count, points=2500):
@@ -98,6 +96,6 @@ def test_limbs_without_data_stay_where_they_are_expected():
     points = surface_points(tracker.setup.body, POSES["t"], 4000, rng)
     surface = given(tracker, points)[0].surface(POSES["t"], wide=False)
     seen = surface.data[surface.part != LEFT_FOREARM]
-    found = tracker.model.follower.estimator.settle(*given(tracker, seen))
+    found = limb_icp(*given(tracker, seen))[0]
     assert angle_errors(tracker.setup.body, found.pose, POSES["t"])[LEFT_FOREARM] < 3.0
     assert np.isfinite(found.P).all()

@@ -3,6 +3,7 @@
 import numpy as np
 
 from stereotrack_core.body.manifold import difference, jacobian
+from stereotrack_core.experiments.baselines.estimators import extended_kalman
 from tests.experiments.baselines.test_baselines import make
 from tests.tracking.scenes import POSES, cloud_of, surface_points
 
@@ -14,7 +15,7 @@ def test_the_correction_is_the_classic_one():
     cloud = cloud_of(surface_points(tracker.setup.body, POSES["reaching"], 400, rng, 0.01))
     follower, setup, state = tracker.model.follower, tracker.setup, tracker.state.leader
     predicted, measured = follower.predicted(state, cloud), follower.measured(state, cloud)
-    P0, found = predicted.P, follower.estimator.settle(measured, predicted)
+    P0, found = predicted.P, extended_kalman(measured, predicted, state)[0]
     frames = setup.body.frames(predicted.pose)
     surface = measured.surface(predicted.pose, wide=True).rows(frames)
     rows = np.concatenate([surface, measured.limits(predicted.pose)])

@@ -114,9 +114,10 @@ def project(recording) -> Iterator[Project]:
 @pytest.fixture
 def tasks(qapp):
     """Work in the background, ended with the test."""
-    from app.services.tasks.task import TaskList
+    from app.context import window_loop
+    from app.session.jobs import TaskList
 
-    made = TaskList(lambda _error: None)
+    made = TaskList(window_loop(qapp), lambda _error: None, lambda: None)
     yield made
     made.shutdown()
 
@@ -140,7 +141,6 @@ def stage(qtbot, project, make, shown, tmp_path):
     recording = open_recording(project.find_recording().folder)
     made.edits.set_project(project)
     changes = made.context.session.changes
-    changes.hear(Part.EDIT, made.panels.follow)
     project.on_change(partial(changes.tell, Part.EDIT))
     made.panels.set_project(project, recording, FRAMES)
     shown(made, 1100, 900)

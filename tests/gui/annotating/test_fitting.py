@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from app.context import window_loop
 from app.features.annotate.filling.reference_work import ReferenceWork
-from app.services.tasks.task import TaskList
+from app.session.jobs import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import fit_of_reference
@@ -25,9 +26,9 @@ def annotated(project, make):
 
 
 @pytest.fixture
-def work(qtbot, annotated, recording):
+def work(qapp, annotated, recording):
     problems = []
-    tasks = TaskList(problems.append)
+    tasks = TaskList(window_loop(qapp), problems.append, lambda: None)
     shown = []
     made = ReferenceWork(tasks, lambda: shown.append(made.now), lambda: None)
     made.tasks, made.problems, made.shown = tasks, problems, shown
@@ -81,7 +82,7 @@ def test_a_selection_alone_is_filled_in(qtbot, annotated, work, make):
 
 def test_it_can_be_stopped(qtbot, annotated, work):
     work.fit()
-    work.cancel()
+    work.tasks.cancel_all()
     qtbot.waitUntil(lambda: not work.fitting, timeout=30_000)
     assert not work.problems
     assert annotated.references.names() == ()

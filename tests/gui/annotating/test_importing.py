@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QObject
 
+from app.context import window_loop
 from app.features.annotate import dialogs
 from app.features.annotate.dialogs import AnnotationDialogs
-from app.services.tasks.task import TaskList
+from app.session.jobs import TaskList
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.trc import write_trc
@@ -26,7 +27,9 @@ class Panels(QObject):
     def __init__(self, project, recording):
         super().__init__()
         self.project, self.recording, self.frame_count = project, recording, 10
-        self.context = SimpleNamespace(tasks=TaskList(lambda _error: None), notifier=Notices())
+        tasks = TaskList(window_loop(self), lambda _error: None, lambda: None)
+        session = SimpleNamespace(keypoints=None)
+        self.context = SimpleNamespace(tasks=tasks, notifier=Notices(), session=session)
 
 
 @pytest.fixture

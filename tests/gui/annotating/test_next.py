@@ -8,12 +8,12 @@ from PySide6.QtCore import Qt
 
 from app.features.annotate.next_clicks import NextPresenter
 from app.widgets.tables.next_panel import NextPanel
-from stereotrack_core.annotation.click_gains import limb_sigma_deg
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
+from tests.annotation.fits import limb_sigma_deg
 
 LEFT = Qt.MouseButton.LeftButton
 FRAMES = 40

@@ -38,7 +38,7 @@ def messages_of_run(window, qtbot, **changes):
     said = heard(window)
     window.context.session.track.choose("fast", preset("fast").replaced(**changes))
     window.context.view_state.select(range(2))
-    window.context.session.tracker.run_selection()
+    window.context.session.track.run_selection()
     qtbot.waitUntil(lambda: window.context.session.track.entry is None)
     qtbot.waitUntil(window.context.tasks.settled)
     return said

@@ -57,7 +57,7 @@ def killed(small_recording, tmp_path) -> Path:
 def opened(window, qtbot, recording):
     said = []
     window.messages.show_message = said.append
-    window.context.session.opening.open(recording)
+    window.context.session.open(recording)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
     qtbot.waitUntil(window.context.tasks.settled)
     return said
@@ -88,10 +88,10 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
 def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
     opened(window, qtbot, small_recording)
     window.context.session.track.choose("fast", preset("fast").replaced(fit_shape=False))
-    window.context.session.tracker.first_pose = "tpose"
+    window.context.session.track.first_pose = "tpose"
     place = place_for_run(window.context.session.project.path)
     window.context.view_state.select(range(2))
-    window.context.session.tracker.run_selection()
+    window.context.session.track.run_selection()
     qtbot.waitUntil(lambda: window.context.session.track.entry is None)
     qtbot.waitUntil(window.context.tasks.settled)
     [kept] = kept_runs(window.context.session.project.project.runs)

@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.features.track import keeping as keeper
+from app.session.changes import Part
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
@@ -39,7 +40,7 @@ def finished(window, name, off=0.05, **changes) -> RunEntry:
 def track_quickly(window):
     settings = preset("fast").replaced(iterations=2, fit_shape=False)
     window.context.session.track.choose("fast", settings)
-    window.context.session.tracker.first_pose = "tpose"
+    window.context.session.track.first_pose = "tpose"
 
 
 def settle(window, qtbot):
@@ -57,7 +58,7 @@ def kept(window):
 def reopen(window, qtbot):
     folder = window.context.session.document.recording.folder
     window.context.session.document.close()
-    window.context.session.opening.open(folder)
+    window.context.session.open(folder)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     settle(window, qtbot)
 
@@ -84,9 +85,10 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert (hidden.name, hidden.visible, hidden.waiting) == ("run", False, True)
     assert shown is tracking.context.session.runs.active
     assert same_run(before, shown.run())
-    row = tracking.features.track.row(hidden)
+    now = tracking.context.session.snapshot
+    row = tracking.features.track.row(now, hidden)
     assert (row.frames, row.seed, row.time) == ("0 – 7", "5", "1:15 min")
-    made = tracking.features.track.row(shown).made
+    made = tracking.features.track.row(now, shown).made
     assert "iterations 2 instead of 3" in made
     assert made.endswith("Track, Install pose detector …"), "it would have helped"
     item = tracking.features.track.panel.tree.topLevelItem(0)
@@ -156,7 +158,7 @@ def test_trials_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot):
     assert kept(tracking) == ["from a file"]
     assert tracking.features.track.why_not_keep() == "The run is already stored in the project."
     trial.kind = "run"
-    tracking.context.session.runs.tell()
+    tracking.context.session.runs.tell(Part.RUNS)
     settle(tracking, qtbot)
     assert kept(tracking) == ["from a file", "trial"]
 
@@ -174,7 +176,7 @@ def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
 def test_a_run_in_progress_ends_with_its_recording_and_is_kept(tracking, qtbot):
     """Whatever opens another recording: its frames would be followed and its clouds be kept."""
     track_quickly(tracking)
-    tracking.context.session.tracker.step()
+    tracking.context.session.track.step()
     qtbot.waitUntil(
         lambda: (
             tracking.context.session.track.paused

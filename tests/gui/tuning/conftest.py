@@ -41,7 +41,7 @@ def tuning(opened, qtbot, quick_run_file):
     """The window in the workspace Tune, with that run and its settings."""
     opened.context.session.runs.add(entry_of_run(read_run(quick_run_file), quick_run_file))
     tracker, quick = opened.context.session.track, preset("fast").replaced(**QUICK)
-    tracker.take(replace(tracker.chosen, settings=quick))
+    tracker.put(replace(tracker.chosen, settings=quick))
     opened.context.docks.show_named("tune")
     opened.features.tune.show_settings()
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)

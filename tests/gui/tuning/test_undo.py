@@ -143,7 +143,7 @@ def test_closing_the_recording_ends_what_no_project_stores(still, qtbot):
     typed(still, "sigma_joint", "25")
     still.context.session.document.close()
     assert named(still) == ("Undo", "Redo")
-    still.context.session.opening.open(folder)
+    still.context.session.open(folder)
     qtbot.waitUntil(lambda: still.context.session.project.project is not None)
     settle(still, qtbot)
     assert named(still) == ("Undo Place left elbow in N_right, frame 3", "Redo")

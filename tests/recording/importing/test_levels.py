@@ -15,7 +15,6 @@ from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.readers import with_one_white
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
-from tests.recording.importing.bags import BEGIN, Bag
 from tests.recording.importing.clips import HEIGHT, WIDTH, chosen, clip, frames_of, images, numbered
 
 DARK, GREY, BRIGHT = 200, 1500, 4000  # of 12 bits
@@ -72,21 +71,6 @@ def test_what_a_file_states_counts_more_than_dim_pictures(tmp_path, suffix):
     choices, frames = made(tmp_path / "in", tmp_path / "out")
     assert choices.uses[0].source.white == 4095
     assert frames[0]["stereo"].image.max() == as_shown(900)
-
-
-@pytest.mark.parametrize("encoding", ["mono16", "bgr16"])
-def test_images_of_16_bits_in_a_bag(tmp_path, encoding):
-    with Bag(tmp_path / "walk.bag", "rosbag1") as bag:
-        for k, value in enumerate((DARK, GREY, BRIGHT)):
-            at = BEGIN + k * 50_000_000
-            for side in ("left", "right"):
-                shown = picture(value, 3 if encoding == "bgr16" else 1)
-                bag.image(f"/{side}/image_raw", shown, encoding, at, f"{side}_optical")
-    choices = chosen(tmp_path / "walk.bag")
-    assert [use.role for use in choices.uses] == ["left", "right"]
-    recording = make_recording(choices, tmp_path / "out")
-    shown = [views["stereo"].image.mean() for views in frames_of(recording)]
-    assert shown == pytest.approx([as_shown(one) for one in (DARK, GREY, BRIGHT)], abs=1.5)
 
 
 @pytest.mark.parametrize(("layout", "values"), [("gray16le", (DARK, GREY)), ("gray12le", (GREY,))])

@@ -1,7 +1,5 @@
 """What views should see of a body, against rays that are cast one by one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -33,17 +31,13 @@ def _unlike(pictures, pose):
     """Pixels of all views that speak against a pose."""
     frames = BODY.frames(pose)
     chosen = ~(OF_ARM[0] | OF_ARM[1]), *OF_ARM
-    tables = [outline_cones(replace(BODY, cones=BODY.cones[which]), frames) for which in chosen]
-    total = 0.0
-    for seen in pictures:
-        rest, left, right = map(seen.drawn, tables)
-        total += seen.unlike_pairs(rest, left[None], right[None], 0.5)[0, 0]
-    return total
+    rest, left, right = (outline_cones(BODY, frames)[which] for which in chosen)
+    return sum(seen.unlike(rest, left[None], right[None], 0.5)[0, 0] for seen in pictures)
 
 
 def _pixels_drawn(pictures, pose):
     table = outline_cones(BODY, BODY.frames(pose))
-    return sum(np.count_nonzero(seen.drawn(table)) for seen in pictures)
+    return sum(np.count_nonzero(seen.drawn(table)[0]) for seen in pictures)
 
 
 def _cast_like(seen, bodies, geometry):
@@ -62,7 +56,7 @@ def test_a_body_is_drawn_where_rays_hit_it(clouds, name):
     for seen, depth in zip(
         seen_pictures(clouds[name], 3), clouds[name].depths.values(), strict=True
     ):
-        drawn = seen.drawn(outline_cones(BODY, frames))
+        drawn, _ = seen.drawn(outline_cones(BODY, frames))
         bodies = solids(placed_cones(BODY, frames), BODY.cones.outline)
         exact = _cast_like(seen, bodies, depth.geometry)
         both = (drawn > 0.0) & np.isfinite(exact)

@@ -12,7 +12,7 @@ from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.skeleton import LEFT_FOREARM, RIGHT_FOREARM
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.residuals.detections import DetectionObservation, corrected_by
 from stereotrack_core.tracking.state import Belief, Setup
@@ -83,7 +83,7 @@ def test_detections_between_frames_bring_a_fast_arm_along(rng):
     settings = preset("fast").replaced(search_arms=False, detection_gate=1.5).tracking
     setup, off = Setup(BODY, settings, CAMERAS, 10.0, 0), []
     for detections in ((), tuple(seen_of)):
-        tracker = Stepping(Follower(setup, IteratedEstimator(setup), uses_async_detections=True))
+        tracker = Stepping(Follower(setup, uses_async_detections=True))
         tracker.start(POSES["t"], P=setup.first_state(POSES["t"]).P * 0.2)
         estimate = tracker.step(replace(cloud, detections=detections))
         off.append(np.linalg.norm(_hand(estimate.pose, "right_hand") - _hand(fast, "right_hand")))

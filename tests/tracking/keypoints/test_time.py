@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stereotrack_core.tracking.iekf import Follower, IteratedEstimator
+from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.thesis import ThesisModel
@@ -28,7 +28,7 @@ def setup_of(name="fast", **changes):
 
 def filter_of(*, listens=True, **changes):
     setup = setup_of(**changes)
-    return Stepping(Follower(setup, IteratedEstimator(setup), uses_async_detections=listens))
+    return Stepping(Follower(setup, uses_async_detections=listens))
 
 
 def thesis():

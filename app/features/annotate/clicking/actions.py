@@ -36,9 +36,6 @@ def _choosing(annotate: ClickController) -> list[Command]:
     def names() -> tuple[str, ...]:
         return annotating.landmark_set.names
 
-    def choose(place: int) -> None:
-        annotating.choose(names()[place])
-
     def says(place: int) -> str:
         known = place < len(names())
         return names()[place].replace("_", " ").capitalize() if known else f"Landmark {place + 1}"
@@ -54,7 +51,7 @@ def _choosing(annotate: ClickController) -> list[Command]:
     by_key = [
         command(
             f"landmark_{place + 1}", f"Landmark {place + 1}", f"Select landmark {place + 1} for "
-            "the next click.", partial(choose, place), str(place + 1),
+            "the next click.", partial(annotating.choose_place, place), str(place + 1),
             why_not=partial(why_not, place), checked=partial(is_chosen, place),
             says=partial(says, place),
         )

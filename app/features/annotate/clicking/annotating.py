@@ -16,6 +16,7 @@ from stereotrack_core.project.prefilling import accept
 from ....context import Context
 from ....session.changes import PROJECT, Part
 from ....session.edits import Moved
+from ....widgets.camera.click_marks import ClickAct
 from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 
 _CLICKS = frozenset({"click", "repeat_click"})
@@ -116,6 +117,9 @@ class Annotating:
         if landmark in self.landmark_set.names:
             self._choose(Choice(landmark, asked=True))
 
+    def choose_place(self, place: int) -> None:
+        self.choose(self.landmark_set.names[place])
+
     def choose_next(self, by: int) -> None:
         names = self.landmark_set.names
         self.choose(names[(names.index(self.choice.landmark) + by) % len(names)])
@@ -166,6 +170,17 @@ class Annotating:
             self._tell(Part.CHOICE)
 
     # ---- edits
+
+    def act(self, act: ClickAct) -> None:
+        """Do what a person did with the mouse in a view."""
+        match act.what:
+            case "move":
+                self.move(act.key, act.pixel)
+            case "pick":
+                self.pick(act.key)
+            case _:
+                seen = Visibility.GUESSED if act.what == "guess" else Visibility.SEEN
+                self.place(act.key, act.pixel, seen)
 
     def place(
         self,

@@ -1,24 +1,24 @@
 """Clicking in the window: from what a person does in the views to edits, and back to marks."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TypeAlias
 
-from stereotrack_core.annotation.click import Prediction, Visibility
+from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.frame_clicks import ClickHints
 from stereotrack_core.project.prefilling import accepted_sigma, set_accepted_sigma
 from stereotrack_core.recording.description import Stream
 
 from ....context import Context
-from ....services.layout import stored_text
 from ....session.changes import PROJECT, Part
-from ....session.pictures import FittedBody
+from ....session.drawn import FittedBody
+from ....session.messages import Message
 from ....session.session import unless
-from ....widgets.camera.click_marks import ClickAct
+from ....session.surroundings import stored_text
+from ....session.view_state import PictureKind, camera_of
 from ....widgets.camera.overlays import LEADING
-from ....widgets.camera.picture import PictureKind, camera_of
 from ....widgets.forms.form_dialog import ask_for_number
-from ....widgets.forms.message import Message
 from ....widgets.forms.numbers import NumberField
 from ....widgets.tables.landmarks_panel import LandmarksPanel
 from ....widgets.tables.panels import BodyPanel
@@ -84,7 +84,7 @@ class ClickController:
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
         self._views = context.docks.views
-        self.landmarks = LandmarksPanel(lambda landmark: self.annotating.choose(landmark))
+        self.landmarks = LandmarksPanel(lambda place: self.annotating.choose_place(place))
         self.body = BodyPanel()
         context.docks.add("landmarks", "Landmarks", self.landmarks)
         context.docks.add("body", "Body fit", self.body)
@@ -103,14 +103,18 @@ class ClickController:
 
     def _connect(self) -> None:
         context, session, views = self._context, self._session, self._views
-        views.clicked.connect(self._on_clicked)
+        views.clicked.connect(self.annotating.act)
         views.refused.connect(self._say)
         views.at_hand_changed.connect(self._on_view_at_hand)
         watch = session.changes.watch
         watch(Part.PICTURES | Part.PLAYING, self.facts.ask)
         watch(Part.PICTURES, self.annotating.follow)
         watch(Part.WORKSPACE | PROJECT, self._on_workspace)
-        watch(Part.INSTANT | Part.DOUBTS | Part.HINTS | Part.PROPOSALS, self.show)
+        watch(Part.INSTANT, self.show)
+        # they follow one another in a moment
+        watch(
+            Part.DOUBTS | Part.HINTS | Part.PROPOSALS, partial(context.docks.redraw.soon, self.show)
+        )
         watch(Part.CLICKS | Part.CHOICE, self._on_annotated)
         watch(Part.EDITS, self.annotating.end_nudging)
         session.changes.hear(Part.MOVED, self.annotating.choose_moved)
@@ -139,12 +143,12 @@ class ClickController:
 
     # ---- showing
 
-    def show(self) -> None:
-        """Draw the clicks of the frame, when its pictures are there; fill the panels."""
+    def show(self) -> bool:
+        """Draw clicks and fill panels; False while the frame's pictures are not there."""
         told, document = self._session.instant.told, self._session.document
         recording = document.recording
         if recording is None or told is None or told.frame_set.index != document.frame:
-            return
+            return False
         facts, state = self.facts.now(), self._context.view_state
         shown = [recording.cameras[name] for name in self._cameras()]
         self._views.set_marks(marks_of(facts, shown))
@@ -154,19 +158,18 @@ class ClickController:
         if self.active:
             cameras, fit = self._all_cameras(), facts.fit
             names = [facts.views.get(name, name) for name in cameras]
-            self.landmarks.show_rows(names, landmark_rows(facts, cameras))
+            known = facts.landmark_set.names
+            chosen = known.index(facts.chosen) if facts.chosen in known else -1
+            self.landmarks.show_rows(names, landmark_rows(facts, cameras), chosen)
             rows = (*limb_rows(facts), *camera_rows(facts), *length_rows(facts))
             self.body.show_body(fit_words(facts), rows)
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
+        return True
 
     def _on_annotated(self) -> None:
-        self.show()
-        told = self._session.instant.told
-        if told is None or told.frame_set.index != self._session.document.frame:
-            return  # another frame is on its way
-        # keys that follow a click at once find their commands ready
-        self._context.actions.refresh("&Annotate")
+        if self.show():  # keys that follow a click at once find their commands ready
+            self._context.actions.refresh("&Annotate")
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None
@@ -177,16 +180,6 @@ class ClickController:
             self._context.notifier.show(message)
 
     # ---- what a person does
-
-    def _on_clicked(self, act: ClickAct) -> None:
-        match act.what:
-            case "move":
-                self.annotating.move(act.key, act.pixel)
-            case "pick":
-                self.annotating.pick(act.key)
-            case _:
-                seen = Visibility.GUESSED if act.what == "guess" else Visibility.SEEN
-                self.annotating.place(act.key, act.pixel, seen)
 
     def nudge(self, x: float, y: float) -> None:
         held = self.annotating.held()

@@ -19,9 +19,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.worker_processes import TaskProcess
 
 from ....context import Context
-from ....services.tasks.newest import NewestAnswer
 from ....session.changes import Part
-from ....widgets.redraw import later
+from ....session.newest import NewestAnswer
 from .annotating import Annotating
 from .marks import FEWEST, FrameMarks
 from .proposing import ProposalPresenter
@@ -55,23 +54,23 @@ class AnnotationFacts:
         self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
         """Whether the body is fitted to measured points too."""
-        told = partial(session.changes.tell, Part.HINTS), context.notifier.error
+        told = partial(session.changes.tell, Part.HINTS)
         self._hints: NewestAnswer[frame_clicks.ClickHints] = NewestAnswer(
-            self._hint_question, frame_clicks.hints_of, "click hints", *told
+            context.tasks, self._hint_question, frame_clicks.hints_of, "click hints", told
         )
         self._fitters = (_FitProcess(), _FitProcess())
         self._fit: NewestAnswer[frame_clicks.ShownFit] = NewestAnswer(
-            lambda: self._question(None), self._fitters[0].fit, "live fit", *told
+            context.tasks, lambda: self._question(None), self._fitters[0].fit, "live fit", told
         )
         self._deep: NewestAnswer[frame_clicks.ShownFit] = NewestAnswer(
-            self._deep_question, self._fitters[1].fit, "fit with depth", *told
+            context.tasks, self._deep_question, self._fitters[1].fit, "fit with depth", told
         )
         # curves and predictions come after the click or the picture is painted
-        self._soon = later(session, self._hints.ask, _SOON_MS)
+        self._soon = session.later(self._hints.ask, _SOON_MS)
         # frames that are only passed by are not fitted
-        self._rest = later(session, self._fit.ask, _REST_MS)
+        self._rest = session.later(self._fit.ask, _REST_MS)
         # measured points take longer, so they wait until somebody looks at what was clicked
-        self._pause = later(session, self._deep.ask, _PAUSE_MS)
+        self._pause = session.later(self._deep.ask, _PAUSE_MS)
         self._timers = (self._soon, self._rest, self._pause)
         self._sources = (self._hints, self._fit, self._deep)
         watch = session.changes.watch

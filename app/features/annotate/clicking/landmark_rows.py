@@ -9,44 +9,45 @@ from stereotrack_core.annotation.click import UNCERTAIN, USUAL_SIGMA, Click, Vis
 from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.fit.results import outlier_words
 from stereotrack_core.annotation.frame_clicks import ShownFit
+from stereotrack_core.annotation.landmark_set import Landmark
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG
 
 from ....widgets.style.colours import LIMB_COLOURS, limb_words
-from ....widgets.tables.landmarks_panel import CellState, LandmarkRow
+from ....widgets.tables.landmarks_panel import CELL_WORDS, CellState
 from ....widgets.tables.table import Cell, CellRow
 from .marks import FEWEST, FrameMarks, predictions_in
 
 _KEYS = 9
+_OUTLIER = "The fit treats a click of this landmark as an outlier.", "warning"  # tip and colour
 _MOST_WORDS = 2
 _UNSURE_DEG = 10.0
 _MISFIT = 8.0
 """Usual sigmas that the clicks are off in the median from which the fit is called wrong."""
 
 
-def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRow, ...]:
+def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[CellRow, ...]:
     """Every landmark of the set, with its state in these cameras."""
     there = {(click.camera, click.landmark): click for click in facts.clicks}
     seen = {(one, p.landmark) for one in cameras for p in predictions_in(facts, one)}
 
-    def cell(camera: str, landmark: str) -> CellState:
-        place = (camera, landmark)
-        return _state(there.get(place), predicted=place in seen)
+    def cell(camera: str, landmark: Landmark) -> Cell:
+        place = camera, landmark.name
+        state = _state(there.get(place), predicted=place in seen)
+        said = f"{landmark.label} in {facts.views.get(camera, camera)}: {CELL_WORDS[state]}"
+        return Cell(tip=said, said=said, value=(landmark.colour, state))
 
-    return tuple(
-        LandmarkRow(
-            key=str(place) if place <= _KEYS else "",
-            landmark=landmark.name,
-            label=landmark.label,
-            colour=landmark.colour,
-            chosen=landmark.name == facts.chosen,
-            cells=tuple(cell(camera, landmark.name) for camera in cameras),
-            residual=_residual(facts, landmark.name),
-            distance=_distance(facts, landmark.name),
-            bad=_is_outlier(facts, landmark.name),
+    def row(place: int, landmark: Landmark) -> CellRow:
+        shown = _OUTLIER if _is_outlier(facts, landmark.name) else ("", "")
+        return (
+            Cell(str(place) if place <= _KEYS else "", value=landmark.colour),
+            Cell(landmark.label),
+            *(cell(camera, landmark) for camera in cameras),
+            Cell(_residual(facts, landmark.name), *shown),
+            Cell(f"{_distance(facts, landmark.name)} ", *shown),
         )
-        for place, landmark in enumerate(facts.landmark_set.landmarks, start=1)
-    )
+
+    return tuple(row(*each) for each in enumerate(facts.landmark_set.landmarks, start=1))
 
 
 def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:

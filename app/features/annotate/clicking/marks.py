@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -120,7 +120,7 @@ def _marks(facts: FrameMarks, camera: Camera) -> click_marks.ClickMarks:
         predictions=_prediction_marks(facts, camera, {mark.landmark for mark in clicks}),
         curves=_curve_marks(facts, camera.name),
         residuals=_residual_marks(facts, own, camera),
-        model=_model(facts, camera),
+        model=() if facts.fit is None else _model(facts.fit, camera),
         model_is_old=facts.fit_is_old,
         outside=tuple(
             facts.label(click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
@@ -227,11 +227,10 @@ def _residual_marks(
     return tuple(found)
 
 
-def _model(facts: FrameMarks, camera: Camera) -> tuple[click_marks.LimbMark, ...]:
-    if facts.fit is None:
-        return ()
-    shapes = part_shapes(facts.fit.meshes, camera.project, camera.position_world, wire=False)
-    sigma = dict(zip(LIMBS, facts.fit.fit.limb_sigma_deg.tolist(), strict=True))
+@lru_cache(maxsize=16)  # a fit is drawn again with each click that follows it
+def _model(fit: ShownFit, camera: Camera) -> tuple[click_marks.LimbMark, ...]:
+    shapes = part_shapes(fit.meshes, camera.project, camera.position_world, wire=False)
+    sigma = dict(zip(LIMBS, fit.fit.limb_sigma_deg.tolist(), strict=True))
     return tuple(
         click_marks.LimbMark(limb, path, _opacity(sigma[limb])) for limb, path in limb_paths(shapes)
     )

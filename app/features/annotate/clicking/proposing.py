@@ -24,10 +24,10 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 
 from ....context import Context
-from ....services.tasks.newest import LatestOnly, NewestAnswer, Shared
 from ....session.changes import PROJECT, RECORDING, Part
+from ....session.document import Shared
+from ....session.newest import LatestOnly, NewestAnswer
 from ....session.runs import RunEntry
-from ....widgets.redraw import later
 from .annotating import Annotating
 
 _SOON_MS = 20
@@ -72,13 +72,13 @@ class ProposalPresenter:
         self._way: _Way | None = None
         self._tell_failure = context.notifier.error
         self.answer: NewestAnswer[Proposals] = NewestAnswer(
-            self._question, Proposer(), "proposals", self._tell, context.notifier.error
+            context.tasks, self._question, Proposer(), "proposals", self._tell
         )
         self._following = LatestOnly(
-            _follow, "follow clicks", self._on_followed, self._on_not_followed
+            context.tasks, _follow, "follow clicks", self._on_followed, self._on_not_followed
         )
         # the click or the picture is painted first
-        self._soon = later(session, self._ask, _SOON_MS)
+        self._soon = session.later(self._ask, _SOON_MS)
         session.changes.watch(Part.CLICKS | Part.PLAYING, self._soon.start)
         session.changes.hear(Part.EDIT, self._on_changed)
         session.changes.watch(PROJECT | RECORDING, self._forget)

@@ -17,7 +17,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
 from ....context import Context
-from ....services.tasks.task import Task
+from ....session.jobs import Job, Task
 from ....widgets.forms.form_dialog import FormDialog, ask_to_open, files_of, line_edit, push_button
 from ....widgets.style.building import choice, hbox, label
 
@@ -200,7 +200,7 @@ class TakeInDialog(FormDialog):
 
         self.accept_button.setEnabled(False)
         self.outcome.setText("Writing …")
-        self._context.tasks.write("merging clicks", work, done).failed.connect(failed)
+        self._context.tasks.write(Job("merging clicks", work, done, failed))
 
 
 def _summary(incoming: Incoming) -> str:

@@ -26,13 +26,11 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 
-from ....services.actions import Command, Menu
-from ....services.tasks.newest import LatestOnly
-from ....session.changes import Part
+from ....session.jobs import TaskList
+from ....session.newest import LatestOnly
 from ....widgets.forms.form_dialog import (
     FormDialog,
     ask_for_folder,
-    ask_for_text,
     ask_to_open_several,
     files_of,
     line_edit,
@@ -40,7 +38,6 @@ from ....widgets.forms.form_dialog import (
 )
 from ....widgets.redraw import later
 from ....widgets.style.building import choice, hbox, label
-from ..panels import AnnotationPanels
 
 _FILES = (
     f"{files_of('Predictions', KEYPOINT_SUFFIXES)};;COCO, MMPose, RTMPose (*.json);;"
@@ -66,6 +63,7 @@ class PredictionsDialog(FormDialog):
         recording: Recording,
         frames: int | None,
         write: Callable[[Project, DetectorImport], object],
+        tasks: TaskList,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__("Import predictions", "Import", self._on_accepted, parent)
@@ -75,7 +73,7 @@ class PredictionsDialog(FormDialog):
         self._plan: DetectorImport | None = None
         self._asked: partial[DetectorImport] | None = None
         self._reading = LatestOnly(
-            lambda plan: plan(), "read predictions", self._on_read, self._on_failed
+            tasks, lambda plan: plan(), "read predictions", self._on_read, self._on_failed
         )
         self.finished.connect(self._reading.close)
         self._soon = later(self, self._read, _SOON_MS)
@@ -262,66 +260,3 @@ def _told(plan: DetectorImport, *, propose: bool) -> str:
     if plan.replaced:
         lines.append(f"{counted(plan.replaced, 'keypoint')} of the project will be replaced.")
     return "\n".join(lines)
-
-
-class PredictionExchange:
-    """Asks which files, or which detector."""
-
-    def __init__(self, panels: AnnotationPanels, export: Callable[[], None]) -> None:
-        self._panels, self._export = panels, export
-        self._keypoints = panels.context.session.keypoints
-        panels.context.session.changes.watch(Part.KEYPOINTS, panels.read_kept)
-        panels.context.tasks.watch(self._settled)
-
-    def commands(self) -> list[Command]:
-        panels = self._panels
-        command = Menu("&File", panels.no_edit).command
-        return [
-            command("annotate-import-predictions", "Import predictions …", "Import the keypoints "
-                    "of a 2-D detector. What is taken and what is left out is shown before "
-                    "anything is written.", self.ask_to_import, icon="prediction"),
-            command("annotate-export-predictions", "Export predictions …", "Write the keypoints "
-                    "of all detectors as a table or as COCO results.", self._export,
-                    icon="export", why_not=self.why_none),
-            command("annotate-remove-predictions", "Remove predictions …", "Remove the keypoints "
-                    "and proposals of a detector. You can undo this.", self.ask_to_remove,
-                    icon="delete", why_not=self.why_none),
-        ]  # fmt: skip
-
-    def why_none(self) -> str:
-        none = "The project has no predictions of a detector."
-        return self._panels.no_edit() or ("" if self._keypoints.sources else none)
-
-    def ask_to_import(self) -> None:
-        panels = self._panels
-        if panels.project is None or panels.recording is None:
-            return
-        count = panels.frame_count or None
-        dialog = PredictionsDialog(
-            panels.project, panels.recording, count, self._bring, panels.window
-        )
-        panels.context.session.changes.watch(Part.KEYPOINTS, dialog.read_again)
-        panels.show_dialog(dialog)
-
-    def _bring(self, project: Project, plan: DetectorImport) -> None:
-        kept = counted(len(plan.keypoints), "keypoint")
-        said = f"{kept} of {', '.join(plan.after.sources)} imported."
-        self._keypoints.bring(project, plan, partial(self._panels.say, said))
-
-    def ask_to_remove(self) -> None:
-        known = {
-            f"{name} ({counted(count, 'keypoint')})": name
-            for name, count in self._keypoints.sources.items()
-        }
-        words = "Detector whose keypoints and proposals are removed:"
-        remove = lambda chosen: self.remove(known[chosen])  # noqa: E731
-        dialog = ask_for_text(self._panels.window, "Remove predictions", words, remove)
-        dialog.setComboBoxItems(list(known))
-        dialog.setOkButtonText("Remove")
-
-    def remove(self, detector: str) -> None:
-        said = f"Predictions of {detector} removed. Undo brings them back."
-        self._keypoints.remove(detector, partial(self._panels.say, said))
-
-    def _settled(self) -> bool:
-        return all(one.settled() for one in self._panels.window.findChildren(PredictionsDialog))

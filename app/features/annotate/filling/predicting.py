@@ -22,8 +22,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 
 from ....services.actions import Command
-from ....services.tasks.task import Task
 from ....session.changes import Part
+from ....session.jobs import Job, NewestJob, Task
 from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
@@ -42,17 +42,16 @@ class PredictionWork:
     def __init__(self, panels: AnnotationPanels) -> None:
         self._p, self._tasks = panels, panels.context.tasks
         self._keypoints = panels.context.session.keypoints
-        panels.context.session.changes.watch(Part.PROJECT_CLOSING, self._cancel)
-        self._task: Task | None = None
-        self.run: RunEntry | None = None
+        self._job = NewestJob(self._tasks)
+        panels.context.session.changes.watch(Part.PROJECT_CLOSING, self._job.cancel)
+
+    @property
+    def run(self) -> RunEntry | None:
+        return self._p.context.session.finished_run
 
     @property
     def busy(self) -> bool:
-        return self._task in self._tasks.tasks
-
-    def _cancel(self) -> None:
-        if self._task is not None:
-            self._task.cancel()
+        return self._job.busy
 
     def why_not(self, source: Source) -> str:
         if self.busy:
@@ -75,7 +74,7 @@ class PredictionWork:
             return prefilling.fill_in(project, make(), *how)
 
         title = "proposing landmarks" if make is None else "filling predictions"
-        self._task = self._tasks.begin(title, work, self._tell)
+        self._job.run(Job(title, work, self._tell))
 
     def _tell(self, done: str) -> None:
         self._p.say(done)
@@ -112,7 +111,7 @@ class PredictionWork:
             return seen, found
 
         take = partial(self._take, project, selection)
-        self._task = self._tasks.begin("detecting keypoints", work, take)
+        self._job.run(Job("detecting keypoints", work, take))
 
     def _take(self, project: Project, selection: Selection, found: _Detected) -> None:
         if project is not self._p.project:

@@ -22,7 +22,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.worker_processes import TaskProcess
 
-from ....services.tasks.task import CancelToken, Task, TaskList
+from ....session.jobs import Job, NewestJob, Task, TaskList
 
 _TAKING_IN_SECONDS = 1.5
 
@@ -41,20 +41,19 @@ class ReferenceWork:
         self._project: Project | None = None
         self._recording: Recording | None = None
         self._frames = 0
-        self._fitting: Task | None = None
-        self._reading: CancelToken | None = None
+        self._fitting, self._reading = NewestJob(tasks), NewestJob(tasks)
         self.now: ShownReference | None = None
         self.settings = FitSettings()
         self._process = TaskProcess()
 
     @property
     def fitting(self) -> bool:
-        return self._fitting in self._tasks.tasks
+        return self._fitting.busy
 
     def set_project(
         self, project: Project | None, recording: Recording | None, frames: int
     ) -> None:
-        self.cancel()
+        self._fitting.cancel()
         self._process.end()
         self._project, self._recording, self._frames = project, recording, frames
         self._show_stored()
@@ -94,11 +93,7 @@ class ReferenceWork:
                 except InputError as error:
                     self._tasks.failed(error)
 
-        self._fitting = self._tasks.begin("fitting the body to the clicks", work, keep)
-
-    def cancel(self) -> None:
-        if self._fitting is not None:
-            self._fitting.cancel()
+        self._fitting.run(Job("fitting the body to the clicks", work, keep))
 
     def follow(self, changed: Changed) -> None:
         if changed.tables & {"reference", "choice", "landmark_set"}:
@@ -117,19 +112,13 @@ class ReferenceWork:
         """Read the reference that the project uses; beside the window's thread."""
         project, recording = self._project, self._recording
         name = None if project is None else project.chosen(project.references)
-        self._reading = None
+        self._reading.give_up()
         if project is None or recording is None or name is None:
             self._take(None)
             return
         read = partial(read_reference, project, recording, name)
 
-        def take(found: ShownReference) -> None:
-            if token is self._reading:  # else another one was asked for since
-                self._reading = None
-                self._take(found)
-
-        reading = self._tasks.begin("reading the reference", lambda _: read(), take)
-        self._reading = token = reading.token
+        self._reading.run(Job("reading the reference", lambda _: read(), self._take))
 
     def _take(self, found: ShownReference | None) -> None:
         self.now = found

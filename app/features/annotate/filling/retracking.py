@@ -20,11 +20,10 @@ from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from ....context import Context
 from ....services.actions import Command, Menu
-from ....services.tasks.task import Task
 from ....session.changes import PROJECT, Part
+from ....session.jobs import Job, NewestJob, Task
 from ....session.runs import RunEntry
 from ....session.session import Session
-from ....widgets.redraw import later
 from ....widgets.tables.panels import BodyPanel
 
 _MARGIN_S = 0.5  # seconds before and after a failure that are tracked again too
@@ -69,19 +68,19 @@ class Retracking:
     def __init__(self, context: Context, clicked: ClickedFrames, body: BodyPanel) -> None:
         self._context, self._session, self._clicked = context, context.session, clicked
         self._body = body
-        self._task: Task | None = None
+        self._job = NewestJob(context.tasks)
         self._known: tuple[object, tuple[FailureSegment, ...]] = None, ()
-        self._soon = later(context.session, self._show_hint, _SOON_MS)
+        self._refused: tuple[object, str] = None, ""
+        self._soon = context.session.later(self._show_hint, _SOON_MS)
         watch = context.session.changes.watch
         watch(PROJECT | Part.EDIT | Part.FRAME | Part.JUDGEMENT, self._soon.start)
-        watch(Part.LEAVING, self.cancel)
+        watch(Part.LEAVING, self._job.cancel)
 
     # ---- what there is
 
     def entry(self) -> RunEntry | None:
-        entry = self._session.runs.active
-        done = entry is not None and entry.frames and entry.kind == "run"
-        return entry if done and entry is not self._session.track.entry else None
+        entry = self._session.finished_run
+        return entry if entry is not None and entry.kind == "run" else None
 
     def failures(self) -> tuple[FailureSegment, ...]:
         """Failures of the active run; found once for all that they depend on."""
@@ -134,7 +133,7 @@ class Retracking:
         why_not = self._session.no_recording() or self._session.project.why_no_edit()
         if why_not:
             return why_not
-        if self._task in self._context.tasks.tasks:
+        if self._job.busy:
             return "A stretch is being tracked again. Wait for it."
         entry = self.entry()
         if entry is None:
@@ -144,7 +143,11 @@ class Retracking:
             if found is not None:
                 return f"No landmark is clicked in the failure ({frames_in_words(found[0])})."
             return "Click landmarks of this frame first, or go to a failure with Next failure."
-        return _why_not_with_clicks(entry)
+        # asked with every refresh, and the answer takes all frames of the run to be put together
+        key = entry, len(entry.frames)
+        if self._refused[0] != key:
+            self._refused = key, _why_not_with_clicks(entry)
+        return self._refused[1]
 
     # ---- doing it
 
@@ -163,7 +166,7 @@ class Retracking:
             return found, found.into(run, list(entry.ordered()))
 
         title, take = f"re-tracking {frames_in_words(stretch)}", partial(self._take, entry, stretch)
-        self._task = self._context.tasks.begin(title, work, lambda found: take(*found))
+        self._job.run(Job(title, work, lambda found: take(*found)))
 
     def _task_of(self, entry: RunEntry, run: Run, stretch: range, recording: Recording) -> Retrack:
         project, stored = self._session.project.project, _stored(entry)
@@ -204,10 +207,6 @@ class Retracking:
             f"Tracked again: {frames_in_words(stretch)}, {len(found.mended)} of them followed "
             f"backwards from clicks. The run as it was is hidden: {before.name}."
         )
-
-    def cancel(self) -> None:
-        if self._task is not None:
-            self._task.cancel()
 
 
 def in_process(process: TaskProcess, todo: ProcessTask, task: Task, frames: int) -> Any:

@@ -17,9 +17,9 @@ from stereotrack_core.tracking.frame import Run
 
 from ....context import Context
 from ....services.actions import Command, Menu
-from ....services.tasks.task import Task
 from ....session.changes import Part
-from ....widgets.forms.message import Message
+from ....session.jobs import Job, NewestJob
+from ....session.messages import Message
 from ..filling.retracking import ClickedFrames, in_process
 
 ORIGIN = "personalised"  # what the project says of where such a subject comes from
@@ -33,12 +33,8 @@ class Personalising:
     ) -> None:
         self._context, self._session = context, context.session
         self._clicked, self._settings = clicked, fit_settings
-        self._task: Task | None = None
-        context.session.changes.watch(Part.PROJECT_CLOSING, self.cancel)
-
-    def cancel(self) -> None:
-        if self._task is not None:
-            self._task.cancel()
+        self._job = NewestJob(context.tasks)
+        context.session.changes.watch(Part.PROJECT_CLOSING, self._job.cancel)
 
     def why_not(self) -> str:
         why_not = self._session.no_recording() or self._session.project.why_no_edit()
@@ -47,7 +43,7 @@ class Personalising:
             return why_not
         if recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
-        if self._task in self._context.tasks.tasks:
+        if self._job.busy:
             return "The body is being personalised. Wait for it, or stop it."
         count = len(self._clicked.frames())
         if count < FEWEST:
@@ -73,14 +69,12 @@ class Personalising:
                 self._session.project.apply(UseSubject(found.subject, ORIGIN))
                 self._context.notifier.show(_message(found))
 
-        self._task = self._context.tasks.begin(
-            "personalising the body", lambda task: in_process(process, todo, task, last), use
-        )
+        title = "personalising the body"
+        self._job.run(Job(title, lambda task: in_process(process, todo, task, last), use))
 
     def _run(self) -> Run | None:
         """The active run where it is finished and tracked in clicked frames enough."""
-        entry = self._session.runs.active
-        if entry is None or entry is self._session.track.entry:
+        if (entry := self._session.finished_run) is None:
             return None
         known = [entry.at(frame) for frame in self._clicked.frames()]
         if sum(one is not None and one.pose is not None for one in known) < FEWEST:

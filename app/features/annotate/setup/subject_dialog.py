@@ -17,7 +17,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import SUBJECT
 from stereotrack_core.recording.description import LENGTHS, Subject, read_subject, write_subject
 
-from ....services.tasks.task import TaskList
+from ....session.jobs import TaskList
 from ....widgets.forms.form_dialog import (
     FormDialog,
     ask_to_open,
@@ -26,7 +26,7 @@ from ....widgets.forms.form_dialog import (
     push_button,
 )
 from ....widgets.forms.numbers import NumberField
-from ....widgets.style.building import hbox, label
+from ....widgets.style.building import hbox, label, label_of
 
 _FILES = "Subject (*.toml)"
 _DIVIDED = (
@@ -98,11 +98,16 @@ class SubjectDialog(FormDialog):
         self.store_button = push_button("Save as &file …", self._ask_to_store)
         again = partial(self.show_subject, self._recorded)
         self.recorded_button = push_button("As in the &recording", again)
-        name = label("&Name", wraps=False)
-        name.setBuddy(self.name)
         kept = hbox(self.recorded_button, load_button, self.store_button, None)
         measured = hbox(self.measure_button, self.take_button, None)
-        self.lay_out(hbox(name, self.name), kept, self._form(), measured, None, size=(560, 420))
+        self.lay_out(
+            hbox(label_of(self.name, "&Name"), self.name),
+            kept,
+            self._form(),
+            measured,
+            None,
+            size=(560, 420),
+        )
 
     def _form(self) -> QGridLayout:
         grid = QGridLayout()
@@ -117,9 +122,8 @@ class SubjectDialog(FormDialog):
             )  # fmt: skip
             box.setMinimumWidth(box.fontMetrics().horizontalAdvance("not measured") + 44)
             box.valueChanged.connect(self._check)
-            named = label(name, wraps=False)
+            named = label_of(box, name)
             named.setToolTip(between)
-            named.setBuddy(box)
             average, found = label("", "muted", wraps=False), label(wraps=False)
             for column, widget in enumerate((named, box, average, found)):
                 grid.addWidget(widget, row, column)

@@ -7,8 +7,13 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QFormLayout, QRadioButton, QWidget, QWizardPage
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.calibrations.deciding import CONVENTIONS, MEANINGS, Decided, Undecided
-from stereotrack_core.interop.calibrations.for_recording import with_calibration
+from stereotrack_core.interop.calibrations.deciding import (
+    CONVENTIONS,
+    MEANINGS,
+    Decided,
+    Undecided,
+    with_calibration,
+)
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.importing.choices import GUESS, Choices

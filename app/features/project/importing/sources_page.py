@@ -180,7 +180,7 @@ class SourcesPage(QWizardPage):
             picture.setAccessibleName(f"First image of {source.name}")
             empty = row.use.background
             more = "" if empty is None else f"\nBackground: {empty.name}"
-            named = label(f"{source.topic or source.name}\n{source.says()}{more}")
+            named = label(f"{source.name}\n{source.says()}{more}")
             named.setToolTip(str(source.path))
             fields = (picture, named, row.role, row.view, row.mirrored)
             for column, field in enumerate(fields):

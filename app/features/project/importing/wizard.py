@@ -1,26 +1,177 @@
-"""The steps from videos to a recording."""
+"""The steps from videos to a recording; the second: frame rate, instants, unit of depth."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QWidget, QWizard
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QWidget, QWizard, QWizardPage
 
-from stereotrack_core.recording.importing.choices import Choices
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.readers import with_one_white
-from stereotrack_core.recording.importing.synchronise import at_one_rate
+from stereotrack_core.recording.importing.synchronise import (
+    METHODS,
+    Lead,
+    at_one_rate,
+    synchronised,
+)
 
 from ....context import Context
-from ....services.failures import message_of
-from ....services.tasks.task import CancelToken, Task, TaskList
 from ....session.changes import Part
-from ....widgets.forms.form_dialog import ask_for_folder, say_in
-from ....widgets.forms.numbers import refusal_in
-from ..files import recent_folder
+from ....session.jobs import Job, NewestJob, Task, TaskList
+from ....session.messages import message_of
+from ....widgets.forms.form_dialog import ask_for_folder, push_button, say_in
+from ....widgets.forms.numbers import NumberField, refusal_in
+from ....widgets.style.building import choice, hbox, label, label_of, vbox
 from .calibration_page import CalibrationPage
 from .sources_page import Looked, PlacePage, SourcesPage, look
-from .timing_page import TimingPage
+
+_WORDS = (
+    "Frame k of every source must show the same instant. Where the cameras were started one after "
+    "the other, let the offsets be estimated."
+)
+
+
+class TimingPage(QWizardPage):
+    """Frames per second, offsets between sources, and metres per count."""
+
+    def __init__(self, looked: Looked, tasks: TaskList) -> None:
+        super().__init__()
+        self.setTitle("Timing")
+        self._choices, self._work = looked.proposed, NewestJob(tasks)
+        self._leads: dict[str, float] = {}
+        self.fps = NumberField(
+            digits=3, maximum=1000.0, specialValueText="not known",
+            accessibleName="Frames per second",
+            toolTip="Frame sets per second, as stated by the files",
+        )  # fmt: skip
+        self.fps.show_stored(looked.found.fps or 0.0)
+        self.method = choice(
+            "Synchronise by", [("", "nothing: frame 0 of all"), *METHODS.items()],
+            "What tells which frames show the same instant",
+        )  # fmt: skip
+        self.estimate = push_button(
+            "&Estimate", self._estimate, "Read the sources and estimate their offsets"
+        )
+        self.unit = NumberField(
+            digits=3, per_unit=1000.0, minimum=0.01, maximum=1000.0, suffix=" mm",
+            accessibleName="Depth unit", toolTip="Millimetres per count of the depth maps",
+        )  # fmt: skip
+        self.unit.show_stored(looked.proposed.depth_unit)
+        self.distance, self._middle = label("", "muted"), looked.middle_m
+        self.unit.valueChanged.connect(self._say_distance)
+        self._say_distance()
+        self.resample = QCheckBox("&Resample sources of another or an uneven frame rate")
+        self.resample.setChecked(True)
+        self.resample.setToolTip(
+            "They are written again, each frame the nearest in time. Otherwise frame k of every "
+            "source is taken for the same instant."
+        )
+        self.offsets, self.words = label("", "muted"), label()
+        form = self._form(looked)
+        self.setLayout(vbox(label(_WORDS, "muted"), form, self.words, None))
+        for changed in (
+            self.fps.valueChanged, self.method.currentIndexChanged, self.resample.toggled,
+        ):  # fmt: skip
+            changed.connect(self._forget)
+
+    def _form(self, looked: Looked) -> QFormLayout:
+        form = QFormLayout()
+        form.addRow("&Frames per second", self.fps)
+        form.addRow(label_of(self.method, "&Synchronise by"), hbox((self.method, 1), self.estimate))
+        form.addRow("", self.offsets)
+        form.addRow("", self.resample)
+        if any(source.kind == "depth" for source in looked.found.sources):
+            form.addRow("&Depth unit", self.unit)
+            form.addRow("", self.distance)
+        return form
+
+    def begin(self, choices: Choices) -> None:
+        if choices.used() != self._choices.used():
+            self._choices = choices
+            self._forget()
+        self._say()
+
+    def chosen(self, choices: Choices) -> Choices:
+        uses = tuple(
+            replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
+        )
+        fps, unit = self.fps.stored() or None, self.unit.stored()
+        return replace(
+            choices, uses=uses, fps=fps, depth_unit=unit, resample=self.resample.isChecked()
+        )
+
+    def timed(self, choices: Choices) -> Choices:
+        """The choices at one rate. Raises InputError if the sources have no time in common."""
+        return at_one_rate(self.chosen(choices))
+
+    def isComplete(self) -> bool:
+        estimated = not self.method.currentData() or bool(self._leads)
+        return self.fps.value() > 0 and estimated and not self._doubts()[1]
+
+    def stop(self) -> None:
+        self._work.give_up()
+
+    def _say_distance(self) -> None:
+        metres = self._middle * self.unit.stored()
+        self.distance.setText(
+            f"Guessed from the scene, whose middle is then {metres:.1f} m away. Check it."
+        )
+
+    def _forget(self) -> None:
+        """Offsets of other settings are not kept."""
+        self.stop()
+        self._leads = {}
+        self.offsets.clear()
+        self._say()
+
+    def _say(self, problem: str = "") -> None:
+        self.estimate.setEnabled(bool(self.method.currentData()) and self.fps.value() > 0)
+        if self.fps.value() <= 0:
+            problem = "The files do not state their frame rate. Enter it."
+        doubts, together = self._doubts()
+        problem = problem or together
+        if problem or self.isComplete():
+            say_in(self.words, problem or "\n".join(doubts), error=bool(problem))
+        else:
+            say_in(self.words, "Press Estimate to find the offsets.")
+        self.completeChanged.emit()
+
+    def _doubts(self) -> tuple[list[str], str]:
+        """Doubts about timing, and why the sources cannot be combined."""
+        try:
+            choices = self.timed(self._choices)
+        except InputError as error:
+            return [], str(error)
+        return [one for one in doubts_about(choices) if one != GUESS], ""
+
+    def _estimate(self) -> None:
+        choices, method = self.timed(self._choices), self.method.currentData()
+        self._forget()
+        self.estimate.setEnabled(False)
+
+        def work(task: Task) -> tuple[Choices, tuple[Lead, ...]]:
+            return synchronised(
+                choices, method, on_progress=task.report, cancelled=task.token.cancelled
+            )
+
+        self._work.run(
+            Job(
+                "synchronising the sources",
+                work,
+                self._on_found,
+                lambda error: self._say(message_of(error).sentence()),
+                progressed=lambda _share, words: say_in(self.words, words),
+            )
+        )
+
+    def _on_found(self, found: tuple[Choices, tuple[Lead, ...]]) -> None:
+        choices, leads = found
+        self._leads = {use.source.name: use.lead for use in choices.used()}
+        self.offsets.setText("\n".join(lead.says(self.fps.stored()) for lead in leads))
+        self._say()
 
 
 class ImportWizard(QWizard):
@@ -41,8 +192,8 @@ class ImportWizard(QWizard):
         self.setWindowTitle("Make a recording")
         self.setWizardStyle(QWizard.WizardStyle.ClassicStyle)
         self.setOption(QWizard.WizardOption.NoBackButtonOnStartPage)
-        self._looked, self._tasks, self._made = looked, tasks, made
-        self._work: Task | None = None
+        self._looked, self._made = looked, made
+        self._work = NewestJob(tasks)
         self.sources, self.timing = SourcesPage(looked), TimingPage(looked, tasks)
         self.calibration, self.place = CalibrationPage(looked), PlacePage(looked)
         self.steps = (self.sources, self.timing, self.calibration, self.place)
@@ -73,7 +224,7 @@ class ImportWizard(QWizard):
         return super().validateCurrentPage()
 
     def accept(self) -> None:
-        if self._work is not None:
+        if self._work.busy:
             return
         choices, folder = self.choices(), self.place.place()
         self._show_working(working=True)
@@ -85,13 +236,19 @@ class ImportWizard(QWizard):
         def failed(error: Exception) -> None:
             self._stand_still(message_of(error).sentence(), error=True)
 
-        self._work = self._tasks.begin("making the recording", work, self._on_made, failed)
-        self._work.progressed.connect(self._on_progress)
-        stopped = "Stopped. No recording was created."
-        self._work.stopped.connect(lambda: self._stand_still(stopped))
+        self._work.run(
+            Job(
+                "making the recording",
+                work,
+                self._on_made,
+                failed,
+                lambda: self._stand_still("Stopped. No recording was created."),
+                progressed=self._on_progress,
+            )
+        )
 
     def reject(self) -> None:
-        if self._work is not None:
+        if self._work.busy:
             self._work.cancel()
             return
         self.timing.stop()
@@ -110,13 +267,11 @@ class ImportWizard(QWizard):
         say_in(self.place.words, words)
 
     def _on_made(self, folder: Path) -> None:
-        self._work = None
         self.timing.stop()
         super().accept()
         self._made(folder)
 
     def _stand_still(self, words: str, *, error: bool = False) -> None:
-        self._work = None
         self._show_working(working=False)
         say_in(self.place.words, words, error=error)
 
@@ -126,13 +281,13 @@ class ImportController:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._looking: CancelToken | None = None
+        self._looking = NewestJob(context.tasks)
         self.wizard: ImportWizard | None = None
-        self._opening = context.session.opening
+        self._session = context.session
         context.session.changes.hear(Part.IMPORT_WANTED, self.offer)
 
     def ask_for_videos(self) -> None:
-        parent, start = self._context.docks.dialog_parent, recent_folder(self._opening)
+        parent, start = self._context.docks.dialog_parent, self._session.recent_folder()
         title = "Folder of the videos or images"
         ask_for_folder(parent, title, start, lambda path: self.offer((path,)))
 
@@ -140,17 +295,13 @@ class ImportController:
         if self.wizard is not None:  # what is being filled in is not thrown away
             self.wizard.raise_()
             return
-        self._looking = token = self._context.tasks.begin(
-            "looking at the videos",
-            lambda _task: look(paths),
-            lambda looked: self._show(looked) if token is self._looking else None,
-        ).token
+        self._looking.run(Job("looking at the videos", lambda _task: look(paths), self._show))
 
     def _show(self, looked: Looked) -> None:
         if self.wizard is not None:
             return
         parent = self._context.docks.dialog_parent
-        wizard = ImportWizard(looked, self._context.tasks, self._opening.open, parent)
+        wizard = ImportWizard(looked, self._context.tasks, self._session.open, parent)
         wizard.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         wizard.finished.connect(self._on_finished)
         self.wizard = wizard

@@ -1,11 +1,10 @@
-"""All that one frame says about a pose, and what every way from it to the pose gives."""
+"""All that one frame says about a pose, paired anew with every pose."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Rows, jacobian
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -13,12 +12,11 @@ from stereotrack_core.tracking.correction import (
     Line,
     Observation,
     Residual,
-    Sensor,
     gathered,
     solved,
 )
-from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.part_colours import PartColours, colour_features
 from stereotrack_core.tracking.residuals.clicks import ClickObservation
 from stereotrack_core.tracking.residuals.detections import DetectionObservation
 from stereotrack_core.tracking.residuals.limits import limit_rows
@@ -26,28 +24,69 @@ from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.silhouette import silhouettes_of
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
+    Trust,
     surface_distances,
+    surface_residual,
     unexplained_fraction,
 )
-from stereotrack_core.tracking.state import Belief, Particles, Setup
+from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.step_recorder import StepRecorder
+
+_TRUSTED = 0.25  # unexplained fraction above which a pose teaches nothing about colours
+
+
+def chosen_data(setup: Setup, cloud: Cloud, learned: PartColours | None = None) -> FloatArray:
+    """Draw data evenly from the cloud; the same for the same frame.
+
+    They are places (N, 3); with `learned` colours places and colour features (N, 6), which are near
+    a part in six dimensions.
+    """
+    points, colours = cloud.points, cloud.colours
+    if learned is not None and colours is not None and len(colours) == len(points):
+        points = np.hstack([points, colour_features(colours)])
+    wanted, there = setup.parameters.data_points, len(points)
+    if there > wanted:
+        rng = np.random.default_rng((setup.seed, cloud.frame))
+        points = points[np.sort(rng.choice(there, wanted, replace=False))]
+    return points
+
+
+def colours_after(
+    setup: Setup, colours: PartColours | None, cloud: Cloud, pose: Pose, unexplained: float
+) -> PartColours | None:
+    """Learned colours after a frame, which teaches some if its pose explains the cloud."""
+    if colours is None or not unexplained < _TRUSTED:
+        return colours
+    data = chosen_data(setup, cloud, colours)
+    if data.shape[1] == 3:
+        return colours
+    return colours.updated(setup.body, data[:, :3], data[:, 3:], setup.body.frames(pose))
 
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """What one frame measures; paired anew with every pose."""
+    """What one frame measures."""
 
     setup: Setup
     cloud: Cloud
     data: FloatArray  # (N, 3) or (N, 6). Points of the cloud that look for the model.
-    correspondences: DataToModel
+    colours: PartColours | None = None  # learned so far; None if colours are not used
     observed: tuple[Observation, ...] = ()  # what sensors beside the cloud's points saw
     trace: StepRecorder | None = None  # records what is done with them
 
     def surface(self, pose: Pose, *, wide: bool, every: int = 1) -> SurfaceResidual:
-        """Distances of the data, or of every so many, from the surface that is nearest."""
-        data = self.data[::every]
-        surface = self.correspondences.surface(data, pose, wide=wide)
+        """Distances of the data, or of every so many, from the nearest surface.
+
+        `wide` weights fall slowly.
+        """
+        p, body, data = self.setup.parameters, self.setup.body, self.data[::every]
+        frames, trust = body.frames(pose), Trust.of(p, wide=wide)
+        if self.colours is None or data.shape[1] == 3:
+            surface = surface_residual(data, body, frames, trust)
+        else:
+            places = np.ascontiguousarray(data[:, :3])
+            penalty = p.colour_weight * self.colours.penalty(body, places, data[:, 3:], frames)
+            surface = surface_residual(places, body, frames, trust, penalty)
         if self.trace is not None:
             self.trace.corresponded(data, surface)
         return surface
@@ -86,46 +125,12 @@ class Measurements:
         return np.random.default_rng((self.setup.seed, self.cloud.frame, purpose))
 
 
-def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
-    """The sensors that the parameters ask for, beside the cloud's points."""
-    sensors: list[Sensor] = [
-        lambda cloud: DetectionObservation(
-            tuple(d for d in cloud.detections if d.time == cloud.frame), p.detection_gate
-        )
-    ]
-    sensors.append(lambda cloud: KeypointObservation(cloud.keypoints, p.keypoint_sigma))
-    sensors.append(lambda cloud: ClickObservation(cloud.clicks))
-    if p.measure_silhouettes:
-        sensors.append(lambda cloud: silhouettes_of(cloud, p.silhouette_sigma))
-    return tuple(sensors)
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction(Belief):
-    """A frame's prediction from the frame before."""
-
-    gone: float  # frames that have gone by
-    learned: FloatArray | None = None  # (n, n). Covariance that measurements between took off
-    particles: Particles | None = None  # particles of the frame before, if the estimator left some
-
-
-@dataclass(frozen=True, eq=False)
-class Posterior(Belief):
-    """What an estimator has found."""
-
-    surface: SurfaceResidual  # pairs of points of the last correction
-    innovation: float  # normalised, of the frame's first correction
-    P0: FloatArray  # (n, n). Covariance of the prediction as it was used, maybe inflated
-    carried: BoolArray  # (n,). False for numbers that were looked for anew
-    particles: Particles | None = None  # for the next frame's prediction
-
-
-class Estimator(ABC):
-    """A way from a prediction and measurements to a pose; it keeps nothing from frame to frame."""
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup = setup
-
-    @abstractmethod
-    def estimate(self, measured: Measurements, predicted: Prediction) -> Posterior:
-        """Correct a frame's prediction by its measurements."""
+def observations(p: TrackingParameters, cloud: Cloud) -> tuple[Observation, ...]:
+    """What the sensors beside the cloud's points saw, as far as the parameters ask for them."""
+    detections = tuple(d for d in cloud.detections if d.time == cloud.frame)
+    seen = (
+        DetectionObservation(detections, p.detection_gate),
+        KeypointObservation(cloud.keypoints, p.keypoint_sigma),
+        ClickObservation(cloud.clicks),
+    )
+    return (*seen, silhouettes_of(cloud, p.silhouette_sigma)) if p.measure_silhouettes else seen

@@ -5,11 +5,8 @@ import signal
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
 
-from app.features.tune.runner import TrialRunner
-from app.services.tasks.task import Processes, TaskList
-from app.session.changes import Changes
+from app.features.tune.trials import TrialRunner
 from app.session.runs import RunEntry
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
@@ -25,39 +22,19 @@ from stereotrack_core.worker_processes import Lost
 from tests.tracking.running import go_on
 
 
-class Session(QObject):
+class Session:
     """As much of a session as trials need."""
 
-    def __init__(self, recording, processes):
-        super().__init__()
+    def __init__(self, recording, processes, loop):
         self.kept, self.processes, self.document = KeptRecording(recording), processes, self
-        self.recording, self.changes = recording, Changes(self)
-
-
-@pytest.fixture(scope="module")
-def processes(qapp):
-    made = Processes()
-    yield made
-    made.close()
+        self.recording, self.later = recording, loop.later
 
 
 @pytest.fixture
-def failed():
-    """What tasks have failed of."""
-    return []
-
-
-@pytest.fixture
-def tasks(qtbot, failed):
-    made = TaskList(failed.append)
-    yield made
-    made.shutdown()
-
-
-@pytest.fixture
-def runner(tasks, small_recording, processes):
+def runner(tasks, small_recording, processes, plain):
     """A runner on two stereo views."""
-    return TrialRunner(Session(open_recording(small_recording), processes), tasks, lambda: None)
+    session = Session(open_recording(small_recording), processes, plain.loop)
+    return TrialRunner(session, tasks, lambda: None)
 
 
 @pytest.fixture
@@ -78,12 +55,12 @@ def trial(frames=range(2), **changes):
     return Trial(RunSpec(settings, frames=frames, init="tpose"))
 
 
-def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, begin):
+def test_they_are_bit_identical_to_those_that_are_tracked_here(plain, runner, begin):
     trials = trial(), trial(range(1, 3), sigma_joint=25.0)
     entries = []
     for one in trials:
         entry, told, _ = begin(one)
-        qtbot.waitUntil(lambda told=told: "ended" in told)
+        plain.until(lambda told=told: "ended" in told)
         assert sum(map(len, told[:-1])) == 2
         entries.append(entry)
     reader = FrameReader(runner._session.recording, colour=False)
@@ -102,35 +79,35 @@ def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, be
     reader.close()
 
 
-def test_what_is_cancelled_is_not_told_of(qtbot, tasks, begin):
+def test_what_is_cancelled_is_not_told_of(plain, tasks, begin):
     """A change of a parameter cancels."""
     early, unheard, work = begin(trial(range(8)))
-    work.cancel()
+    work.give_up()
     late, told, _ = begin(trial())
-    qtbot.waitUntil(lambda: told[-1:] == ["ended"])
-    qtbot.waitUntil(tasks.settled)
+    plain.until(lambda: told[-1:] == ["ended"])
+    plain.until(tasks.settled)
     assert (unheard, early.frames) == ([], {})
     assert list(late.frames) == [0, 1]
 
 
-def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, failed, begin):
+def test_a_failure_is_told_once_and_the_next_trials_are_done(plain, failed, begin):
     for right in (False, True):
         entry, told, _ = begin(trial() if right else Trial(RunSpec(preset("thesis"), views=())))
-        qtbot.waitUntil(lambda told=told: told[-1:] == ["ended"])
+        plain.until(lambda told=told: told[-1:] == ["ended"])
         assert bool(entry.frames) == right
     assert [type(error) for error in failed] == [InputError]
 
 
 def test_a_process_that_is_killed_is_told_and_the_next_trials_are_done(
-    qtbot, failed, begin, processes
+    plain, failed, begin, processes
 ):
     entry, told, _ = begin(trial(range(8)))
-    qtbot.waitUntil(lambda: bool(entry.frames))
+    plain.until(lambda: bool(entry.frames))
     os.kill(processes.trials.pid, signal.SIGKILL)
-    qtbot.waitUntil(lambda: told[-1:] == ["ended"])
+    plain.until(lambda: told[-1:] == ["ended"])
     (error,) = failed
     assert isinstance(error, Lost)
     assert 0 < len(entry.frames) < 8
     entry, told, _ = begin(trial())
-    qtbot.waitUntil(lambda: told[-1:] == ["ended"])
+    plain.until(lambda: told[-1:] == ["ended"])
     assert list(entry.frames) == [0, 1]

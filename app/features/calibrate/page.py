@@ -7,12 +7,12 @@ from stereotrack_core.calibrate.align import Alignment
 from stereotrack_core.calibrate.lens import LENS_MODELS
 from stereotrack_core.calibrate.report import world_tables
 
-from ....session.changes import Part
-from ....widgets.camera.board_picture import ENLARGED, BoardPicture
-from ....widgets.forms.form_dialog import push_button
-from ....widgets.forms.step_list import StepList, VerdictBox
-from ....widgets.scene.scene_view import SceneView
-from ....widgets.style.building import (
+from ...session.changes import Part
+from ...widgets.camera.board_picture import ENLARGED, BoardPicture
+from ...widgets.forms.form_dialog import push_button
+from ...widgets.forms.step_list import StepList, VerdictBox
+from ...widgets.scene.scene_view import SceneView
+from ...widgets.style.building import (
     ElidedLabel,
     allow,
     choice,
@@ -23,10 +23,11 @@ from ....widgets.style.building import (
     thin_progress,
     vbox,
 )
-from ....widgets.tables.table import RIGHT, STRETCH, Column, PlainTable
-from ....widgets.tables.trees import CellTree
-from ..controller import CalibrationController
-from ..shown import (
+from ...widgets.tables.table import RIGHT, STRETCH, Column, PlainTable
+from ...widgets.tables.trees import CellTree
+from .controller import CalibrationController
+from .pages import AxesPage, BoardPage
+from .shown import (
     camera_rows,
     coverage_shown,
     scene_shown,
@@ -35,9 +36,7 @@ from ..shown import (
     steps_shown,
     verdict_shown,
 )
-from ..state import STEPS, Calibration, StepName
-from .axes import AxesPage
-from .board import BoardPage
+from .state import STEPS, Calibration, StepName
 
 _ABOUT_MODEL = (
     "Automatic: all models are fitted, and the simplest is taken that none of the others clearly "

@@ -6,7 +6,6 @@ import threading
 from dataclasses import dataclass, field
 
 import pytest
-from PySide6.QtCore import QCoreApplication
 
 from app.session.instant import CloudPresenter
 from stereotrack_core.depth.parameters import DepthParameters
@@ -24,6 +23,8 @@ class Points:
     chain: Chain
     points: None = None
     pixels: None = None
+    depths: None = None
+    view_names: tuple = ("N",)
 
 
 @dataclass(eq=False)
@@ -36,7 +37,7 @@ class Chain:
     begun: threading.Event = field(default_factory=threading.Event)
     closed_in: list[threading.Thread] = field(default_factory=list)
 
-    def learn_background(self, _pictures, _frames):
+    def learn_background(self, *_learned_from):
         self.begun.set()
         assert self.go.wait(PATIENCE_S)
 
@@ -67,35 +68,48 @@ def chains(monkeypatch):
 
 
 @pytest.fixture
-def presenter(qtbot):
-    told, wrong = [], []
-    made = CloudPresenter(lambda _part, cloud=None: told.append(cloud), wrong.append)
-    made.told, made.wrong = told, wrong
+def presenter(tasks):
+    told = []
+    made = CloudPresenter(lambda _part, cloud=None: told.append(cloud), tasks)
+    made.told = told
     yield made
     made.set_recording(None)
 
 
+def test_a_frame_in_which_no_view_gives_depth_is_measured_once(
+    plain, presenter, chains, small_recording
+):
+    presenter.set_recording(open_recording(small_recording))
+    presenter.ask(0)
+    plain.until(lambda: bool(chains))
+    chains[0].go.set()
+    plain.until(lambda: len(presenter.told) == 1)
+    assert presenter.whole(0)
+    presenter.ask(0)
+    assert presenter.settled()
+
+
 def test_a_late_thread_has_nothing_to_do_with_the_next_recording(
-    qtbot, presenter, chains, small_recording
+    plain, presenter, chains, failed, small_recording
 ):
     first, second = open_recording(small_recording), open_recording(small_recording)
     presenter.set_recording(first)
     presenter.ask(0)
-    qtbot.waitUntil(lambda: bool(chains))
+    plain.until(lambda: bool(chains))
     assert chains[0].begun.wait(PATIENCE_S)
-    late = presenter._worker._task._thread
+    (late,) = (one for one in threading.enumerate() if one.name == "measure points")
     presenter.set_recording(second)
     assert late.is_alive(), "the window waits for nobody"
     presenter.ask(0)
-    qtbot.waitUntil(lambda: len(presenter.told) == 1)
+    plain.until(lambda: len(presenter.told) == 1)
     chains[0].go.set()
     late.join(PATIENCE_S)
     presenter.ask(1)
-    qtbot.waitUntil(lambda: len(presenter.told) == 2)
-    QCoreApplication.processEvents()
+    plain.until(lambda: len(presenter.told) == 2)
+    plain.once()
     assert [one.chain for one in presenter.told] == [chains[1], chains[1]]
     assert len(chains) == 2
     assert chains[0].closed_in == [late], "who has used it alone has closed it"
     assert chains[1].closed_in == []
-    assert presenter.wrong == []
+    assert failed == []
     assert not presenter.given_up(0)

@@ -1,36 +1,30 @@
 """Facts about one instant become the pictures of the views."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
-from stereotrack_core.body.mesh import PartMesh
-from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import Pose
-from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
+from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.description import View
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.recording.reader import FrameSet
-from stereotrack_core.tracking.estimate import Correspondences
 
-from ..widgets.camera.overlays import (
-    InsideScene,
-    Marked,
+from ...session.drawn import InsideScene, Instant, Marked
+from ...session.view_state import PictureKind
+from ...widgets.camera.overlays import (
     Overlay,
     Projection,
     ghost_paths,
     limb_paths,
     part_shapes,
+    projected,
 )
-from ..widgets.camera.picture import Picture, PictureKind
-from ..widgets.scene.content import GhostBody
-from ..widgets.style.colours import LANDMARK_LIMBS, LIMB_COLOURS, LineStyle
+from ...widgets.camera.picture import Picture
+from ...widgets.style.colours import LANDMARK_LIMBS, LIMB_COLOURS
 
 _OTHER = "#b8b8b8"
 _SIDED = (
@@ -83,43 +77,6 @@ def _people(rows: Keypoints) -> Iterator[dict[str, FloatArray]]:
 
 
 _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
-
-
-@dataclass(frozen=True, eq=False)
-class Instant:
-    """Everything known about the frame that is shown."""
-
-    recording: Recording
-    frame_set: FrameSet
-    cloud: Cloud | None = None
-    meshes: tuple[PartMesh, ...] = ()
-    reference: FloatArray | None = None  # (9, 3), world, metres
-    reference_is_old: bool = False  # whether it was fitted before the last click
-    ghosts: tuple[GhostBody, ...] = ()
-    runs: tuple[tuple[str, LineStyle], ...] = ()  # all runs that are shown, the active one first
-    correspondences: Correspondences | None = None
-    inside: InsideScene | None = None
-    keypoints: Keypoints | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class StepDrawing:
-    """One step as it is drawn."""
-
-    frame: int
-    words: str
-    body: BodyModel
-    pose: Pose  # of the model that is drawn as a whole
-    scene: InsideScene
-    cloud: Cloud
-
-
-@dataclass(frozen=True, eq=False)
-class FittedBody:
-    """A body that was fitted to the clicks of a frame."""
-
-    frame: int
-    meshes: tuple[PartMesh, ...]
 
 
 def pictures_of(
@@ -224,7 +181,7 @@ def _overlay(
         points=points,
         correspondences=pairs,
         limbs=limbs,
-        inside=None if instant.inside is None else instant.inside.projected(project),
+        inside=None if instant.inside is None else projected(instant.inside, project),
         keypoints=None if found is None else keypoint_drawing(found, camera),
     )
 

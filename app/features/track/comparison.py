@@ -11,15 +11,14 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation import compare as comparing
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ..widgets.style.colours import LIMB_COLOURS
-from ..widgets.tables.table import Cell, CellRow
-from .judgement import Judgement, with_quality
-from .runs import RunEntry
+from ...session.judgement import Judgement, with_quality
+from ...session.runs import RunEntry
+from ...session.session import Snapshot
+from ...widgets.style.colours import LIMB_COLOURS
+from ...widgets.tables.table import Cell, CellRow
 
 _LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
 _UNITS = {"deg": "°"}
-
-LOST_DEG = 45.0
 
 
 @dataclass(frozen=True)
@@ -33,13 +32,12 @@ class ComparedRuns:
     """A measure, a value of each run, and of two runs the difference and a conclusion."""
 
 
-def shown_beside_each_other(
-    entries: Sequence[RunEntry], active: RunEntry | None, judgements: Mapping[RunEntry, Judgement]
-) -> tuple[RunEntry, ...]:
+def shown_beside_each_other(now: Snapshot) -> tuple[RunEntry, ...]:
     """The active run first, then all others that are shown; empty where there is no run."""
-    others = [entry for entry in entries if entry is not active and entry.visible]
-    shown = [one for one in (active, *others) if one is not None and one in judgements]
-    return tuple(shown) if shown and shown[0] is active else ()
+    if now.judgement is None or now.active is None:
+        return ()
+    others = (one for one in now.runs if one is not now.active and one.visible)
+    return (now.active, *(one for one in others if one in now.judgements))
 
 
 def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | None) -> ComparedRuns:
