@@ -40,7 +40,7 @@ def frame_steps(recording: Path, frames: int, workspace: str) -> dict[str, float
         document, tasks = window.context.session.document, window.context.tasks
         window.show()
         window.activateWindow()
-        window.context.session.opening.open(recording)
+        window.context.session.open(recording)
         _until(lambda: document.frame_set is not None and tasks.settled())
         window.context.docks.show_named(workspace)
         last = min(frames, document.frame_count - 1)
