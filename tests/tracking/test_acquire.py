@@ -119,11 +119,15 @@ def _clouds(initialiser, pose, rng, count=4):
     ]
 
 
-def test_the_usual_first_pose_is_recognised_in_the_first_cloud(initialiser, rng):
+@pytest.mark.parametrize(("views", "at_once"), [(("N", "S"), True), (("N",), False)])
+def test_the_usual_first_pose_is_recognised_in_the_first_cloud_of_several_views(
+    initialiser, rng, views, at_once
+):
     told = []
-    clouds = _clouds(initialiser, POSES["t"], rng)
+    made = _clouds(initialiser, POSES["t"], rng)
+    clouds = [replace(cloud, view_names=views) for cloud in made]
     found = first_pose_in(initialiser.model, clouds, lambda done, _count: told.append(done))
-    assert told == [0, 1], "found, and followed from the usual one"
+    assert (told == [0, 1]) == at_once, "found, and followed from the usual one"
     assert axis_off(found, POSES["t"]) < 12.0
 
 
