@@ -66,9 +66,6 @@ _FEWEST_NEAR = 0.7
 # arms may be crossed. The detector then puts both wrists where forearms cross, and each elbow where
 # the other hand is: simulated elbows are 0.15 m off, with confidences of 0.8 to 1, else 0.05 m.
 _TOGETHER, _AT_SIDES = 0.5, 0.9
-# Views of which the detector looks half as often: on the crossings of two meshes with four views it
-# makes no difference beyond chance (six runs), and a run takes a tenth less of the processor.
-_ENOUGH_VIEWS = 4
 _FEET = ("ankle", "heel", "toe")  # clouds lack points with these names, as they lack the floor
 
 
@@ -92,8 +89,7 @@ class SeenKeypoints:
         self._detector, self._reader, self._upright = detector, reader, upright
         self._views = {name: recording.view(name).image.camera for name in views}
         self._cameras = _reference_cameras(recording, views)
-        # one picture a frame on average, or half a one where there are views enough
-        self._every = len(views) * (2 if len(views) >= _ENOUGH_VIEWS else 1)
+        self._every = len(views)  # one picture a frame on average
 
     def of(self, cloud: Cloud, first: int) -> SightedKeypoints | None:
         """Keypoints of a cloud's frame in a run from the first on; None where it is passed over."""

@@ -51,9 +51,6 @@ class Detector:
 def detector(monkeypatch):
     one = Detector()
     monkeypatch.setattr(detecting, "load_detector", lambda: one)
-    monkeypatch.setattr(
-        detecting, "_ENOUGH_VIEWS", 5
-    )  # the four are looked at in every fourth frame
     return one
 
 
@@ -137,12 +134,6 @@ def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording,
     assert other_files(scenes, recording) == (missing,)
     made = [stored_spec(one).spec.detector for one in (run, without, scenes)]
     assert made == [True, False, True]
-
-
-def test_four_views_are_looked_at_half_as_often(recording, detector, monkeypatch):
-    monkeypatch.setattr(detecting, "_ENOUGH_VIEWS", 4)
-    run = track(recording, spec())
-    assert set(run.keypoints.frame.tolist()) == {0}
 
 
 def test_a_run_holds_what_was_seen_and_is_repeated_without_the_detector(
