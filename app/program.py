@@ -49,8 +49,8 @@ _LOOK_MS = 50
 _CALM_LOOKS = 4
 _PATIENCE_S = 1800.0
 _SWITCH_S = 0.001
-"""How long a thread that computes may keep the window's waiting; each query and each call of Qt
-waits anew, so that Python's usual 5 ms add up to what a person notices."""
+"""Seconds after which a thread that computes gives way to the window's. Each query and each call of
+Qt waits anew, so that Python's usual 5 ms add up to what a person notices."""
 _LAST_THREADS_S = 15.0
 """The window is gone by then; work that takes longer to notice that is left behind."""
 

@@ -1,4 +1,4 @@
-"""What is drawn of one frame: facts and marks, by no widget."""
+"""Values that views and scene draw of one frame; no widget is among them."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from .runs import RunStyle
 
 @dataclass(frozen=True, eq=False)
 class Marked:
-    """What is drawn in one colour."""
+    """Ghosts, lines or dots of one colour."""
 
     name: str  # #rrggbb; of ghosts the limb
     places: FloatArray
@@ -27,7 +27,7 @@ class Marked:
 
 @dataclass(frozen=True, eq=False)
 class InsideScene:
-    """What a step inside a frame draws.
+    """Marks of a step inside a frame.
 
     In the world, metres; or in a picture, where all places are pixels, with two numbers for three,
     and ghosts are silhouettes (K, 2).

@@ -1,4 +1,4 @@
-"""What a person should read: messages, and failures as messages with the details in a log file."""
+"""Messages to the person, and failures as messages with their details in a log file."""
 
 import logging
 from collections.abc import Callable
@@ -18,7 +18,7 @@ _LOST = "Try again. If it happens again, free memory by closing other programs."
 
 @dataclass(frozen=True)
 class Message:
-    """Something that the person should read."""
+    """A message to the person."""
 
     severity: str  # `error`, `warning` or `note`
     what: str

@@ -300,7 +300,7 @@ class LiveRun:
         self.held = False
         """Whether it waits for leave to go on, with every frame fetched."""
         self.progress: run_process.Preparing | None = None
-        """How far it is with what comes before its first frame."""
+        """Progress of what comes before the first frame."""
         self.waiting: list[TrackedFrame] = []
         self.task: Task | None = None
         self._run, self._process = run, process

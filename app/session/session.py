@@ -65,7 +65,7 @@ def opens(path: Path) -> bool:
 
 @dataclass(frozen=True)
 class Asked:
-    """What somebody wanted to see when opening, whatever was shown last."""
+    """Project, frame, workspace and run that were asked for with the opening."""
 
     project: Path | None = None
     frame: int = 0
@@ -76,7 +76,7 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What is open, chosen and known at one moment; what panels show follows from it alone."""
+    """State of the workbench at one moment, from which alone a panel shows."""
 
     recording: Recording | None = None
     frame: int = 0
@@ -93,7 +93,7 @@ class Snapshot:
 
     @property
     def judgement(self) -> Judgement | None:
-        """How good the active run is."""
+        """Judgement of the active run."""
         return None if self.active is None else self.judgements.get(self.active)
 
     @property

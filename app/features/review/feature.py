@@ -111,7 +111,7 @@ class ErrorCurves:
 
 
 def heading_words(judgement: Judgement) -> tuple[str, str, str]:
-    """What the plot shows and how good that is: in full, briefly, and limb by limb."""
+    """Heading of the plot: what it shows and how good that is, in full, in brief, and by limb."""
     if judgement.truth is None:
         return judgement.words, "", ""
     good = arms_good_to(judgement.quality)
