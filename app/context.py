@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication, QObject, QSettings, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, QSettings, QTimer
 from PySide6.QtWidgets import QMainWindow
 
 from .services.actions import ActionRegistry
 from .services.docks import Docks
-from .services.failures import Notifier
+from .services.failures import Notifier, Post
 from .session.changes import Changes, Part
 from .session.jobs import Processes, TaskList
+from .session.messages import Loop
 from .session.session import Session, Snapshot
-from .session.surroundings import Loop
 from .session.view_state import ViewState
 from .widgets.camera.camera_grid import CameraGrid
 from .widgets.forms.message import MessageBar
@@ -36,14 +36,21 @@ class Context:
     notifier: Notifier
     settings: QSettings  # what is kept for the next start, apart from all data
 
-    def show(self, parts: Part, show: Callable[[Snapshot], object]) -> None:
-        """Show what is known now, and again soon after one of these parts is new."""
+    def show(self, parts: Part, show: Callable[[Snapshot], object], panel: str = "") -> None:
+        """Show what is known now, and again soon after one of these parts is new.
+
+        What stands in a panel alone is shown only while that panel is seen.
+        """
 
         def piece() -> None:
-            show(self.session.snapshot)
+            if not panel or self.docks.is_seen(panel):
+                show(self.session.snapshot)
 
         self.session.changes.watch(parts, partial(self.docks.redraw.soon, piece))
-        piece()
+        if panel:
+            seen = self.docks.dock(panel).visibilityChanged
+            seen.connect(lambda _: self.docks.redraw.soon(piece))
+        show(self.session.snapshot)
 
 
 def make_context(
@@ -63,36 +70,27 @@ def make_context(
     def scene_shows_points() -> bool:
         return docks.scene.is_seen() and docks.scene.layer_visible("cloud")
 
-    view_state = ViewState(changes.tell, scene_shows_points)
+    def zoomed() -> range | None:
+        scale = docks.timeline.scale
+        seen = range(max(int(scale.first), 0), min(round(scale.last), scale.frame_count))
+        return None if scale.is_whole else seen
+
+    view_state = ViewState(changes.tell, scene_shows_points, zoomed)
     session = Session(changes, notifier.show, tasks, view_state, settings, processes)
     views = CameraGrid(
         redraw, view_state.choose_kind, view_state.highlight, session.document.toggle_playing
     )
-    scene, switched = SceneView(view_state.highlight), partial(changes.tell, Part.WORKSPACE)
-    docks = Docks(window, settings, notifier, views, scene, switched)
+    scene = SceneView(view_state.highlight)
+    docks = Docks(window, settings, notifier, views, scene, view_state.show_workspace)
     actions = ActionRegistry(window, settings, redraw, notifier.say)
     tasks.watch(redraw.settled)
+    changes.hear(Part.SAID, notifier.say)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)
-
-
-class _Post(QObject):
-    """Calls functions in the window's thread, whichever thread posts them."""
-
-    posted = Signal(object)
-
-    def __init__(self) -> None:
-        # it belongs to the program: a thread may post when the window is gone
-        super().__init__(QCoreApplication.instance())
-        self.posted.connect(self._call, Qt.ConnectionType.QueuedConnection)
-
-    @Slot(object)
-    def _call(self, do: Callable[[], object]) -> None:
-        do()
 
 
 def window_loop(window: QObject) -> Loop:
     """The event loop; timers end with the window."""
-    return Loop(_Post().posted.emit, partial(later, window), is_alive)
+    return Loop(Post().posted.emit, partial(later, window), is_alive)
 
 
 _MANY = 50  # modules that bring so many objects that a collection would take long

@@ -14,7 +14,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import DemoTracking
 
 from .context import GarbageTimer
-from .features import detector, report
+from .features import detector
 from .features.annotate import feature as annotate
 from .features.annotate.feature import Annotate
 from .features.calibrate import feature as calibrate
@@ -24,11 +24,10 @@ from .features.inspect import controller as inspect
 from .features.inspect.controller import InspectController
 from .features.project import files as project
 from .features.project.files import FileController
-from .features.report import ReportController
 from .features.review import feature as review
 from .features.review.feature import Review
-from .features.study import controller as study
-from .features.study.controller import StudyController
+from .features.study import window as study
+from .features.study.window import StudyController
 from .features.track import controller as track
 from .features.track.controller import RunsController
 from .features.tune import controller as tune
@@ -60,7 +59,6 @@ class Features:
     """What can be done in the window, in the order of its menus; each knows the context alone."""
 
     files: FileController
-    reports: ReportController
     view: ViewController
     calibrate: CalibrateController
     annotate: Annotate
@@ -80,7 +78,6 @@ def make_window(
     context = window.context
     features = Features(
         files=project.register(context),
-        reports=report.register(context),
         view=view.register(context),
         calibrate=calibrate.register(context),
         annotate=annotate.register(context),

@@ -15,13 +15,7 @@ WORKSPACE_NAMES = ("calibrate", "annotate", "track", "tune", "review")
 
 
 def check_workspace_name(name: str | None) -> None:
-    """Refuse a name that no workspace has.
-
-    Raises
-    ------
-    InputError
-        With the names that there are.
-    """
+    """Refuse a name that no workspace has. Raises InputError with the names that there are."""
     if name is not None and name.strip().lower() not in WORKSPACE_NAMES:
         raise InputError(
             f"there is no workspace {name!r}",
@@ -44,17 +38,9 @@ def has_display() -> bool:
 
 
 def prepare(*, needs_screen: bool) -> None:
-    """Choose Qt's platform.
+    """Choose Qt's platform; a picture of the window needs no screen.
 
-    Parameters
-    ----------
-    needs_screen : bool
-        Whether somebody shall see the window; a picture of it needs no screen.
-
-    Raises
-    ------
-    InputError
-        Where a screen is needed and none is there.
+    Raises InputError where a screen is needed and none is there.
     """
     # OpenCV's wheels with a window of their own point Qt at plugins that do not fit
     os.environ.pop("QT_QPA_PLATFORM_PLUGIN_PATH", None)
@@ -72,10 +58,7 @@ def prepare(*, needs_screen: bool) -> None:
 def load_qt() -> None:
     """Load Qt's libraries.
 
-    Raises
-    ------
-    InputError
-        Where a library of the system is missing, with the command that installs it.
+    Raises InputError where a library of the system is missing, with the command that installs it.
     """
     try:
         import PySide6.QtWidgets  # noqa: F401
@@ -115,10 +98,7 @@ if TYPE_CHECKING:
 def show(opening: Opening, say: Callable[[str], None]) -> bool:
     """Show the window until it is closed; whether all went well.
 
-    Raises
-    ------
-    InputError
-        For what cannot be shown.
+    Raises InputError for what cannot be shown.
     """
     _check(opening)
     prepare(needs_screen=opening.picture is None)

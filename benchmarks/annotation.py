@@ -18,10 +18,9 @@ import numpy as np
 from benchmarks.common import ended, parser_of, put_table, recordings_of, reference_within, say
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import pose_at, standing
-from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.fit.fit import ClickFit, Clouds
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
-from stereotrack_core.annotation.fit.trajectory import Clouds
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import BoolArray

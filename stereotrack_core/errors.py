@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 _MOST_ALIKE = 6
-
 _MOST_OF_A_VALUE = 200  # characters of a value that a message quotes
 _MOST_OF_A_PLACE, _MOST_OF_A_REMEDY = 1000, 4000
 """Longer than any path and than the list of all parameters that a person may have to see."""

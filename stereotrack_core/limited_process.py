@@ -24,9 +24,7 @@ from stereotrack_core.memory import machine_bytes
 from stereotrack_core.worker_processes import Asker, Lost, TaskProcess
 
 Result = TypeVar("Result")
-
 GB, _MB = 1024**3, 1024**2
-
 LEAST_MEMORY, _BASE_MEMORY, _MEMORY_FOR_SIZE = 4 * GB, 2 * GB, 30
 """Addresses that the process may have beside those of Python and the libraries. SLEAP's labels take
 8 times the size of their file, and 17 times where people have a single point: measured with all

@@ -30,7 +30,6 @@ _BEYOND = 2**40
 """Byte that stands for the file where bytes are locked, so that others may read those before."""
 
 _TRIES, _TRY_SECONDS = 5, 0.1  # whoever only asks whether a lock is held has it for a moment
-
 _MOST_OF_A_NOTE = 2000
 
 
@@ -191,12 +190,12 @@ def writing(path: Path | None) -> Iterator[None]:
 
 
 def _in_use(path: Path) -> InputError:
-    what = f"this output is being written by {_owner_of(path) or 'another process'}"
+    what = f"this output is being written by {lock_owner(path) or 'another process'}"
     remedy = "Wait until it has finished, stop it, or choose another output."
     return InputError(what, where=str(path), remedy=remedy)
 
 
-def _owner_of(path: Path) -> Owner | None:
+def lock_owner(path: Path) -> Owner | None:
     """Who says to have the lock; None where that cannot be read."""
     try:
         with lock_path(path).open("rb") as file:

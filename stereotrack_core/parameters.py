@@ -17,7 +17,6 @@ from stereotrack_core.errors import InputError, did_you_mean
 Value = bool | int | float | str
 ParametersT = TypeVar("ParametersT", bound="ParameterGroup")
 T = TypeVar("T")
-
 _ROW = "parameter"
 
 

@@ -13,7 +13,6 @@ from stereotrack_core.errors import InputError, shortened
 
 DEEPEST = 32  # lists and tables within each other; no file of ours has ten
 LARGEST_INTEGER = 2**63 - 1  # what TOML and all common programs can hold
-
 Kind: TypeAlias = Any
 """What a value shall be: ``object`` for anything, ``str``, ``bool``, ``int``, ``float`` for any
 finite number; ``[kind]`` for a list of such values, ``[kind, kind]`` for one of just these;
@@ -25,7 +24,6 @@ _HALF_LETTER = re.compile("[\ud800-\udc7f\udd00-\udfff]")
 """But for those that stand for the bytes of a file's name that is no text."""
 
 _Wrong: TypeAlias = tuple[tuple[Any, ...], Any, Kind]
-
 _WORDS = {str: "a text", bool: "true or false", int: "a whole number", float: "a finite number"}
 
 

@@ -23,21 +23,12 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import checked_tree
 
 MB = 1024 * 1024
-
 SETTINGS_BYTES = 4 * MB  # of TOML files and other settings: thousands of times what they hold
 TABLE_BYTES = 512 * MB  # of tables and labels: hours of a person's landmarks
 PICTURE_BYTES = 512 * MB  # of a picture
-
 _AGAIN = "Use another copy of the file."
 _WRITE_AGAIN = "Write the file again."
-
-_KINDS = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a named pipe"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-    (stat.S_ISSOCK, "a socket"),
-)
+_KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a named pipe", stat.S_IFCHR: "a device"}
 
 _OF_DECODERS = (
     *(ArithmeticError, AssertionError, AttributeError, BufferError, EOFError, LookupError),
@@ -158,7 +149,7 @@ def readable(error: Exception, otherwise: str) -> str:
 def _check_kind(where: Path | str, found: os.stat_result) -> None:
     if stat.S_ISREG(found.st_mode):
         return
-    kind = next((name for test, name in _KINDS if test(found.st_mode)), "something else")
+    kind = _KINDS.get(stat.S_IFMT(found.st_mode), "something else")
     raise InputError(f"this is {kind}, not a file", where=str(where), remedy="Use a regular file.")
 
 

@@ -20,7 +20,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import TABLE_BYTES, decoding, open_file
 
 LARGEST = 2**31 - 1  # frame numbers beyond this are slips
-
 _WHOLE = "Write a whole number."
 _COMPUTED = re.compile(r"'*[=+\-@\t\r\n]")
 

@@ -88,10 +88,10 @@ with FrameReader(recording) as reader:
 """
 _WINDOW = """
 import queue
-from app.session.jobs import TaskList
-from app.session.surroundings import Loop
+from app.session.jobs import Job, TaskList
+from app.session.messages import Loop
 posted = queue.SimpleQueue()
-TaskList(Loop(posted.put, None), print, lambda: None).begin("work", lambda task: None)
+TaskList(Loop(posted.put, None), print, lambda: None).run(Job("work", lambda task: None))
 posted.get()()
 """
 

@@ -17,7 +17,6 @@ from tests.test_worker_processes import has_ended, needs_proc, wait_until
 
 ROOT = Path(__file__).parents[1]
 REMEDY = "Save it again."
-
 limited = pytest.mark.skipif(sys.platform != "linux", reason="memory is not limited there")
 
 

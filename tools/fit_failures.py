@@ -21,10 +21,10 @@ from logistic import fitted
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
-from stereotrack_core.evaluation.failure_segments.stretches import (
+from stereotrack_core.evaluation.failure_segments.segment import (
     ARM_HALVES,
     SIGNS,
+    FailureSegment,
     failure_signs,
     failures_by_signs,
 )

@@ -91,7 +91,7 @@ def _picture(
     # the last one that is opened is the active one
     context.session.changes.watch(Part.READY, lambda: _open_runs(program, runs))
     context.session.changes.watch(Part.READY, lambda: context.docks.bring_up(panel))
-    failures = program.features.review.failures
+    failures = context.session.failures
     context.session.changes.watch(
         Part.TASKS, lambda: failures.go(1) if failures.listed and failures.chosen is None else None
     )
@@ -141,7 +141,7 @@ def _annotate(recording: Path, picture: Path) -> bool:
 def _tutorial(folder: Path, docs: Path) -> bool:
     """The pictures of the tutorial, from files that its commands make."""
     from stereotrack_core.program import main as command_line
-    from stereotrack_core.project.entries import Choose
+    from stereotrack_core.project.entries import choose
     from stereotrack_core.project.project import Project
     from stereotrack_core.project.schema import REFERENCE
 
@@ -166,7 +166,7 @@ def _tutorial(folder: Path, docs: Path) -> bool:
     done = _picture(walk, [], "annotate", docs / "tutorial-clicks.png", "body", frame)
     command_line(["import", "labels", truth, "--into", project])
     with Project.open(Path(project)) as opened:
-        opened.apply(Choose(REFERENCE.name, "reference"))  # as the window does
+        opened.apply(choose(REFERENCE, "reference"))  # as the window does
     for picture, shown in (("errors", ("both",)), ("mended", ("north", "mended"))):
         chosen = [runs[name] for name in shown]
         place = docs / f"tutorial-{picture}.png"
@@ -179,7 +179,7 @@ def _clicked(
 ) -> Path:
     """A project with clicks of what some views see of the truth of `film`."""
     from benchmarks.annotation import AnnotationCase, simulated_clicks
-    from stereotrack_core.project.clicks import PlaceClicks
+    from stereotrack_core.project.clicks import place_clicks
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.folder import open_recording
 
@@ -189,7 +189,7 @@ def _clicked(
     path = recording.with_suffix(".stereotrack")
     path.unlink(missing_ok=True)  # of earlier pictures
     with Project.create(path, recording, who="A") as project:
-        project.apply(PlaceClicks(tuple(one for one in clicks if one.camera[0] in views)))
+        project.apply(place_clicks(tuple(one for one in clicks if one.camera[0] in views)))
     return path
 
 

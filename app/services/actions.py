@@ -136,7 +136,7 @@ class ActionRegistry(QObject):
         self._window, self._settings, self._redraw = window, settings, redraw
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
-        self._keys: dict[str, QKeySequence] = {}
+        self._keys: dict[str, str] = {}  # as they are stored
         self._said: dict[str, tuple[object, ...]] = {}
         window.installEventFilter(self)
         app = QApplication.instance()
@@ -153,7 +153,7 @@ class ActionRegistry(QObject):
             self._actions[command.id] = self._action(command)
             stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
             keys = command.shortcut if stored is None else str(stored)
-            self._give_keys(command, QKeySequence(keys))
+            self._give_keys(command, keys)
 
     def action(self, name: str) -> QAction:
         return self._actions[name]
@@ -199,11 +199,11 @@ class ActionRegistry(QObject):
         # a key that reaches the window was of no use to anything in it
         modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         keys = QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key())))
-        return event.type() == QEvent.Type.KeyPress and self._on_unused(keys)
+        return event.type() == QEvent.Type.KeyPress and self._on_unused(keys.toString())
 
-    def _on_unused(self, keys: QKeySequence) -> bool:
+    def _on_unused(self, keys: str) -> bool:
         """Say why the command of these keys cannot be done; do it, if meanwhile it can."""
-        named = [name for name, used in self._keys.items() if used == keys]
+        named = [name for name, used in self._keys.items() if keys and used == keys]
         # of two commands with the same keys the one that comes second has the usual meaning
         name = min(named, key=lambda one: self._commands[one].goes_first, default=None)
         typing = isinstance(QApplication.focusWidget(), _TEXT_FIELDS)
@@ -222,23 +222,23 @@ class ActionRegistry(QObject):
             self._settings.remove(f"{_SHORTCUTS}/{name}")
         else:
             self._settings.setValue(f"{_SHORTCUTS}/{name}", keys)
-        self._give_keys(command, QKeySequence(keys))
+        self._give_keys(command, keys)
         self.refresh()
 
     def shortcut(self, name: str) -> str:
         """Key sequence of a command, as it is stored."""
-        return self._keys[name].toString()
+        return self._keys[name]
 
     def key_words(self, name: str) -> str:
         """Key sequence of a command, as a person reads it."""
-        return self._keys[name].toString(QKeySequence.SequenceFormat.NativeText)
+        return QKeySequence(self._keys[name]).toString(QKeySequence.SequenceFormat.NativeText)
 
     def user_of(self, keys: str, besides: str = "") -> Command | None:
         """Tell which command has a key sequence already, where neither of both goes first."""
         first = besides in self._commands and self._commands[besides].goes_first
         others = (one for one in self.commands if one.id != besides and one.goes_first == first)
-        users = (one for one in others if keys and self._keys[one.id] == QKeySequence(keys))
-        return next(users, None)
+        wanted = QKeySequence(keys).toString()
+        return next((one for one in others if wanted and self._keys[one.id] == wanted), None)
 
     def fill(self, bar: QMenuBar, order: Sequence[str]) -> None:
         menus: dict[str, QMenu] = {}
@@ -265,7 +265,8 @@ class ActionRegistry(QObject):
         action.setCheckable(command.checked is not None)
         if command.icon:
             set_icon(action, command.icon)
-        action.triggered.connect(lambda _checked: self._run(command.run))
+        action.triggered.connect(lambda _checked: command.run())
+        action.triggered.connect(lambda _checked: self.refresh())
         self._window.addAction(action)
         return action
 
@@ -281,24 +282,21 @@ class ActionRegistry(QObject):
         keys = self.key_words(command.id)
         action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 
-    def _give_keys(self, command: Command, keys: QKeySequence) -> None:
+    def _give_keys(self, command: Command, wanted: str) -> None:
+        keys = QKeySequence(wanted).toString()
         before, self._keys[command.id] = self._keys.get(command.id, keys), keys
         action = self._actions[command.id]
         if command.goes_first:  # shown in menus all the same
             action.setText(f"{command.text}\t{self.key_words(command.id)}")
-        action.setShortcut(keys)
+        action.setShortcut(QKeySequence(keys))
         for shared in (before, keys):
             self._share_keys(shared)
 
-    def _share_keys(self, keys: QKeySequence) -> None:
+    def _share_keys(self, keys: str) -> None:
         """Give keys that two commands have to the one that can be done now."""
-        users = [name for name, used in self._keys.items() if used == keys]
+        users = [name for name, used in self._keys.items() if keys and used == keys]
         first = {name for name in users if self._commands[name].goes_first}
         taken = any(self._actions[name].isEnabled() for name in first)
         for name in users:
             if name not in first:
-                self._actions[name].setShortcut(QKeySequence() if taken else keys)
-
-    def _run(self, run: Callable[[], None]) -> None:
-        run()
-        self.refresh()
+                self._actions[name].setShortcut(QKeySequence("" if taken else keys))

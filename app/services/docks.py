@@ -1,39 +1,167 @@
 """What stands in the window: the views, the panels around them, and workspaces of panels."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, Signal
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
+from PySide6.QtCore import QByteArray, QObject, QSettings, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QTabBar, QWidget
 
-from ..session.messages import Message
-from ..session.surroundings import stored_text
+from ..session.messages import Message, stored_text
 from ..widgets.camera.camera_grid import CameraGrid
 from ..widgets.forms.message import BarsOver
+from ..widgets.forms.numbers import WholeNumberField
 from ..widgets.scene.scene_view import SceneView
-from ..widgets.style.building import vbox
-from ..widgets.timeline.bars import Transport
+from ..widgets.style.building import hbox, label, vbox
 from ..widgets.timeline.timeline_view import TimelineView
 from .failures import Notifier
-from .focus import FocusWalk
-from .layout import (
-    LAYOUT_KEY,
-    LAYOUT_VERSION,
-    Workspace,
-    arrange,
-    is_in_front,
-    leave_room,
-    restore_layout,
-)
+from .focus import FocusWalk, is_in_front
+
+
+def stored_bytes(settings: QSettings, key: str) -> QByteArray | None:
+    """What a widget says about its arrangement."""
+    value = settings.value(key)
+    return value if isinstance(value, QByteArray) else None
+
+
+LAYOUT_VERSION, LAYOUT_KEY = 10, "workspaces/{}/state"
+LEAST_WIDTH, LEAST_HEIGHT = 0.45, 0.35
+"""Shares of the window that are left to the pictures, however large the panels were."""
+
+_ACROSS, _DOWN = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A named arrangement of panels."""
+
+    name: str  # as it is stored and given to `--workspace`
+    title: str
+    tip: str
+    icon: str
+    side: tuple[tuple[str, ...], ...]
+    """Panels at the right, from top to bottom; those in one tuple share a place as tabs."""
+    bottom: tuple[str, ...]  # panels over the whole width below the views, from top to bottom
+    side_share: float  # width of the panels at the right, as a share of the window
+    bottom_shares: tuple[float, ...]  # heights of the panels below, as shares of the window
+    side_heights: tuple[int, ...]  # relative heights of the panels at the right
+    tall_side: bool = False
+    """Whether the panels at the right go down to the lower end of the window."""
+    why_not: Callable[[], str] = field(default=str, compare=False)
+    """Why it has nothing to show now, as a sentence; empty where it has."""
+    middle: str = ""  # name of the page in the middle, see `Docks.add_page`; empty for the views
+    no_panels: Callable[[], str] = field(default=str, compare=False)
+    """Why its panels have nothing to show, so that its page stands alone; empty where they have."""
+
+    def has(self, panel: str) -> bool:
+        return panel in self.bottom or any(panel in names for names in self.side)
+
+
+def _clear(window: QMainWindow) -> None:
+    """Take all panels away; Qt keeps their places, and brings those back that were shown.
+
+    Their tabs go only where the layout hears of both steps: otherwise they stay over what comes
+    next.
+    """
+    docks = window.findChildren(QDockWidget)
+    for step in (QDockWidget.hide, window.removeDockWidget):
+        for dock in docks:
+            step(dock)
+        if layout := window.layout():
+            layout.activate()
+
+
+def _stack(
+    window: QMainWindow,
+    docks: Mapping[str, QDockWidget],
+    area: Qt.DockWidgetArea,
+    groups: Sequence[tuple[str, ...]],
+) -> None:
+    """Put panels below each other in an area; those of one group share a place as tabs."""
+    for place, (first, *_) in enumerate(groups):
+        if place:
+            window.splitDockWidget(docks[groups[place - 1][0]], docks[first], _DOWN)
+        else:
+            window.addDockWidget(area, docks[first])
+        docks[first].show()
+    for first, *behind in groups:  # nothing can be put below tabs
+        for name in behind:
+            window.tabifyDockWidget(docks[first], docks[name])
+            docks[name].show()
+        docks[first].raise_()
+
+
+def _shares(space: Workspace) -> dict[str, tuple[float, float]]:
+    """Width and height of panels by default, as shares of the window.
+
+    Heights at the right are those of a window without anything else.
+    """
+    heights, whole = space.side_heights, sum(space.side_heights)
+    side = zip(space.side, heights, strict=True)
+    below = zip(space.bottom, space.bottom_shares, strict=True)
+    shares = {names[0]: (space.side_share, height / whole) for names, height in side}
+    return shares | {name: (1.0, share) for name, share in below}
+
+
+def _resize(
+    window: QMainWindow, sizes: Mapping[QDockWidget, float], orientation: Qt.Orientation
+) -> None:
+    window.resizeDocks(list(sizes), [max(round(each), 1) for each in sizes.values()], orientation)
+    if layout := window.layout():
+        layout.activate()
+
 
 _CORNER = Qt.Corner.BottomRightCorner
 _USUAL = ("track", "annotate")  # workspaces that are shown first, where they have something to show
+
+
+class Transport(QWidget):
+    """A field for the frame's number with the recording's length and the time beside it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.number = WholeNumberField()
+        self.number.setAccessibleName("Frame")
+        self.number.setToolTip("Frame number, counted from 0")
+        self.number.setKeyboardTracking(False)
+        self.number.setButtonSymbols(WholeNumberField.ButtonSymbols.NoButtons)
+        self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.number.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.number.setMinimumWidth(56)
+        self._length = label("", "muted", wraps=False)
+        name = label("Frame", wraps=False)
+        self.setLayout(hbox(name, self.number, self._length, margins=(4, 0, 4, 0)))
+        self._fps = 1.0
+        self._count = 0
+        self.number.editingFinished.connect(self.number.clearFocus)
+        self.set_range(0, 1.0)
+
+    def set_range(self, count: int, fps: float) -> None:
+        self._count, self._fps = count, fps
+        with QSignalBlocker(self.number):
+            self.number.setRange(0, max(count - 1, 0))
+        self.setEnabled(count > 0)
+        self._write()
+
+    def set_frame(self, frame: int) -> None:
+        with QSignalBlocker(self.number):
+            self.number.setValue(frame)
+        self._write()
+
+    def type_frame(self) -> None:
+        self.number.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.number.selectAll()
+
+    def _write(self) -> None:
+        minutes, rest = divmod(self.number.value() / self._fps, 60.0)
+        time = f"{int(minutes)}:{rest:05.2f}" if minutes else f"{rest:.2f} s"
+        self._length.setText(f"of 0 – {self._count - 1}   {time}" if self._count else "–")
 
 
 class Docks(QObject):
     """Panels by name, the workspaces that arrange them, and the parts that all features share.
 
     `host` holds the panels, `settings` keep how a person has arranged them; `workspace_changed` is
-    called when another workspace is shown.
+    called with the name of another workspace that is shown.
     """
 
     left = Signal()  # A workspace without a recording was closed by the person
@@ -45,7 +173,7 @@ class Docks(QObject):
         notifier: Notifier,
         views: CameraGrid,
         scene: SceneView,
-        workspace_changed: Callable[[], None],
+        workspace_changed: Callable[[str], None],
     ) -> None:
         super().__init__(host)
         self._workspace_changed = workspace_changed
@@ -56,7 +184,6 @@ class Docks(QObject):
         self.is_alone = False
         """Whether a workspace is shown without panels, while nothing is open."""
         self._before: QByteArray | None = None
-        host.installEventFilter(self)
         self.redraw, self.views, self.scene = views.redraw, views, scene
         self.timeline, self.transport = TimelineView(), Transport()
         self.focus = FocusWalk(host, self.views, self._docks)
@@ -178,10 +305,14 @@ class Docks(QObject):
             self.hide_all()
         else:
             self._settings.setValue("workspace", space.name)
-            if not restore_layout(self._host, self._settings, space):
-                arrange(self._host, self._docks, space)
-            leave_room(self._host, self._docks)
-        self._workspace_changed()
+            state = stored_bytes(self._settings, LAYOUT_KEY.format(space.name))
+            if state is not None:
+                _clear(self._host)
+            if state is None or not self._host.restoreState(state, LAYOUT_VERSION):
+                self.arrange()
+            else:
+                self.leave_room()
+        self._workspace_changed(self.workspace)
 
     def show_named(self, name: str) -> None:
         """Show a workspace by its name; one that has nothing to show says why."""
@@ -207,7 +338,7 @@ class Docks(QObject):
         """Show no workspace any more; how it was arranged is kept."""
         self._keep()
         self._shown = None
-        self._workspace_changed()
+        self._workspace_changed(self.workspace)
 
     def close_alone(self) -> None:
         if self.is_alone:
@@ -220,14 +351,39 @@ class Docks(QObject):
 
     def arrange(self) -> None:
         """Put the panels of this workspace where they are by default, for now."""
-        if self._shown is not None and not self.is_alone:
-            arrange(self._host, self._docks, self._shown)
-            leave_room(self._host, self._docks)
+        space = self._shown
+        if space is None or self.is_alone:
+            return
+        host, docks, area = self._host, self._docks, Qt.DockWidgetArea
+        _clear(host)
+        corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
+        host.setCorner(_CORNER, corner)
+        _stack(host, docks, area.RightDockWidgetArea, space.side)
+        _stack(host, docks, area.BottomDockWidgetArea, [(name,) for name in space.bottom])
+        width, height, shares = host.width(), host.height(), _shares(space)
+        _resize(host, {docks[name]: share * width for name, (share, _) in shares.items()}, _ACROSS)
+        _resize(host, {docks[name]: share * height for name, (_, share) in shares.items()}, _DOWN)
+        self.leave_room()
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if watched is self._host and event.type() == QEvent.Type.Resize:
-            leave_room(self._host, self._docks)
-        return False
+    def leave_room(self) -> None:
+        """Make panels smaller that leave too little of the window to the pictures."""
+        window = self._host
+        width, height = window.width(), window.height()
+        middle, area = window.centralWidget(), Qt.DockWidgetArea
+        pictures = middle.size() if middle is not None else QSize()
+        there = [dock for dock in self._docks.values() if is_in_front(dock)]
+        there = [dock for dock in there if not dock.isHidden() and not dock.isFloating()]
+        sides = area.LeftDockWidgetArea | area.RightDockWidgetArea
+        beside = [dock for dock in there if window.dockWidgetArea(dock) & sides]
+        too_wide = (width - pictures.width()) / ((1.0 - LEAST_WIDTH) * width)
+        too_high = (height - pictures.height()) / ((1.0 - LEAST_HEIGHT) * height)
+        if too_wide > 1.0:
+            _resize(window, {dock: dock.width() / too_wide for dock in beside}, _ACROSS)
+        if too_high > 1.0:
+            below = [dock for dock in there if dock not in beside]
+            _resize(window, {dock: dock.height() / too_high for dock in below}, _DOWN)
+        for tabs in window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            tabs.setVisible(tabs.count() > 0)  # Qt leaves some hidden that it uses again
 
     def _keep(self) -> None:
         alone, self.is_alone = self.is_alone, False

@@ -3,11 +3,14 @@
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from types import TracebackType
 
 from PySide6.QtCore import (
+    QCoreApplication,
     QMessageLogContext,
     QObject,
+    Qt,
     QtMsgType,
     Signal,
     Slot,
@@ -35,15 +38,26 @@ def leave_out_noise() -> None:
     before = qInstallMessageHandler(handle)
 
 
-class FailureRelay(QObject):
+class Post(QObject):
+    """Calls functions in the window's thread, whichever thread posts them."""
+
+    posted = Signal(object)
+
+    def __init__(self) -> None:
+        # it belongs to the program: a thread may post when the window is gone
+        super().__init__(QCoreApplication.instance())
+        self.posted.connect(self._call, Qt.ConnectionType.QueuedConnection)
+
+    @Slot(object)
+    def _call(self, do: Callable[[], object]) -> None:
+        do()
+
+
+class FailureRelay:
     """Tells exceptions that nobody caught, of any thread, as messages in the window's thread."""
 
-    _message = Signal(object)
-
     def __init__(self, tell: Tell) -> None:
-        super().__init__()
-        self._tell_message = tell
-        self._message.connect(self._on_message)
+        self._tell, self._post = tell, Post()
         self._before = sys.excepthook, threading.excepthook
         sys.excepthook = self._on_exception
         threading.excepthook = self._on_thread_exception
@@ -52,9 +66,8 @@ class FailureRelay(QObject):
         """Leave exceptions to whoever had them before; a second time does nothing."""
         sys.excepthook, threading.excepthook = self._before
 
-    @Slot(object)
-    def _on_message(self, message: Message) -> None:
-        self._tell_message(message)
+    def _relay(self, error: BaseException) -> None:
+        self._post.posted.emit(partial(self._tell, message_of(error)))
 
     def _on_exception(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
@@ -62,11 +75,11 @@ class FailureRelay(QObject):
         if issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
             return
-        self._message.emit(message_of(error.with_traceback(trace)))
+        self._relay(error.with_traceback(trace))
 
     def _on_thread_exception(self, args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None and not isinstance(args.exc_value, SystemExit):
-            self._message.emit(message_of(args.exc_value))
+            self._relay(args.exc_value)
 
 
 SAID_MS = 6000

@@ -18,9 +18,16 @@ from PySide6.QtWidgets import (
 )
 
 from ..widgets.camera.camera_grid import CameraGrid
-from .layout import is_in_front
 
 _TAB = Qt.FocusPolicy.TabFocus
+
+
+def is_in_front(dock: QDockWidget) -> bool:
+    """Whether a panel that is there is seen: Qt puts those behind it aside, and calls all visible.
+
+    Neither does the visible region tell it: that of a panel full of opaque widgets is empty.
+    """
+    return dock.isFloating() or dock.geometry().right() >= 0
 
 
 class FocusWalk(QObject):

@@ -1,8 +1,10 @@
 """Whether a camera contradicts the others, by all that is clicked; worked out beside the window."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from functools import partial
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from stereotrack_core.annotation import doubts
 from stereotrack_core.errors import Finding
@@ -11,11 +13,11 @@ from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreem
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
-from .changes import Changes, Part
-from .document import DocumentPresenter
-from .jobs import TaskList
-from .newest import LatestOnly
-from .project import ProjectPresenter
+from .changes import Part
+from .jobs import LatestOnly
+
+if TYPE_CHECKING:
+    from .session import Session
 
 _PAUSE_MS = 400
 
@@ -26,25 +28,18 @@ _Answer: TypeAlias = tuple[Disagreement | None, tuple[CameraResidual, ...]]
 class CameraDoubts:
     """Follows the clicks of the project."""
 
-    def __init__(
-        self,
-        changes: Changes,
-        tasks: TaskList,
-        document: DocumentPresenter,
-        project: ProjectPresenter,
-    ) -> None:
-        self._changes, self._document, self._project = changes, document, project
+    def __init__(self, session: Session) -> None:
+        self._changes, self._document = session.changes, session.document
+        self._project = session.project
         self.now: Disagreement | None = None
         """The camera that contradicts the others."""
         self.residuals: tuple[CameraResidual, ...] = ()
         """How far the clicks of each camera lie from the points that the cameras agree on."""
+        take = lambda _question, found: self._take(*found)  # noqa: E731
         self._worker = LatestOnly(
-            tasks,
-            lambda compare: compare(),
-            "compare the cameras",
-            lambda _question, found: self._take(*found),
+            session.tasks, lambda compare: compare(), "compare the cameras", take
         )
-        self._pause = changes.loop.later(self._ask, _PAUSE_MS)
+        self._pause = session.later(self._ask, _PAUSE_MS)
 
     def settled(self) -> bool:
         return self._worker.settled() and not self._pause.isActive()

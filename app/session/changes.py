@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeAlias
 
-from .surroundings import Loop
+from .messages import Loop
 
 
 class Part(enum.Flag):
@@ -50,6 +50,9 @@ class Part(enum.Flag):
     SETTINGS = enum.auto()  # those of the next run, or its preset
     JUDGEMENT = enum.auto()  # every run is judged as it is; told once for all that has changed
     TRUTH = enum.auto()  # what errors are measured against
+    TRIALS = enum.auto()  # what is tried, or would be
+    FAILURES = enum.auto()  # found, listed or chosen ones of the active run
+    INSPECTION = enum.auto()  # whether a frame is inspected, what is known of it, and the stage
     # what is chosen of what is shown
     SELECTION = enum.auto()
     THRESHOLD = enum.auto()
@@ -65,7 +68,8 @@ class Part(enum.Flag):
     HINTS = enum.auto()  # and the body fitted to the clicks
     PROPOSALS = enum.auto()  # in the frame that is shown or one step ahead
     CALIBRATION = enum.auto()  # what is chosen for it, and what is calculated
-    CALIBRATING = enum.auto()  # news: the share that is done, 0 if unknown, and words
+    STUDY = enum.auto()  # the study that is open, its rows, and what is done with it
+    SAID = enum.auto()  # news: words for the status line
     # what a person has to be asked for; news: a path, or several
     IMPORT_WANTED = enum.auto()
     STUDY_WANTED = enum.auto()

@@ -16,9 +16,8 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 
 from .changes import Changes, Part
-from .jobs import Job, NewestJob, Task, TaskList
+from .jobs import Job, LatestOnly, NewestJob, Task, TaskList
 from .messages import Message, Tell
-from .newest import LatestOnly
 
 _COUNT_MS = 200
 _SHORTEST_MS = 10  # between two frames that are played
@@ -85,10 +84,7 @@ def _looked_at(recording: Recording) -> tuple[Finding, ...]:
 def read_folder(folder: Path) -> FrameReader:
     """Open a recording folder and decode its first frame set.
 
-    Raises
-    ------
-    InputError
-        If something about the folder makes it unusable.
+    Raises InputError if something about the folder makes it unusable.
     """
     reader = FrameReader(open_recording(folder))
     try:

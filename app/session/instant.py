@@ -20,11 +20,10 @@ from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptCl
 
 from .changes import Part, TellChange
 from .document import Shared
-from .drawn import GhostBody, Instant, StepDrawing
-from .jobs import TaskList
+from .jobs import LatestOnly, TaskList
 from .judgement import reference_at
-from .newest import LatestOnly
 from .runs import RunStyle
+from .view_state import GhostBody, Instant, StepDrawing
 
 if TYPE_CHECKING:
     from .session import Session
@@ -104,21 +103,21 @@ class CloudPresenter:
     def available(self) -> bool:
         return self._worker is not None
 
-    def cloud(self, frame: int, parameters: DepthParameters | None = None) -> Cloud | None:
-        """The cloud of a frame, if it is there already; with other parameters on request.
+    def cloud(self, frame: int) -> Cloud | None:
+        """The cloud of a frame, if it is there already.
 
         That of the frame which the tracker has just done may be without depth images.
         """
-        key = parameters or self.parameters, frame
+        key = self.parameters, frame
         points = self._points[1] if self._points is not None and self._points[0] == key else None
         return self._clouds.get(key, points)
 
     def whole(self, frame: int) -> bool:
         return (self.parameters, frame) in self._clouds
 
-    def ask(self, frame: int, parameters: DepthParameters | None = None) -> None:
+    def ask(self, frame: int) -> None:
         """Have the cloud of a frame made; a change of CLOUD tells when it is there."""
-        key = (parameters or self.parameters, frame)
+        key = self.parameters, frame
         if self._worker is not None and key not in self._clouds and key not in self._failed:
             self._worker.ask(key)
 
@@ -135,8 +134,8 @@ class CloudPresenter:
         while len(self._clouds) > _KEPT:
             self._clouds.popitem(last=False)
 
-    def given_up(self, frame: int, parameters: DepthParameters | None = None) -> bool:
-        return self._worker is None or (parameters or self.parameters, frame) in self._failed
+    def given_up(self, frame: int) -> bool:
+        return self._worker is None or (self.parameters, frame) in self._failed
 
     def settled(self) -> bool:
         return self._worker is None or self._worker.settled()

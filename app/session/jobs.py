@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.work import Work
 from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
-from .surroundings import Loop
+from .messages import Loop
 
 
 class WorkThread(threading.Thread):
@@ -75,9 +76,13 @@ class Job:
 class Task:
     """A job under way, or over; `changed` is called when it has said how far it is."""
 
-    def __init__(self, job: Job, loop: Loop, changed: Callable[[], object]) -> None:
+    def __init__(
+        self, job: Job, loop: Loop, changed: Callable[[], object], *, quiet: bool, promised: bool
+    ) -> None:
         self.job, self._loop, self._changed = job, loop, changed
+        self.quiet, self.promised, self.writes = quiet, promised, False
         self.token = CancelToken()
+        self.work = Work(self.report, self.token.cancelled)
         self.over = False
         """Whether it has ended, or nobody waits for it any more."""
         self.share, self.words = 0.0, ""
@@ -210,10 +215,7 @@ class TaskList:
     ) -> None:
         self._loop, self.failed, self._changed = loop, failed, changed
         self._closed = False
-        self._quiet: list[Task] = []
-        self._tasks: list[Task] = []
-        self._promised: list[Task] = []
-        self._writes: list[Task] = []
+        self._all: list[Task] = []
         self._later: list[tuple[bool, Callable[[], object]]] = []
         self._settled: list[Callable[[], bool]] = []
 
@@ -223,41 +225,27 @@ class TaskList:
 
     def settled(self) -> bool:
         """Whether everything that was asked for is done and shown."""
-        return not self._tasks and all(settled() for settled in self._settled)
+        return not self.tasks and all(settled() for settled in self._settled)
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        return tuple(self._tasks)
-
-    def begin(
-        self,
-        title: str,
-        work: Callable[[Task], Any],
-        done: Callable[[Any], object] = _ignore,
-        failed: Callable[[Exception], object] | None = None,
-        *,
-        promised: bool = False,
-    ) -> Task:
-        """Start `work`; call `done` with its result, or `failed` with its error, in this thread."""
-        return self.run(Job(title, work, done, failed), promised=promised)
+        return tuple(task for task in self._all if not task.quiet)
 
     def run(self, job: Job, *, promised: bool = False, quiet: bool = False) -> Task:
         """Start a job; one that is quiet is not listed, nor stopped by the person."""
-        task = Task(job, self._loop, _ignore if quiet else self._changed)
+        changed = _ignore if quiet else self._changed
+        task = Task(job, self._loop, changed, quiet=quiet, promised=promised)
         if self._closed:
             task.give_up()
             return task
-        if promised:
-            self._promised.append(task)
-        (self._quiet if quiet else self._tasks).append(task)
+        self._all.append(task)
         task.start(partial(self._on_ended, task))
-        if not quiet:
-            self._changed()
+        changed()
         return task
 
     def write(self, job: Job) -> Task:
         """Start a write to the project; writes are made one after the other, in their order."""
-        before = self._writes[-1] if self._writes else None
+        before = next(reversed(self.promised()), None)
 
         def in_order(task: Task) -> Any:
             if before is not None:
@@ -265,12 +253,12 @@ class TaskList:
             return job.work(task)
 
         task = self.run(replace(job, work=in_order), promised=True)
-        self._writes.append(task)
+        task.writes = True
         return task
 
     def promised(self, *, exports: bool = False) -> tuple[Task, ...]:
         """Writes to the project that are under way, or all that is promised."""
-        return tuple(self._promised if exports else self._writes)
+        return tuple(one for one in self._all if one.writes or (exports and one.promised))
 
     def after_writes(self, do: Callable[[], object], *, exports: bool = False) -> None:
         """Call `do` as soon as all writes, or all that is promised, have ended."""
@@ -281,13 +269,13 @@ class TaskList:
 
     def finish_writes(self) -> None:
         """Wait for all writes to the project; for an end that cannot be put off."""
-        for task in tuple(self._writes):
+        for task in self.promised():
             task.join()
 
     def cancel_all(self) -> None:
         """Ask all work but writes to stop."""
-        for task in self._tasks:
-            if task not in self._writes:
+        for task in self.tasks:
+            if not task.writes:
                 task.cancel()
 
     def shutdown(self, seconds: float = 10.0) -> None:
@@ -299,20 +287,15 @@ class TaskList:
         self.cancel_all()
         self.finish_writes()
         end = time.monotonic() + seconds
-        for task in self._tasks:
+        for task in self.tasks:
             task.join(max(end - time.monotonic(), 0.0))
-        for task in (*self._tasks, *self._quiet):
+        for task in self._all:
             task.give_up()
-        for tasks in self._lists():
-            tasks.clear()
-
-    def _lists(self) -> tuple[list[Task], ...]:
-        return self._quiet, self._tasks, self._promised, self._writes
+        self._all.clear()
 
     def _on_ended(self, task: Task, result: Any, error: Exception | None) -> None:
         task.join()  # it has said its last word
-        for tasks in self._lists():
-            tasks[:] = [kept for kept in tasks if kept is not task]
+        self._all = [kept for kept in self._all if kept is not task]
         task.end(result, error, self.failed)
         if self._closed:
             return
@@ -348,3 +331,120 @@ class NewestJob:
         if self.task is not None:
             self.task.give_up()
             self.task = None
+
+
+class LatestOnly:
+    """Answers questions in the background, one at a time; of those that wait only the newest.
+
+    `answer` leads from a question to its answer, in another thread, which has the `name`;
+    `answered` and `failed` are called in this thread with a question and its answer or error.
+    Those of a question that was overtaken while it was being answered are dropped, unless they
+    are welcome all the same.
+    """
+
+    def __init__(
+        self,
+        tasks: TaskList,
+        answer: Callable[[Any], Any],
+        name: str,
+        answered: Callable[[Any, Any], object],
+        failed: Callable[[Any, Exception], object] | None = None,
+        *,
+        late_is_welcome: bool = False,
+    ) -> None:
+        self._late_is_welcome = late_is_welcome
+        self._answer, self._name, self._answered = answer, name, answered
+        self._failed = failed or (lambda _question, error: tasks.failed(error))
+        self._asked: Hashable | None = None
+        self._job = NewestJob(tasks, quiet=True)
+
+    def settled(self) -> bool:
+        """Whether the newest question is answered."""
+        return self._asked is None
+
+    def ask(self, question: Hashable) -> None:
+        """Ask; a question that waits is not answered any more."""
+        self._asked = question
+        if not self._job.busy:
+            self._begin(question)
+
+    def close(self) -> None:
+        """Forget what was asked, and what is being answered; returns at once."""
+        self._asked = None
+        self._job.give_up()
+
+    def _begin(self, question: Hashable) -> None:
+        answer, take = self._answer, partial(self._take, question)
+        done, failed = partial(take, self._answered), partial(take, self._failed)
+        stopped = partial(take, lambda *_: None, None)
+        self._job.run(Job(self._name, lambda _task: answer(question), done, failed, stopped))
+
+    def _take(self, question: Hashable, tell: Callable[..., object], found: Any) -> None:
+        overtaken = question != self._asked
+        if overtaken:
+            self._begin(self._asked)
+        else:
+            self._asked = None
+        if not overtaken or self._late_is_welcome:
+            tell(question, found)
+
+
+A = TypeVar("A")
+
+
+class NewestAnswer(Generic[A]):
+    """Asks in a thread of its own; the newest question wins.
+
+    Until the new answer is there, the one before of the same frame holds, so that nothing flickers.
+    `question` says what is to be asked now, about one ``frame``, or None; `changed` is called when
+    another answer holds, or none. Errors are shown.
+    """
+
+    def __init__(
+        self,
+        tasks: TaskList,
+        question: Callable[[], Any],
+        answer: Callable[[Any], A],
+        name: str,
+        changed: Callable[[], object],
+    ) -> None:
+        self._question, self._changed, self._tell = question, changed, tasks.failed
+        self._asked: Any = None
+        self._answered: Any = None
+        self.known: A | None = None
+        """The newest answer, be it about the frame before."""
+        answers = self._on_answered, self._on_failed
+        self._worker = LatestOnly(tasks, answer, name, *answers, late_is_welcome=True)
+
+    def at(self, frame: int) -> A | None:
+        """The answer about a frame, be it to the question before the newest; None without one."""
+        there = self.known is not None and self._answered.frame == frame
+        return self.known if there else None
+
+    def settled(self) -> bool:
+        """Whether what holds answers the newest question."""
+        return self._asked is None or self._answered is self._asked
+
+    def ask(self) -> None:
+        self._asked = self._question()
+        if self._asked is not None:
+            self._worker.ask(self._asked)
+        elif self.known is not None:
+            self._answered = self.known = None
+            self._changed()
+
+    def close(self) -> None:
+        """Forget everything, also what is still to be answered; the next question begins anew."""
+        self._asked = self._answered = self.known = None
+        self._worker.close()
+
+    def _on_answered(self, question: Any, answer: A) -> None:
+        if self._asked is not None and question.frame == self._asked.frame:
+            self._answered, self.known = question, answer
+            self._changed()
+
+    def _on_failed(self, question: Any, error: Exception) -> None:
+        if question is self._asked:
+            self._asked = self._answered = self.known = None
+            self._changed()
+        self._tell(error)

@@ -1,9 +1,11 @@
 """How good each frame of a run is: against the reference where there is one, else by itself."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
@@ -15,11 +17,12 @@ from stereotrack_core.evaluation.summary import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from .changes import Changes, Part
-from .document import DocumentPresenter
-from .jobs import TaskList
-from .newest import LatestOnly
-from .runs import RunEntry, RunList
+from .changes import Part
+from .jobs import LatestOnly
+from .runs import RunEntry
+
+if TYPE_CHECKING:
+    from .session import Session
 
 Against: TypeAlias = Literal["recording", "project"]
 
@@ -214,20 +217,18 @@ def _judged(runs: Mapping[RunEntry, RunEntry], truth: Truth | None) -> dict[RunE
 class JudgementPresenter:
     """Judgements by run, made in a thread of their own."""
 
-    def __init__(
-        self, changes: Changes, tasks: TaskList, document: DocumentPresenter, runs: RunList
-    ) -> None:
-        self._changes, self._tasks = changes, tasks
-        self._document, self._runs = document, runs
+    def __init__(self, session: Session) -> None:
+        self._changes, self._tasks = session.changes, session.tasks
+        self._document, self._runs = session.document, session.runs
         self._known: dict[RunEntry, _Known] = {}
         self.wanted: Against | None = None
         self._recorded: Truth | None = None
         self._project: Truth | None = None
         self._told: Truth | None = None
         self._worker = LatestOnly(
-            tasks, lambda judge: judge(), "judge runs", self._on_answered, self._on_failed
+            self._tasks, lambda judge: judge(), "judge runs", self._on_answered, self._on_failed
         )
-        self._timer = changes.loop.later(self._ask, 0)
+        self._timer = session.later(self._ask, 0)
 
     def of(self, entry: RunEntry | None) -> Judgement | None:
         known = self._known.get(entry) if entry is not None else None

@@ -1,7 +1,10 @@
 """Keypoints that 2-D detectors have predicted, as the open project keeps them."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import TYPE_CHECKING
 
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
@@ -12,20 +15,20 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.tracking.parameters import Settings
 
-from .changes import Part, TellChange
-from .edits import EditStack, WindowEdit
-from .jobs import Job, Task, TaskList
-from .project import ProjectPresenter
+from .changes import Part
+from .edits import WindowEdit
+from .jobs import Job, Task
+
+if TYPE_CHECKING:
+    from .session import Session
 
 
 class KeypointPresenter:
     """Knows which detectors the project has keypoints of; imports and removals are edits."""
 
-    def __init__(
-        self, tell: TellChange, project: ProjectPresenter, edits: EditStack, tasks: TaskList
-    ) -> None:
-        self._tell = tell
-        self._project, self._edits, self._tasks = project, edits, tasks
+    def __init__(self, session: Session) -> None:
+        self._tell, self._tasks = session.changes.tell, session.tasks
+        self._project, self._edits = session.project, session.edits
         self._known: tuple[Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import user
@@ -15,11 +16,12 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
 from stereotrack_core.recording.description import Subject
 
-from .changes import Changes, Part
-from .document import DocumentPresenter
-from .jobs import Job, NewestJob, TaskList
-from .messages import Message, Tell, message_of
-from .surroundings import Preferences, stored_text
+from .changes import Part
+from .jobs import Job, NewestJob
+from .messages import Message, Preferences, Tell, message_of, stored_text
+
+if TYPE_CHECKING:
+    from .session import Session
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"
@@ -28,19 +30,12 @@ _HOME = "projects_folder"
 class ProjectPresenter:
     """Keeps the project that belongs to the open recording."""
 
-    def __init__(
-        self,
-        changes: Changes,
-        document: DocumentPresenter,
-        tasks: TaskList,
-        settings: Preferences,
-        tell: Tell,
-    ) -> None:
-        self._changes, self._tell = changes, tell
-        self._document, self._tasks, self._settings = document, tasks, settings
+    def __init__(self, session: Session, settings: Preferences, tell: Tell) -> None:
+        self._changes, self._tasks, self._tell = session.changes, session.tasks, tell
+        self._document, self._settings = session.document, settings
         self._opened: OpenedProject | None = None
         self._waiting: OpenedProject | None = None
-        self._of_file, self._of_recording = NewestJob(tasks), NewestJob(tasks)
+        self._of_file, self._of_recording = NewestJob(self._tasks), NewestJob(self._tasks)
         self._problem = ""
         self._frame = 0
         self.makes = True
@@ -125,10 +120,7 @@ class ProjectPresenter:
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
         """Say where the recording of the project that was opened last is.
 
-        Raises
-        ------
-        InputError
-            Where it is no usable recording, or another one and that was not allowed for.
+        Raises InputError where it is no usable recording, or another one that was not allowed for.
         """
         waiting = self._waiting
         if waiting is None:
@@ -255,10 +247,7 @@ def project_of_recording(
 ) -> OpenedProject | None:
     """Open the newest project of a recording, or make one; None where none shall be made.
 
-    Raises
-    ------
-    InputError
-        Where it cannot be opened even for reading, or none can be made.
+    Raises InputError where it cannot be opened even for reading, or none can be made.
     """
     found = projects_of(folder, home)
     if found:
@@ -272,7 +261,7 @@ def project_of_recording(
     if not makes:
         return None
     path = project_path_for(folder, documents_folder(), home)
-    project = Project.create(path, folder, who=who, interactive=True)
+    project = Project.create(path, folder, who=who)
     messages = tuple(message_of_finding(note) for note in project.notes)
     if path.parent != folder.resolve().parent and home is None:
         what = "the recording's folder is write-protected, so its project is stored elsewhere"
@@ -284,15 +273,12 @@ def project_of_recording(
 def open_project(path: Path, who: str, *, take_over: bool = False) -> OpenedProject:
     """Open a project file and look for its recording; for reading where it cannot be written.
 
-    Raises
-    ------
-    InputError
-        Where it is no project, or is damaged.
+    Raises InputError where it is no project, or is damaged.
     """
     messages: tuple[Message, ...] = ()
     in_use = False
     try:
-        project = Project.open(path, who=who, take_over=take_over, interactive=True)
+        project = Project.open(path, who=who, take_over=take_over)
     except ProjectDamaged:
         raise
     except InputError as error:

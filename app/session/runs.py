@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -39,12 +39,12 @@ from stereotrack_core.tracking.run_checks import (
 )
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from stereotrack_core.tracking.tuning.trial import Trial
 from stereotrack_core.worker_processes import TaskProcess
 
 from .changes import Part, TellChange
-from .jobs import Task, how_far, time_left
+from .jobs import NewestJob, TaskList, how_far, time_left
 
-Kind: TypeAlias = Literal["run", "trial"]
 _BOTH = Part.RUNS | Part.ACTIVE_RUN
 RunStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot"]
 _OTHERS: tuple[RunStyle, ...] = ("dash", "dot", "dashdot")
@@ -65,9 +65,10 @@ class RunEntry:
     stored: Run | None = None
     origin: Origin | None = None  # where its frames come from; known when tracking has begun
     wall_seconds: float = 0.0  # time that the tracker has worked on it, without pauses
-    kind: Kind = "run"
+    kind: Literal["run", "trial"] = "run"
     """A trial is what some stretch would look like with other settings; it
     is gone when it is dismissed, unless it is made the active run."""
+    trial: Trial | None = None  # how it was tried
     kept: str = ""  # name under which the project keeps it; empty where it does not
     facts: RunFacts | None = None
     """What the project says about it; its frames are there when they have been read."""
@@ -91,16 +92,15 @@ class RunEntry:
     @property
     def heading(self) -> HeadingWords | None:
         """What is to be said of the way that the person faces."""
-        if self.stored is not None:
-            return heading_words(self.stored.meta.get(HEADING))
-        return None if self.origin is None else heading_words(self.origin.heading)
+        told = self.stored or self.origin
+        return None if told is None else heading_words(told.meta.get(HEADING))
 
     @property
-    def looked_again(self) -> Sequence[tuple[int, int]]:
+    def looked_again(self) -> list[tuple[int, int]]:
         """First and last frames of stretches that a second look has changed."""
-        if self.stored is not None:
-            return [(first, last) for first, last in self.stored.meta.get(LOOKED_AGAIN, ())]
-        return () if self.origin is None else self.origin.looked_again
+        told = self.stored or self.origin
+        stretches = () if told is None else told.meta.get(LOOKED_AGAIN, ())
+        return [(first, last) for first, last in stretches]
 
     def at(self, frame: int) -> TrackedFrame | None:
         return self.frames.get(frame)
@@ -163,8 +163,8 @@ class RunList:
 
     @property
     def front(self) -> RunEntry | None:
-        """The trial whose curves stand out: the chosen one, else the newest that is shown."""
-        trials = [one for one in self.shown_beside() if one.kind == "trial"]
+        """The trial that is chosen, else the newest."""
+        trials = [one for one in self.entries if one.kind == "trial"]
         return self._chosen if self._chosen in trials else trials[-1] if trials else None
 
     def bring_to_front(self, entry: RunEntry | None) -> None:
@@ -246,10 +246,7 @@ class RunList:
 def entry_of_run(run: Run, path: Path) -> RunEntry:
     """Make a list entry of a stored run.
 
-    Raises
-    ------
-    InputError
-        Where its states are not those of a body.
+    Raises InputError where its states are not those of a body.
     """
     frames = frames_of_run(run)
     numbers = run.frame
@@ -264,10 +261,7 @@ def entry_of_run(run: Run, path: Path) -> RunEntry:
 def frames_of_run(run: Run) -> dict[int, TrackedFrame]:
     """Frames of a stored run by their numbers.
 
-    Raises
-    ------
-    InputError
-        Where its states are not those of a body.
+    Raises InputError where its states are not those of a body.
     """
     return {int(k): _stored_frame(run, i) for i, k in enumerate(run.frame)}
 
@@ -292,7 +286,9 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
 class LiveRun:
     """A run that a process tracks, as far as the window knows."""
 
-    def __init__(self, entry: RunEntry, run: run_process.RunTask, process: TaskProcess) -> None:
+    def __init__(
+        self, entry: RunEntry, run: run_process.RunTask, process: TaskProcess, tasks: TaskList
+    ) -> None:
         self.entry, self.recording, self.settings = entry, run.recording, run.spec.settings
         self._spec = run.spec
         self.detects = run.spec.keypoints is None and detects_first(run.recording, self.settings)
@@ -302,26 +298,13 @@ class LiveRun:
         self.progress: run_process.Preparing | None = None
         """Progress of what comes before the first frame."""
         self.waiting: list[TrackedFrame] = []
-        self.task: Task | None = None
-        self._run, self._process = run, process
+        self._run, self._process, self.job = run, process, NewestJob(tasks, quiet=True)
         self._number = run.allowed.number
         self._stage_begun = 0.0
         self._first_seconds: float | None = None
 
-    def track(self, task: Task) -> None:
-        """Have the process track it; called in a thread of its own."""
-        task.in_process(self._process, self._run)
-
     def order(self, order: object) -> None:
         self._process.order(self._run, order)
-
-    def cancel(self) -> None:
-        if self.task is not None:
-            self.task.cancel()
-
-    def give_up(self) -> None:
-        if self.task is not None:
-            self.task.give_up()
 
     def allow(self, frames: float) -> None:
         """Let it go on for so many frames; infinity lets it run, 0 holds it."""

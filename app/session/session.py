@@ -12,8 +12,6 @@ from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import holds_run, is_run_of, recording_of_run_file
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
-from stereotrack_core.project.history import Changed
-from stereotrack_core.project.schema import CHOICE, SUBJECT
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION
@@ -29,15 +27,18 @@ from .camera_doubts import CameraDoubts
 from .changes import PROJECT, Changes, Part
 from .document import DocumentPresenter
 from .edits import EditStack
+from .failures import FailurePresenter
+from .inspection import InspectionPresenter
 from .instant import CloudPresenter, InstantPresenter
 from .jobs import Job, NewestJob, Processes, Task, TaskList
 from .judgement import Judgement, JudgementPresenter, Truth
 from .keypoints import KeypointPresenter
-from .messages import Message, Tell
+from .messages import Message, Preferences, Tell, stored_texts
 from .project import ProjectPresenter
 from .runs import RunEntry, RunList, RunStyle
-from .surroundings import Preferences, stored_texts
+from .study import StudyPresenter
 from .tracking import TrackPresenter
+from .trials import TrialPresenter
 from .view_state import ViewState
 
 _FEWEST_VIEWS = 2  # mono views with keypoints that can be tracked without depth
@@ -83,7 +84,7 @@ class Snapshot:
     frame_count: int = 0
     runs: tuple[RunEntry, ...] = ()
     active: RunEntry | None = None
-    front: RunEntry | None = None  # the trial whose curves stand out
+    front: RunEntry | None = None  # the trial that is chosen
     in_progress: RunEntry | None = None
     styles: Mapping[RunEntry, RunStyle] = field(default_factory=dict)
     judgements: Mapping[RunEntry, Judgement] = field(default_factory=dict)
@@ -124,22 +125,23 @@ class Session:
         """What was asked for when opening last."""
         self.runs = RunList(changes.tell)
         self.document = DocumentPresenter(changes, tasks, tell, self._on_opened, self._on_closed)
-        self.project = ProjectPresenter(changes, self.document, tasks, settings, tell)
+        self.project = ProjectPresenter(self, settings, tell)
         self.edits = EditStack(changes.tell, tell)
         """Everything that a person did, to be undone and redone in one order."""
-        self.keypoints = KeypointPresenter(changes.tell, self.project, self.edits, tasks)
+        self.keypoints = KeypointPresenter(self)
         self.clouds = CloudPresenter(changes.tell, tasks)
         self.processes = processes or Processes()
         self._own_processes = processes is None
-        self.kept: KeptRecording | None = None
-        """What is open, for tasks that use the clouds of one another."""
+        self._kept: KeptRecording | None = None
         self.track = TrackPresenter(self, self.processes.run, tell)
-        self.judging = JudgementPresenter(changes, tasks, self.document, self.runs)
-        self.cameras = CameraDoubts(changes, tasks, self.document, self.project)
+        self.judging = JudgementPresenter(self)
+        self.cameras = CameraDoubts(self)
         """Whether a camera contradicts the others."""
         self.instant = InstantPresenter(self)
         self.clouds.parameters = self.track.settings.depth
         self._follow()
+        self.trials, self.inspection = TrialPresenter(self), InspectionPresenter(self)
+        self.failures, self.study = FailurePresenter(self), StudyPresenter(self)
         tasks.watch(self.settled)
 
     def _follow(self) -> None:
@@ -147,8 +149,8 @@ class Session:
         watch, hear = self.changes.watch, self.changes.hear
         # what undo does next is known before anybody asks for it, and so is the subject
         hear(Part.EDIT, self.edits.follow)
-        hear(Part.EDIT, self._on_edited)
-        watch(PROJECT, self._on_project)
+        watch(PROJECT, lambda: self.edits.set_project(self.project.project))
+        watch(PROJECT, lambda: self.kept)  # a damaged subject is told at once
         # keypoints of another project come before what is drawn and tracked with them
         watch(PROJECT, self.keypoints.on_project)
         # runs are judged, and drawn, before panels ask how good they are
@@ -163,7 +165,6 @@ class Session:
         hear(Part.TRACKED, self.instant.on_tracked)
         hear(Part.RESTED, self.instant.keep)
         watch(Part.TRACKING, self.instant.on_tracking)
-        watch(Part.KEYPOINTS, self._on_subject)
         watch(Part.SETTINGS, self._on_settings)
         watch(Part.ACTIVE_RUN, self._take_detected)
 
@@ -186,7 +187,10 @@ class Session:
         )
 
     def settled(self) -> bool:
-        parts = (self.document, self.judging, self.cameras, self.instant)
+        parts = (
+            *(self.document, self.judging, self.cameras, self.instant),
+            *(self.trials, self.inspection, self.failures),
+        )
         return not self.track.running and all(part.settled() for part in parts)
 
     def close(self) -> None:
@@ -365,6 +369,19 @@ class Session:
         there = active is not None and active.frames and active is not self.track.entry
         return active if there else None
 
+    @property
+    def kept(self) -> KeptRecording | None:
+        """What is open with the subject that runs track, for tasks that use each other's clouds."""
+        recording, kept = self.document.recording, self._kept
+        if recording is None:
+            return None
+        subject, mono = self.project.subject(), self.keypoints.mono_views(recording)
+        if kept is None or (kept.recording.subject, kept.mono) != (subject, mono):
+            # the tracker never sees the truth
+            unaided = dataclasses.replace(recording, reference=None, subject=subject)
+            kept = self._kept = KeptRecording(unaided, mono)
+        return kept
+
     # ---- following
 
     def _take_detected(self) -> None:
@@ -378,8 +395,7 @@ class Session:
 
     def _on_opened(self) -> None:
         refused, recording = None, self.document.recording
-        if recording is not None:  # the tracker never sees the truth
-            self._keep_recording(recording)
+        if recording is not None:
             self.view_state.show_views(recording.views)
         try:
             measured = recording is not None and not recording.guessed
@@ -404,23 +420,6 @@ class Session:
         job = Job(title, lambda _task: work(), failed=lambda _error: None)
         self.tasks.run(job, quiet=True)
 
-    def _keep_recording(self, recording: Recording) -> None:
-        """Have trials track the subject that runs track."""
-        unaided = dataclasses.replace(recording, reference=None, subject=self.project.subject())
-        self.kept = KeptRecording(unaided, self.keypoints.mono_views(recording))
-
-    def _on_edited(self, changed: Changed) -> None:
-        if changed.tables & {SUBJECT.name, CHOICE.name}:
-            self._on_subject()
-
-    def _on_subject(self) -> None:
-        recording, kept = self.document.recording, self.kept
-        if recording is None or kept is None:
-            return
-        known = self.project.subject(), self.keypoints.mono_views(recording)
-        if (kept.recording.subject, kept.mono) != known:
-            self._keep_recording(recording)
-
     def _on_closed(self) -> None:
         self.project.close()
         self.track.stop(at_once=True)
@@ -431,14 +430,10 @@ class Session:
         self.instant.clear()
         self.view_state.begin_anew()
         self.clouds.set_recording(None)
-        self.kept = None
+        self._kept = None
         if self.processes.trials.pid is not None:
             self._warm("forgetting the clouds", partial(self.processes.trials, forget))
         self.changes.tell(Part.RECORDING_CLOSED)
-
-    def _on_project(self) -> None:
-        self.edits.set_project(self.project.project)
-        self._on_subject()
 
     def _on_settings(self) -> None:
         if self.clouds.parameters != self.track.settings.depth:

@@ -23,7 +23,7 @@ from stereotrack_core.worker_processes import Lost, TaskProcess
 
 from .changes import Part
 from .edits import WindowEdit
-from .jobs import Job
+from .jobs import Job, Task
 from .messages import Message, Tell, message_of
 from .runs import LiveRun, RunEntry
 
@@ -229,16 +229,12 @@ class TrackPresenter:
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None, subject=subject)
         task = run_process.RunTask(unaided, spec, entry.journal, run_process.Allow(allowed, 0))
-        live = self.live = LiveRun(entry, task, self._process)
+        live = self.live = LiveRun(entry, task, self._process, self._tasks)
         live.order(run_process.Show(self._depths))
-        job = Job(
-            "track",
-            live.track,
-            failed=partial(self._on_failed, live),
-            ended=partial(self._on_ended, live),
-            told=partial(self._on_told, live),
-        )
-        live.task = self._tasks.run(job, quiet=True)
+        work = partial(Task.in_process, process=self._process, todo=task)
+        failed, ended = partial(self._on_failed, live), partial(self._on_ended, live)
+        told = partial(self._on_told, live)
+        live.job.run(Job("track", work, failed=failed, ended=ended, told=told))
         self._runs.add(entry)
         self._changes.tell(Part.TRACKING)
         return entry
@@ -264,11 +260,11 @@ class TrackPresenter:
         """
         live = self.live
         if live is not None:
-            live.cancel()
+            live.job.cancel()
             self._ending.append(live)
         if at_once and self._ending:
             for ended in self._ending:
-                ended.give_up()
+                ended.job.give_up()
             self._process.end()
         self._collect()
         self.live = None

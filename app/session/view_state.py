@@ -1,14 +1,24 @@
 """What is chosen of what is shown: frames, threshold, limb, views, overlays, light."""
 
+from __future__ import annotations
+
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
-from stereotrack_core.recording.description import View
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.reader import FrameSet
+from stereotrack_core.tracking.estimate import Correspondences
 
 from .changes import Part, TellChange
-from .drawn import FittedBody, StepDrawing
+from .runs import RunStyle
 
 PictureKind: TypeAlias = Literal["image", "left", "disparity", "foreground", "depth"]
 
@@ -75,8 +85,17 @@ THRESHOLD_DEG = 45.0
 class ViewState:
     """Owns what several panels show alike; panels tell it what a person does, and follow it."""
 
-    def __init__(self, tell: TellChange, scene_shows_points: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        tell: TellChange,
+        scene_shows_points: Callable[[], bool],
+        zoomed: Callable[[], range | None] = lambda: None,
+    ) -> None:
         self._tell, self._scene_shows_points = tell, scene_shows_points
+        self.zoomed = zoomed
+        """Frames that the timeline is zoomed to; None where it shows all."""
+        self.workspace = ""
+        """Name of the workspace that is shown; empty while nothing is open."""
         self.selection: range | None = None
         self.threshold = THRESHOLD_DEG
         """Error above which a limb counts as lost, in degrees."""
@@ -97,6 +116,10 @@ class ViewState:
         self.fit: FittedBody | None = None
         """The body fitted to the clicks, which the scene shows while they are made."""
         self.drawing: StepDrawing | None = None
+
+    def show_workspace(self, name: str) -> None:
+        self.workspace = name
+        self._tell(Part.WORKSPACE)
 
     # ---- frames and errors
 
@@ -224,3 +247,72 @@ class ViewState:
         if drawing is not self.drawing:
             self.drawing = drawing
             self._tell(Part.STEP)
+
+
+@dataclass(frozen=True, eq=False)
+class Marked:
+    """Ghosts, lines or dots of one colour."""
+
+    name: str  # #rrggbb; of ghosts the limb
+    places: FloatArray
+    """Ghosts: the vertices (S, V, 3) of one cone of the model in several poses; lines: their ends
+    (K, 2, 3); dots: (K, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class InsideScene:
+    """Marks of a step inside a frame.
+
+    In the world, metres; or in a picture, where all places are pixels, with two numbers for three,
+    and ghosts are silhouettes (K, 2).
+    """
+
+    ghosts: tuple[Marked, ...] = ()
+    lines: tuple[Marked, ...] = ()
+    dots: tuple[Marked, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class GhostBody:
+    """The model of a run that is drawn beside the active one, as lines, dots or both."""
+
+    name: str
+    style: RunStyle  # that of its lines in the plots: `dash` becomes lines, `dot` dots
+    meshes: tuple[PartMesh, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """Everything known about the frame that is shown."""
+
+    recording: Recording
+    frame_set: FrameSet
+    cloud: Cloud | None = None
+    meshes: tuple[PartMesh, ...] = ()
+    reference: FloatArray | None = None  # (9, 3), world, metres
+    reference_is_old: bool = False  # whether it was fitted before the last click
+    ghosts: tuple[GhostBody, ...] = ()
+    runs: tuple[tuple[str, RunStyle], ...] = ()  # all runs that are shown, the active one first
+    correspondences: Correspondences | None = None
+    inside: InsideScene | None = None
+    keypoints: Keypoints | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StepDrawing:
+    """One step as it is drawn."""
+
+    frame: int
+    words: str
+    body: BodyModel
+    pose: Pose  # of the model that is drawn as a whole
+    scene: InsideScene
+    cloud: Cloud
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBody:
+    """A body that was fitted to the clicks of a frame."""
+
+    frame: int
+    meshes: tuple[PartMesh, ...]

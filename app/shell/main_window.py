@@ -1,26 +1,110 @@
 """The window: views in the middle, panels around them, one line that says how things are."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QMimeData, QSettings, QSize, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QMainWindow
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QListWidget,
+    QListWidgetItem,
+    QMainWindow,
+    QPushButton,
+    QWidget,
+)
 
 from ..context import make_context
+from ..services.docks import stored_bytes
 from ..services.focus import WheelGuard
-from ..services.layout import stored_bytes
 from ..session.changes import PROJECT, Part
-from ..session.jobs import Processes, Task
+from ..session.jobs import Processes
 from ..session.messages import Message
 from ..session.session import opens
+from ..widgets.forms.form_dialog import push_button
 from ..widgets.forms.message import MessageBar
-from ..widgets.forms.welcome import WelcomePage
+from ..widgets.style.building import hbox, label, vbox
 from ..widgets.style.theme import set_icon
 from .actions import MENUS, Toolbars, commands
 from .dialogs import Dialogs
 from .help import Help
 from .status import StatusLine
+
+_ABOUT = (
+    "Track and analyse the movement of a person's upper body in recordings of several stereo or "
+    "depth cameras."
+)
+_HINT = (
+    "A recording is a folder with a recording.toml, its calibration and its images. Drop one onto "
+    "this window to open it, or drop videos to make one of them."
+)
+_WAYS = (
+    ("open", "Open a recording …", "open", "Open a recording folder."),
+    (
+        "import_recording", "Make a recording of videos …", "camera",
+        "Make a recording folder of videos or images of one or more cameras.",
+    ),
+    (
+        "calibrate", "Calibrate cameras …", "calibrate",
+        "Calibrate cameras with pictures of a board.",
+    ),
+    (
+        "demo", "Open and track demo", "run-tracker",
+        "Open four stereo views of a simulated person with known ground truth, and track them.",
+    ),
+)  # fmt: skip
+
+
+class WelcomePage(QWidget):
+    """Ways to begin: a recording of one's own, the demo, or one of the last ones."""
+
+    def __init__(self, do: Callable[[str], object], open_recent: Callable[[Path], object]) -> None:
+        super().__init__()
+        self.open_button, self.import_button, self.calibrate_button, self.demo_button = (
+            _button(text, icon, tip, partial(do, name)) for name, text, icon, tip in _WAYS
+        )
+        self.recent = QListWidget()
+        self.recent.setAccessibleName("Recent recordings")
+        self.recent.setFrameShape(QFrame.Shape.NoFrame)
+        self.recent.setAlternatingRowColors(False)
+        self._none = label("No recent recordings.", "muted")
+        self._lay_out()
+        for chosen in (self.recent.itemActivated, self.recent.itemClicked):
+            chosen.connect(lambda item: open_recent(Path(item.data(Qt.ItemDataRole.UserRole))))
+
+    def set_recent(self, recents: Sequence[Path]) -> None:
+        self.recent.clear()
+        for folder in recents:
+            item = QListWidgetItem(f"{folder.name}    {folder.parent}")
+            item.setData(Qt.ItemDataRole.UserRole, str(folder))
+            item.setToolTip(str(folder))
+            self.recent.addItem(item)
+        self.recent.setVisible(bool(recents))
+        self._none.setVisible(not recents)
+
+    def _lay_out(self) -> None:
+        title = label("stereotrack")
+        font = title.font()
+        font.setPointSizeF(font.pointSizeF() * 2.4)
+        font.setWeight(font.Weight.DemiBold)
+        title.setFont(font)
+        self.recent.setMaximumHeight(240)
+        ways = (self.open_button, self.import_button, self.calibrate_button, self.demo_button)
+        hints = (label(_HINT, "muted"), label("Press Ctrl+K to search all commands.", "muted"))
+        column = vbox(
+            None, title, label(_ABOUT), hbox(*ways, None, margins=(0, 8, 0, 16)),
+            label("Open recent", "heading"), self._none, (self.recent, 4), *hints, None, spacing=12,
+        )  # fmt: skip
+        self.setLayout(hbox(None, (column, 3), None))
+
+
+def _button(text: str, icon: str, tip: str, do: Callable[[], object]) -> QPushButton:
+    button = push_button(text, do, tip)
+    button.setMinimumHeight(36)
+    set_icon(button, icon)
+    return button
+
 
 _USUAL = QSize(1600, 960)
 _FRAME = QSize(16, 40)  # pixels that a window manager may draw around the window, about
@@ -32,11 +116,6 @@ _OF_COMMANDS = (
 """Parts that titles and availability of commands depend on."""
 
 
-def first_size(screen: QSize) -> QSize:
-    """Size of a window that was never opened before, on a screen with so much room."""
-    return _USUAL.boundedTo(screen - _FRAME)
-
-
 class MainWindow(QMainWindow):
     """Makes the services for the features, and draws what these have registered."""
 
@@ -45,7 +124,9 @@ class MainWindow(QMainWindow):
         self.messages = MessageBar()
         self.context = make_context(self, self.messages, settings, processes)
         WheelGuard(self)
-        self.welcome = WelcomePage(self._do, self.context.session.open)
+        self.welcome = WelcomePage(
+            lambda name: self.context.actions.action(name).trigger(), self.context.session.open
+        )
         self.context.docks.lay_over_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
@@ -56,14 +137,9 @@ class MainWindow(QMainWindow):
     def draw(self) -> None:
         """Draw menus, toolbars and the welcome page, when all features have registered."""
         context = self.context
-        self.help.explain(
-            {
-                "Views": context.docks.views,
-                "Welcome page": self.welcome,
-                "User guide": self.help,
-                **context.docks.pages(),
-            }
-        )
+        views = context.docks.views
+        others = {"Views": views, "Welcome page": self.welcome, "User guide": self.help}
+        self.help.explain({**others, **context.docks.pages()})
         dialogs = Dialogs(self, context)
         context.actions.add(commands(context, dialogs, self.messages, self.help))
         context.actions.fill(self.menuBar(), MENUS)
@@ -82,9 +158,6 @@ class MainWindow(QMainWindow):
         watch(Part.RECENT, self._list_recent)
         watch(Part.PLAYING, self._show_playing)
 
-    def _do(self, name: str) -> None:
-        self.context.actions.action(name).trigger()
-
     def _lay_out(self) -> None:
         self.setAcceptDrops(True)
         options = QMainWindow.DockOption
@@ -94,7 +167,7 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setMinimumSize(900, 600)
-        self.resize(first_size(self.screen().availableSize()))
+        self.resize(_USUAL.boundedTo(self.screen().availableSize() - _FRAME))
         geometry = stored_bytes(self.context.settings, "geometry")
         if geometry is not None:
             self.restoreGeometry(geometry)
@@ -128,6 +201,10 @@ class MainWindow(QMainWindow):
         playing = self.context.session.document.playing
         set_icon(self.context.actions.action("play"), "pause" if playing else "play")
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.context.docks.leave_room()
+
     def focusNextPrevChild(self, forward: bool) -> bool:
         return self.context.docks.focus.step(forward)
 
@@ -138,8 +215,11 @@ class MainWindow(QMainWindow):
             event.ignore()
             self._is_told_to_close = True
             tasks.after_writes(self._close_soon, exports=exports)
-            only_writes = len(waits_for) == len(tasks.promised())
-            self.context.notifier.show(_closes_after(waits_for, exports=not only_writes))
+            what = "the window closes when everything is written"
+            exporting = len(waits_for) > len(tasks.promised())
+            again = "Close it again to stop exports." if exporting else ""
+            titles = ", ".join(task.title for task in waits_for)
+            self.context.notifier.show(Message("note", what, titles, again))
             return
         self.context.docks.leave()
         self.context.settings.setValue("geometry", self.saveGeometry())
@@ -169,12 +249,3 @@ def _dropped_paths(data: QMimeData) -> tuple[Path, ...]:
     """What was dragged into the window and can be opened."""
     paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
     return tuple(path for path in paths if opens(path))
-
-
-def _closes_after(tasks: Sequence[Task], *, exports: bool) -> Message:
-    return Message(
-        "note",
-        "the window closes when everything is written",
-        ", ".join(task.title for task in tasks),
-        "Close it again to stop exports." if exports else "",
-    )

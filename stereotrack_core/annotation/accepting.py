@@ -5,6 +5,7 @@ nearest clicks before and after it in the same camera; without any, what the bod
 """
 
 from bisect import bisect_left
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -37,13 +38,11 @@ class NearestClicks:
     """The clicks of each landmark in each camera, to look up those around a frame."""
 
     def __init__(self, clicks: Iterable[Click]) -> None:
-        self._clicks: dict[tuple[str, str], list[tuple[int, Visibility]]] = {}
-        for click in clicks:
+        self._clicks: dict[tuple[str, str], list[tuple[int, Visibility]]] = defaultdict(list)
+        for click in sorted(clicks, key=lambda one: one.frame):
             if not click.deleted:
-                own = self._clicks.setdefault((click.camera, click.landmark), [])
-                own.append((click.frame, click.visibility))
-        for own in self._clicks.values():
-            own.sort()
+                own = click.frame, click.visibility
+                self._clicks[click.camera, click.landmark].append(own)
 
     def visibility(
         self, key: ClickKey, otherwise: Visibility = Visibility.SEEN
@@ -106,10 +105,10 @@ def guessed_if_hidden(
 
     Only where one source predicts all nine landmarks of a frame in two images or more.
     """
-    by_body: dict[tuple[int, str], list[Prediction]] = {}
+    by_body: dict[tuple[int, str], list[Prediction]] = defaultdict(list)
     for one in predictions:
         if one.camera in cameras and one.landmark in LANDMARKS:
-            by_body.setdefault((one.frame, one.source), []).append(one)
+            by_body[one.frame, one.source].append(one)
     names, hidden = list(cameras), set[tuple[ClickKey, str]]()
     origins = np.array([camera.position_world for camera in cameras.values()]).reshape(-1, 3)
     for (_, source), own in by_body.items():

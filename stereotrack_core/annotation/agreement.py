@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import hypot, nan, sqrt
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -16,7 +16,6 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import angle_between
 
 Kind: TypeAlias = Literal["same", "apart", "seen differently", "only first", "only second"]
-
 _RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))  # median length of a plane vector of unit deviations
 
 
@@ -74,14 +73,15 @@ class Agreement:
     """Agreement of two readings on a landmark: their distances in pixels."""
 
     landmark: str  # empty: all landmarks together
-    count: int  # images in which both gave a position
-    sigma: float  # of a single click per axis, both being equally good; NaN without an image
-    robust_sigma: float  # the same from the median distance, which single outliers do not change
-    median: float
-    p95: float
-    largest: float
-    bias: tuple[float, float]  # mean of second less first: both understand the landmark differently
-    disputed: int  # images in which one says outside, or in which one of them says nothing
+    count: int = 0  # images in which both gave a position; all numbers are NaN without any
+    sigma: float = nan  # of a single click per axis, both being equally good
+    robust_sigma: float = nan  # the same from the median, which single outliers do not change
+    median: float = nan
+    p95: float = nan
+    largest: float = nan
+    bias: tuple[float, float] = (nan, nan)
+    """Mean of second less first: both understand the landmark differently."""
+    disputed: int = 0  # images in which one says outside, or in which one of them says nothing
 
 
 def agreement(found: Iterable[Difference], landmark: str = "") -> Agreement:
@@ -89,14 +89,12 @@ def agreement(found: Iterable[Difference], landmark: str = "") -> Agreement:
     chosen = [one for one in found if not landmark or one.key.landmark == landmark]
     apart = np.array([one.apart for one in chosen if one.apart is not None]).reshape(-1, 2)
     disputed = sum(one.kind in ("seen differently", "only first", "only second") for one in chosen)
-    if not len(apart):
-        nan = float("nan")
-        return Agreement(landmark, 0, nan, nan, nan, nan, nan, (nan, nan), disputed)
-    distances = np.linalg.norm(apart, axis=1)
-    median, p95 = (float(value) for value in np.percentile(distances, (50, 95)))
+    count, median, p95 = _statistics(distances := np.linalg.norm(apart, axis=1))
+    if not count:
+        return Agreement(landmark, disputed=disputed)
     return Agreement(
         landmark=landmark,
-        count=len(apart),
+        count=count,
         sigma=float(np.sqrt(np.mean(distances**2) / 4)),
         robust_sigma=median / (sqrt(2.0) * _RAYLEIGH_MEDIAN),
         median=median,
@@ -109,9 +107,8 @@ def agreement(found: Iterable[Difference], landmark: str = "") -> Agreement:
 
 def agreement_by_landmark(found: Iterable[Difference]) -> dict[str, Agreement]:
     """Summary for each landmark that occurs."""
-    all_of_them = tuple(found)
-    names = dict.fromkeys(one.key.landmark for one in all_of_them)
-    return {name: agreement(all_of_them, name) for name in names}
+    every = tuple(found)
+    return {name: agreement(every, name) for name in dict.fromkeys(d.key.landmark for d in every)}
 
 
 _ENOUGH = 20  # pairs that weigh as much as what is known without them
@@ -163,19 +160,16 @@ def agreement_in_space(
         limb: np.degrees(angle_between(first.between(one, *ends), second.between(two, *ends)))
         for limb, ends in LIMB_ENDS.items()
     }
-    result = {}
-    for place, landmark in enumerate(landmarks.landmarks):
-        count, median, p95 = _statistics(distance[:, place])
-        result[landmark.name] = AgreementInSpace(
-            count, median, p95, *_statistics(axes[landmark.limb])[1:]
-        )
-    return result
+    return {
+        one.name: AgreementInSpace(*_statistics(own), *_statistics(axes[one.limb])[1:])
+        for one, own in zip(landmarks.landmarks, distance.T, strict=True)
+    }
 
 
 def _statistics(values: FloatArray) -> tuple[int, float, float]:
     known = values[np.isfinite(values)]
     if not len(known):
-        return 0, float("nan"), float("nan")
+        return 0, nan, nan
     median, p95 = (float(value) for value in np.percentile(known, (50, 95)))
     return len(known), median, p95
 

@@ -18,9 +18,10 @@ UNCERTAIN = "uncertain"  # flag of a click that its author doubts
 ACCEPTED = "accepted"  # origin of a click that was a prediction before
 _BY_HAND, _CLICKED = "hand", "clicked"  # the same origin in projects and in files
 _FILED = (ACCEPTED, "merged")
-
 GUESSED_FACTOR = 3.0  # on the standard deviation of clicks guessed behind something
 _DOUBTED_FACTOR = 2.0  # factor on the standard deviation of clicks that their author doubts
+FARTHEST = 2.0**31  # pixels: far beyond every image, and below what drawing cannot deal with
+LAST_FRAME = 10**8  # arrays are made with a row for each frame up to the last one
 USUAL_SIGMA = 3.0  # pixels per axis of a seen landmark where nobody has measured better
 
 
@@ -57,13 +58,11 @@ class Click:
     deleted: bool = False  # a person took it away. The position is the last one that it had.
 
     def __post_init__(self) -> None:
-        if self.frame < 0:
-            raise ValueError(f"frame {self.frame} is negative: frames are counted from 0")
+        if not 0 <= self.frame <= LAST_FRAME:
+            raise ValueError(f"frame {self.frame} is not between 0 and {LAST_FRAME}")
         if (self.position is None) != (self.visibility == Visibility.OUTSIDE):
-            raise ValueError(
-                "a landmark must have a position, unless it is marked as outside the image"
-            )
-        if self.position is not None and not all(isfinite(value) for value in self.position):
+            raise ValueError("a landmark has a position unless it is outside the image")
+        if self.position is not None and not max(map(abs, self.position)) <= FARTHEST:
             raise ValueError(f"{self.position} is not a position in an image")
         if self.sigma is not None and not (isfinite(self.sigma) and self.sigma > 0):
             raise ValueError(f"sigma is {self.sigma} px, but must be positive")
@@ -80,14 +79,11 @@ class Click:
 
     def says_the_same(self, other: Click) -> bool:
         """Whether the other states the same, whoever did it, when, and how."""
-        return (
-            self.key == other.key
-            and self.deleted == other.deleted
-            and (
-                self.deleted
-                or (self.position, self.visibility, self.flag, self.sigma)
-                == (other.position, other.visibility, other.flag, other.sigma)
-            )
+        if (self.key, self.deleted) != (other.key, other.deleted):
+            return False
+        return self.deleted or all(
+            getattr(self, name) == getattr(other, name)
+            for name in ("position", "visibility", "flag", "sigma")
         )
 
 
@@ -129,15 +125,10 @@ def click_detections(
     source: str = "",
 ) -> Detections:
     """Clicks of the nine landmarks as measurements of the tracker, from a `source` file."""
-    made = measurements(clicks, LANDMARKS, default_sigma)
-    ordered = ((one, np.array(one.position)) for one in sorted(made, key=lambda one: one.key))
-    return Detections(
-        (
-            Detection(float(c.frame), c.landmark, at, sigma_of(c), camera=cameras[c.camera])
-            for c, at in ordered
-        ),
-        source,
-    )
+    ordered = sorted(measurements(clicks, LANDMARKS, default_sigma), key=lambda one: one.key)
+    rows = ((float(c.frame), c.landmark, np.array(c.position), sigma_of(c)) for c in ordered)
+    made = (Detection(*row, camera=cameras[c.camera]) for row, c in zip(rows, ordered, strict=True))
+    return Detections(made, source)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +175,6 @@ class Progress:
     def words(self) -> str:
         """``214 of 300 keyframes, 3 flagged``."""
         if not self.keyframes:
-            text = f"{self.clicks} click{'' if self.clicks == 1 else 's'}"
-            return f"{text}, no keyframes set"
+            return f"{self.clicks} click{'' if self.clicks == 1 else 's'}, no keyframes set"
         flagged = f", {self.flagged} flagged" if self.flagged else ""
         return f"{self.done} of {self.keyframes} keyframes done{flagged}"

@@ -35,15 +35,10 @@ class ClickPixels:
 
     def between(self, points: FloatArray, start: Sequence[str], end: Sequence[str]) -> FloatArray:
         """Vectors (F, 3) between middles of landmarks at points (F, L, 3); NaN where not known."""
-        unknown = np.full((len(points), 3), np.nan)
+        if not {*start, *end} <= set(self.names):
+            return np.full((len(points), 3), np.nan)
         one, two = (
-            np.mean(
-                [
-                    points[:, self.names.index(name)] if name in self.names else unknown
-                    for name in names
-                ],
-                axis=0,
-            )
+            points[:, [self.names.index(name) for name in names]].mean(axis=1)
             for names in (start, end)
         )
         return np.asarray(two - one)
@@ -105,8 +100,7 @@ def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
     for _, name, ends in ENDS_OF_LENGTHS:
         lengths = np.linalg.norm(clicks.between(points, *ends), axis=-1)
         samples.setdefault(name, []).extend(lengths[np.isfinite(lengths)].tolist())
-    known = {name: np.array(values) for name, values in samples.items() if len(values) >= _FEWEST}
-    return {name: _measured(values) for name, values in known.items()}
+    return {name: _measured(np.array(own)) for name, own in samples.items() if len(own) >= _FEWEST}
 
 
 def lengths_of_clicks(
@@ -115,11 +109,8 @@ def lengths_of_clicks(
     """The :func:`measured_lengths` of clicks; InputError where none can be told."""
     lengths = measured_lengths(click_pixels(clicks, cameras, names))
     if not lengths:
-        raise InputError(
-            "too few clicks to measure a length",
-            where=where,
-            remedy="Click both ends of a limb in at least two views of three frames.",
-        )
+        remedy = "Click both ends of a limb in at least two views of three frames."
+        raise InputError("too few clicks to measure a length", where=where, remedy=remedy)
     return lengths
 
 

@@ -38,13 +38,11 @@ _EXTENDED = 2.0  # factor on the standard deviation of what is extended from oth
 def landmark_predictions(keypoints: Keypoints, landmarks: Sequence[str]) -> tuple[Prediction, ...]:
     """Predictions in every picture; hands are extended, a head lies between the ears."""
     found: list[Prediction] = []
-    sorted_rows = keypoints[np.lexsort((keypoints.source, keypoints.camera, keypoints.frame))]
-    key = np.stack(
-        [sorted_rows.frame.astype(np.str_), sorted_rows.camera, sorted_rows.source], axis=1
-    )
+    rows = keypoints[np.lexsort((keypoints.source, keypoints.camera, keypoints.frame))]
+    key = np.stack([rows.frame.astype(np.str_), rows.camera, rows.source], axis=1)
     changes = np.flatnonzero((key[1:] != key[:-1]).any(axis=1)) + 1
     for first, end in pairwise([0, *changes.tolist(), len(key)] if len(key) else []):
-        found += _of_picture(sorted_rows[slice(first, end)], landmarks)
+        found += _of_picture(rows[slice(first, end)], landmarks)
     return tuple(found)
 
 
@@ -122,7 +120,7 @@ def body_predictions(
     keypoints = keypoints[in_sight]
     names = [name for name in LANDMARKS if name in landmarks]
     others = [name for name in landmarks if name not in names]
-    chosen = [LANDMARKS.index(name) for name in names]
+    chosen = np.isin(LANDMARKS, names)
     for source in sorted(set(keypoints.source.tolist())):
         of_source = keypoints[keypoints.source == source]
         shape = BodyShape()
@@ -145,9 +143,7 @@ def _landmarks_shown(keypoints: Keypoints, fit: ClickFit) -> tuple[FloatArray, F
 
     None if too few rays meet.
     """
-    rows = [
-        row for row in _with_hands(keypoints) if row[1] in fit.cameras and _place(row[2]) in _USED
-    ]
+    rows = [row for row in _with_hands(keypoints) if _place(row[2]) in _USED]
     if not rows:
         return None
     seen = sighted(keypoints_of(rows), fit.cameras)
@@ -191,12 +187,9 @@ def _contradictions(clicks: Sequence[Click], residual: FloatArray) -> FloatArray
     factors = np.ones(len(LANDMARKS))
     for i, landmark in enumerate(LANDMARKS):
         place = _place(landmark)
-        side = landmark.removesuffix(place)
-        told = (place, *_ALSO_TELLING.get(place, ()))
-        own = [
-            k for k, one in enumerate(clicks)
-            if one.landmark.startswith(side) and _place(one.landmark) in told
-        ]  # fmt: skip
+        side, told = landmark.removesuffix(place), (place, *_ALSO_TELLING.get(place, ()))
+        shown = [one.landmark for one in clicks]
+        own = [k for k, n in enumerate(shown) if n.startswith(side) and _place(n) in told]
         cameras = len({clicks[k].camera for k in own})
         if cameras < 2:
             factors[i] = _ALONE**2

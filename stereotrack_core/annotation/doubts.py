@@ -56,8 +56,10 @@ def epipolar_distance(
     camera: Camera, pixels: FloatArray, other: Camera, other_pixels: FloatArray
 ) -> FloatArray:
     """Pixels (...) of points (..., 2) from epipolar lines of others; mean of both; may be NaN."""
-    one = _homogeneous(camera.normalised(pixels))
-    two = _homogeneous(other.normalised(other_pixels))
+    one, two = (
+        np.concatenate([points, np.ones_like(points[..., :1])], axis=-1)
+        for points in (camera.normalised(pixels), other.normalised(other_pixels))
+    )
     two_from_one = other.camera_from_world @ camera.world_from_camera
     shift = two_from_one.translation
     if np.linalg.norm(shift) < _TOO_NEAR:
@@ -90,12 +92,9 @@ def find_swaps(
         if click.position is not None and not click.deleted and click.camera in cameras:
             views = at_frame.setdefault(click.frame, {})
             views.setdefault(click.camera, {})[click.landmark] = click.position
-    return tuple(
-        swap
-        for frame in sorted(at_frame)
-        for pair in pairs
-        if (swap := _swap(frame, pair, at_frame[frame], cameras, sigma)) is not None
-    )
+    places = product(sorted(at_frame), pairs)
+    swaps = (_swap(frame, pair, at_frame[frame], cameras, sigma) for frame, pair in places)
+    return tuple(swap for swap in swaps if swap is not None)
 
 
 def _swap(
@@ -150,10 +149,6 @@ def _costs(
     return costs, terms
 
 
-def _homogeneous(points: FloatArray) -> FloatArray:
-    return np.concatenate([points, np.ones_like(points[..., :1])], axis=-1)
-
-
 _BLOCKS, _BLOCK = 60, 5  # stretches of clicked frames, and frames in each: neighbours show movement
 _FAR = 4.0  # usual sigmas from which a click lies far from what other cameras say
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -203,28 +198,23 @@ def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) 
     called = names or {}
     if not found.camera:
         both = " and ".join(called.get(name, name) for name in found.others)
-        return (
-            f"{both} disagree by {found.off_px:.0f} px, and it cannot be told which of them is "
-            "wrong"
-        )
+        unknown = "it cannot be told which of them is wrong"
+        return f"{both} disagree by {found.off_px:.0f} px, and {unknown}"
     camera, count = called.get(found.camera, found.camera), len(found.others)
     others = f"the other {_NUMBERS[count] if count < len(_NUMBERS) else count}"
     if np.isfinite(found.late_frames):
-        when = "later" if found.late_frames > 0 else "earlier"
-        return (
-            f"{camera} is {abs(found.late_frames):.1f} frames {when} than {others}, with "
-            f"{found.off_px:.0f} px of disagreement"
+        when = (
+            f"{abs(found.late_frames):.1f} frames {'later' if found.late_frames > 0 else 'earlier'}"
         )
+        return f"{camera} is {when} than {others}, with {found.off_px:.0f} px of disagreement"
     return f"{camera} disagrees with {others} by {found.off_px:.0f} px"
 
 
 def what_to_do(found: Disagreement) -> str:
     """Remedy to try before clicks are blamed."""
     if not found.camera:
-        return (
-            "Check calibration and synchronisation of both. Click the same landmarks in a third "
-            "view to find out which is wrong."
-        )
+        check = "Check calibration and synchronisation of both."
+        return f"{check} Click the same landmarks in a third view to find out which is wrong."
     if np.isfinite(found.late_frames):
         return "Check its synchronisation and set its time offset. Its clicks may be correct."
     return "Check its calibration and synchronisation. Its clicks may be correct."
@@ -242,10 +232,9 @@ def own_outliers(
         return keys
     sound = {name: camera for name, camera in cameras.items() if name not in found.doubtful}
     limit = max(_FAR * USUAL_SIGMA, LEAST_RATIO * float(np.nan_to_num(found.agreement_px)))
-    wanted = {(key.frame, key.landmark) for key in keys}
-    together: dict[tuple[int, str], list[Click]] = {place: [] for place in wanted}
+    together = {(key.frame, key.landmark): list[Click]() for key in keys}
     for click in clicks:
-        if (click.frame, click.landmark) in wanted:
+        if (click.frame, click.landmark) in together:
             together[click.frame, click.landmark].append(click)
     wrong = {
         ClickKey(frame, camera, landmark)

@@ -107,11 +107,9 @@ def pictures_of(
         if view.image.camera == camera or (view.left is not None and view.left.camera == camera):
             break
     else:
-        raise InputError(
-            f"no stream of the recording uses the camera {camera!r}",
-            where=reader.recording.name,
-            remedy="Choose a camera of one of the views.",
-        )
+        what = f"no stream of the recording uses the camera {camera!r}"
+        remedy = "Choose a camera of one of the views."
+        raise InputError(what, where=reader.recording.name, remedy=remedy)
     for frame in frames:
         images = reader.frame_set(frame).views.get(view.name)
         picture = None

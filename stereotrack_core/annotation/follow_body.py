@@ -8,6 +8,7 @@ how they move is told.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -44,9 +45,9 @@ _FEWEST = 3  # landmarks of the trunk, without which nobody knows how it stands
 
 def clicked_places(clicks: Iterable[Click], cameras: Mapping[str, Camera]) -> dict[str, FloatArray]:
     """Where the landmarks of a frame (3,) are that are clicked in two images."""
-    by_name: dict[str, list[Click]] = {}
+    by_name: dict[str, list[Click]] = defaultdict(list)
     for click in clicks:
-        by_name.setdefault(click.landmark, []).append(click)
+        by_name[click.landmark].append(click)
     points = {name: predicted_point(cameras, own) for name, own in by_name.items()}
     return {name: point.world for name, point in points.items() if point is not None}
 
@@ -73,10 +74,7 @@ class ClickedSurface:
         proportions: Proportions,
     ) -> ClickedSurface | None:
         """The surface; None where too little of the trunk is known."""
-        by_name: dict[str, list[Click]] = {}
-        for click in clicks:
-            if click.frame == frame and click.position is not None:
-                by_name.setdefault(click.landmark, []).append(click)
+        here = [one for one in clicks if one.frame == frame and one.position is not None]
         if sum(name in found for name in _landmarks_of(TORSO)) < _FEWEST:
             return None
         known = np.array([found.get(name, np.full(3, np.nan)) for name in _NAMES])
@@ -98,7 +96,7 @@ class ClickedSurface:
             free = points[at] + _SKIN * normals[at]
             visible[name][at] = ~segment_blocked(free, camera.position_world, placed)
         points = _to_clicked(points, part, known, NINE.places(body, frames))
-        offset = {name: _offsets(camera, by_name, found, told) for name, camera in cameras.items()}
+        offset = {name: _offsets(camera, here, found, told) for name, camera in cameras.items()}
         return cls(cameras, known, found, part, points, visible, offset)
 
     def guessed(self, expected: Mapping[str, FloatArray]) -> FloatArray:
@@ -143,19 +141,18 @@ def _to_clicked(
 
 def _offsets(
     camera: Camera,
-    clicks: Mapping[str, Sequence[Click]],
+    clicks: Sequence[Click],
     found: Mapping[str, FloatArray],
     parts: Iterable[int],
 ) -> FloatArray:
     """How far clicks on every part (P, 2) lie beside its landmarks in an image."""
     result = np.zeros((len(PARTS), 2))
     for part in parts:
+        names = found.keys() & set(_landmarks_of(part))
         off = [
-            np.array(click.position) - camera.project(found[name])
-            for name in _landmarks_of(part)
-            if name in found
-            for click in clicks[name]
-            if click.camera == camera.name
+            np.array(click.position) - camera.project(found[click.landmark])
+            for click in clicks
+            if click.landmark in names and click.camera == camera.name
         ]
         if off:
             result[part] = np.mean(off, axis=0)
@@ -408,21 +405,20 @@ def _add_pixels(
 
 def _doubt(parts: _Parts, surface: ClickedSurface, seen: Sequence[_Seen]) -> FloatArray:
     """Standard deviations (P,) in metres of the parts' places, as lost points tell."""
-    off: list[list[float]] = [[] for _ in PARTS]
-    started = np.zeros(len(PARTS))
+    of_part, metres, started = list[IntArray](), list[FloatArray](), np.zeros(len(PARTS))
     for one in seen:
         camera, part = surface.cameras[one.camera], surface.part[one.points]
         points = parts.move(part, surface.points[one.points])
         pixels = one.pixels - camera.project(points) - surface.offset[one.camera][part]
         away = np.linalg.norm(points - camera.position_world, axis=1) / camera.focal
-        for own, metres in zip(part, away * np.linalg.norm(pixels, axis=1), strict=True):
-            off[own].append(float(metres))
+        of_part.append(part)
+        metres.append(away * np.linalg.norm(pixels, axis=1))
         started += np.bincount(surface.part[one.started], minlength=len(PARTS))
+    every, off = np.concatenate(of_part), np.concatenate(metres)
     result: FloatArray = np.zeros(len(PARTS))
-    for place, own in enumerate(off):
-        known = [metres for metres in own if np.isfinite(metres)]
-        if known:
-            result[place] = _LOST * float(np.median(known)) * started[place] / len(known)
+    for place in np.unique(every[np.isfinite(off)]):
+        known = off[(every == place) & np.isfinite(off)]
+        result[place] = _LOST * float(np.median(known)) * started[place] / len(known)
     return result
 
 

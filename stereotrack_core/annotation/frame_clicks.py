@@ -99,16 +99,19 @@ def hints_of(question: HintQuestion) -> ClickHints:
 
 
 def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curve, ...]]:
-    found: dict[str, tuple[Curve, ...]] = {}
-    for name in (name for name in question.shown if name in question.cameras):
-        own = []
-        for click in clicks:
-            if click.camera != name and click.position is not None:
-                seen, pixel = question.cameras[click.camera], np.array(click.position)
-                curve = epipolar_curve(seen, pixel, question.cameras[name], question.volume)
-                own.append(Curve(click.landmark, click.camera, curve))
-        found[name] = tuple(own)
-    return found
+    cameras = question.cameras
+
+    def curve(click: Click, name: str) -> Curve:
+        pixel = np.array(click.position)
+        pixels = epipolar_curve(cameras[click.camera], pixel, cameras[name], question.volume)
+        return Curve(click.landmark, click.camera, pixels)
+
+    placed = [click for click in clicks if click.position is not None]
+    return {
+        name: tuple(curve(click, name) for click in placed if click.camera != name)
+        for name in question.shown
+        if name in cameras
+    }
 
 
 _DOUBTFUL = 3.0
@@ -171,48 +174,26 @@ class ShownFit:
     places: Mapping[str, FloatArray]  # landmarks of the model (3,), world, metres
 
 
-class Fitter:
-    """Fits; keeps what is the same from click to click. Called in one thread at a time."""
-
-    def __init__(self) -> None:
-        self._made: tuple[object, ClickFit] | None = None
-
-    def __call__(self, question: FitQuestion) -> ShownFit:
-        """Fit the body to the clicks of one frame."""
-        clicks = [one for one in question.clicks if one.camera in question.cameras]
-        taken = measurements(clicks, question.landmark_set.names, question.sigmas)
-        fit = self._fit_for(question).frame(taken, cloud=question.cloud)
-        keys = [one.key for one in taken]
-        meshes = body_mesh(body_model(question.proportions), fit.pose, around=_AROUND)
-        known = np.array(LIMBS)[fit.limb_sigma_deg <= UNKNOWN_DEG]
-        return ShownFit(
-            replace(question, cloud=None),  # the points are large, and are known where it goes
-            fit,
-            tuple(mesh for mesh in meshes if mesh.limb in known),
-            dict(zip(keys, fit.residual_px, strict=True)),
-            dict(zip(keys, fit.outlier_probability.tolist(), strict=True)),
-            dict(zip(question.landmark_set.names, fit.landmarks_world, strict=True)),
-        )
-
-    def _fit_for(self, question: FitQuestion) -> ClickFit:
-        depth = question.cloud is not None
-        cameras = []  # with the bytes of their numbers, to compare them
-        for name, camera in question.cameras.items():
-            pose = camera.camera_from_world
-            arrays = (camera.matrix, camera.distortions, pose.rotation, pose.translation)
-            cameras.append((name, b"".join(array.tobytes() for array in arrays)))
-        key = (cameras, question.landmark_set, question.proportions, depth)
-        if self._made is None or self._made[0] != key:
-            settings = replace(FitSettings(), use_depth=depth)
-            made = ClickFit(
-                *(question.cameras, question.landmark_set, question.proportions),
-                *(settings, question.fps, question.views),
-            )
-            self._made = (key, made)
-        return self._made[1]
+def fitted_body(question: FitQuestion) -> ShownFit:
+    """Fit the body to the clicks of one frame."""
+    q, settings = question, FitSettings(use_depth=question.cloud is not None)
+    taken = measurements(
+        [one for one in q.clicks if one.camera in q.cameras], q.landmark_set.names, q.sigmas
+    )
+    fitting = ClickFit(q.cameras, q.landmark_set, q.proportions, settings, q.fps, q.views)
+    fit, keys = fitting.frame(taken, cloud=q.cloud), [one.key for one in taken]
+    meshes = body_mesh(body_model(q.proportions), fit.pose, around=_AROUND)
+    known = np.array(LIMBS)[fit.limb_sigma_deg <= UNKNOWN_DEG]
+    return ShownFit(
+        replace(q, cloud=None),  # the points are large, and are known where it goes
+        fit,
+        tuple(mesh for mesh in meshes if mesh.limb in known),
+        dict(zip(keys, fit.residual_px, strict=True)),
+        dict(zip(keys, fit.outlier_probability.tolist(), strict=True)),
+        dict(zip(q.landmark_set.names, fit.landmarks_world, strict=True)),
+    )
 
 
-def fit_elsewhere(question: FitQuestion, asker: Asker) -> ShownFit:
-    """Fit in a :class:`TaskProcess`, with the :class:`Fitter` that it keeps."""
-    fitter: Fitter = asker.kept.setdefault("fitter", Fitter())
-    return fitter(question)
+def fit_elsewhere(question: FitQuestion, _asker: Asker) -> ShownFit:
+    """Fit in a :class:`TaskProcess`."""
+    return fitted_body(question)

@@ -57,23 +57,17 @@ class LandmarkSet:
         if not self.landmarks:
             raise InputError("there are no landmarks", where=self.name, remedy="Add at least one.")
         counts = Counter(landmark.name for landmark in self.landmarks)
-        for name, count in counts.items():
-            if count > 1:
-                raise InputError(
-                    f"{count} landmarks have the name {name!r}",
-                    where=self.name,
-                    remedy="Rename all but one.",
-                )
+        name, count = counts.most_common(1)[0]
+        if count > 1:
+            what = f"{count} landmarks have the name {name!r}"
+            raise InputError(what, where=self.name, remedy="Rename all but one.")
         for landmark in self.landmarks:
             _check(landmark, f"{self.name}, {landmark.name}")
-        for landmark in self.landmarks:
             other = landmark.mirror
             if other and (other not in counts or self[other].mirror != landmark.name):
-                raise InputError(
-                    f"its mirror {other!r} does not name it as its mirror",
-                    where=f"{self.name}, {landmark.name}",
-                    remedy="Both landmarks of a pair must name each other as mirror.",
-                )
+                what = f"its mirror {other!r} does not name it as its mirror"
+                remedy = "Both landmarks of a pair must name each other as mirror."
+                raise InputError(what, where=f"{self.name}, {landmark.name}", remedy=remedy)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -138,27 +132,20 @@ def _landmark(set_name: str, entry: Any) -> Landmark:
 
 def _check(landmark: Landmark, where: str) -> None:
     if not landmark.name or any(sign in landmark.name for sign in ',;"\n\t'):
-        raise InputError(
-            f"{landmark.name!r} is not a valid name",
-            where=where,
-            remedy="Use letters, digits and _.",
-        )
+        what = f"{landmark.name!r} is not a valid name"
+        raise InputError(what, where=where, remedy="Use letters, digits and _.")
     if not _COLOUR.fullmatch(landmark.colour):
         raise InputError(
             f"{landmark.colour!r} is not a colour", where=where, remedy="Write it as #rrggbb."
         )
     for word, known in ((landmark.limb, LIMBS), (landmark.part, PARTS)):
         if word not in known:
-            raise InputError(
-                f"unknown name {word!r}", where=where, remedy=f"Use one of {', '.join(known)}."
-            )
+            remedy = f"Use one of {', '.join(known)}."
+            raise InputError(f"unknown name {word!r}", where=where, remedy=remedy)
     numbers = np.array([landmark.along, landmark.across, *landmark.offset])
     if numbers.shape != (5,) or not np.isfinite(numbers).all() or (abs(numbers) > _FARTHEST).any():
-        raise InputError(
-            "the position is not on the body",
-            where=where,
-            remedy="Fractions and offsets (three, in metres) must be between -1 and 1.",
-        )
+        remedy = "Fractions and offsets (three, in metres) must be between -1 and 1."
+        raise InputError("the position is not on the body", where=where, remedy=remedy)
 
 
 def _both_sides(

@@ -76,11 +76,14 @@ class StopSign:
         if not self.frames_missing:
             return f"all {self.frames} frames are within {self.wanted_deg:g} deg: target reached"
         if self.frames_unknown and not self.reached:
-            within, unknown = self.frames - self.frames_missing, self.frames_unknown
+            within, less = (
+                self.frames - self.frames_missing,
+                self.frames_missing - self.frames_unknown,
+            )
             return (
-                f"{within} of {self.frames} frames are within {self.wanted_deg:g} deg, "
-                f"{self.frames_missing - unknown} less certain, {unknown} have unknown limbs, too "
-                f"far from a click: {counted(self.frames_clicked, 'frame')} clicked so far"
+                f"{within} of {self.frames} frames are within {self.wanted_deg:g} deg, {less} less "
+                f"certain, {self.frames_unknown} have unknown limbs, too far from a click: "
+                f"{counted(self.frames_clicked, 'frame')} clicked so far"
             )
         worst = max(self.missing_by_limb, key=lambda limb: self.missing_by_limb[limb])
         number = self.missing_by_limb[worst]
@@ -196,12 +199,12 @@ class NextClicks:
             )
             total[max(0, row - _APART) : row + _APART + 1, :, landmark] = 0.0
 
+    def _barred(self, wish: Wish) -> BoolArray:
+        return np.isin(self.gains.frame, [frame for gap in wish.gaps for frame in gap])
+
     def _wanted(self, wish: Wish) -> BoolArray:
         inside = True if wish.frames is None else np.isin(self.gains.frame, wish.frames)
         return ~self._barred(wish) & inside
-
-    def _barred(self, wish: Wish) -> BoolArray:
-        return np.isin(self.gains.frame, [frame for gap in wish.gaps for frame in gap])
 
     def _excess(self) -> FloatArray:
         """Degrees (F, 6) by which tracker and fit disagree more than the fit may be off."""
@@ -220,11 +223,8 @@ class NextClicks:
             landmark = self._set.names.index(key.landmark)
             if self.gains.state[row, camera, landmark] != Place.CLICKED:
                 continue
-            new_click = float(self.gains.gain[row, camera, landmark])
-            gain = (
-                doubt.outlier_probability * new_click
-                + (1.0 - doubt.outlier_probability) * doubt.angle_deg
-            )
+            new_click, p = float(self.gains.gain[row, camera, landmark]), doubt.outlier_probability
+            gain = p * new_click + (1.0 - p) * doubt.angle_deg
             clicked = self.gains.clicked()[:, landmark]
             total = gain * float(shares_around(row, clicked, REACH)[1].sum())
             yield Suggestion(*key, gain, doubt.words, click_there=True, over_frames_deg=total)

@@ -44,7 +44,6 @@ from stereotrack_core.worker_processes import Asker
 
 PRESET = "accurate"  # preset for tracking if there is no run yet
 FEWEST = 3  # clicked frames that bring the first gain (docs/personal.md)
-
 ClicksByFrame = Mapping[int, Sequence[Click]]
 
 

@@ -25,7 +25,7 @@ def body_mesh(
 ) -> tuple[PartMesh, ...]:
     """Surface of the body in one pose, a mesh for each cone of the named parts."""
     placed = placed_cones(body, body.frames(pose))
-    names = [limb_of_part(part) or PARTS[part] for part in body.cones.part.tolist()]
+    names = [limb_of_part(part) or PARTS[part] for part in body.cones["part"].tolist()]
     return tuple(_cone_mesh(placed, c, around) for c, name in enumerate(names) if name in limbs)
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
 from stereotrack_core.body.offsets import NO_OFFSETS, offsets_of, with_offsets
 from stereotrack_core.body.parameters import BodyParameters, BodyShape
@@ -41,47 +41,17 @@ CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
 
 _NUMBERS = [(name, "f8") for name in ("r1", "r2", "height", "flatness")]
 _ENDS = [("round_base", "?"), ("round_end", "?"), ("outline", "f8", (2,))]
-# A truncated cone as compiled loops take it; fields as in :class:`Cones`.
+# A truncated cone: its base stands on its `origin`, its axis runs along its own z; metres. In the
+# frame of its part, or in the world: p = rotation p_cone + origin. `flatness` is a factor on y, 1
+# is round; ends that are round have a half sphere that takes data. The `outline` says how far the
+# person's outline lies outside of the surface along x and y: block matching widens the clouds that
+# the surface is fitted to.
 CONE = np.dtype(
     [("part", "i8"), ("rotation", "f8", (3, 3)), ("origin", "f8", (3,)), *_NUMBERS, *_ENDS],
     align=True,
 )
-PlacedCones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # ``CONE``: world = rotation p + origin
-
-
-@dataclass(frozen=True, eq=False)
-class Cones:
-    """C truncated cones; each stands on its own origin with its axis along its own z."""
-
-    part: IntArray  # (C,). Part that the cone belongs to.
-    rotations: FloatArray  # (C, 3, 3). part_from_cone
-    origins: FloatArray  # (C, 3), metres. Centre of the base circle in the part's frame.
-    r1: FloatArray
-    r2: FloatArray
-    height: FloatArray  # `r1`, `r2`, `height`: (C,), metres. Radii of base and far end; distance
-    flatness: FloatArray  # (C,). Factor on y: 1 is round, the torso is flattened front to back.
-    round_base: BoolArray
-    round_end: BoolArray  # both (C,). Ends with a half sphere that takes data
-    # (C, 2), metres. How far the person's outline lies outside of the surface along x and y: block
-    # matching widens the clouds that the surface is fitted to.
-    outline: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.part)
-
-    @cached_property
-    def records(self) -> PlacedCones:
-        """The cones (C,) in the frames of their parts."""
-        records = np.zeros(len(self), dtype=CONE)
-        values = (getattr(self, field.name) for field in dataclasses.fields(self))
-        for name, value in zip(CONE.names or (), values, strict=True):
-            records[name] = value
-        return records
-
-    def __getitem__(self, index: BoolArray | slice) -> Cones:
-        """Some of the cones."""
-        values = (getattr(self, field.name)[index] for field in dataclasses.fields(self))
-        return Cones(*values)
+Cones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # ``CONE`` (C,), in the frames of their parts
+PlacedCones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # ``CONE`` (..., C), in the world
 
 
 @dataclass(frozen=True)
@@ -103,17 +73,14 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     rows = [*_trunk(proportions, shape), *_arms(proportions, shape)]
     if shape.legs:
         rows += _legs(proportions, shape)
-    outline = np.zeros((len(rows), 2))
-    for row, pair in zip(outline, CONTOUR_NAMES, strict=False):
-        row[:] = [getattr(shape, name) for name in pair]
-    sizes = ("r1", "r2", "height", "flatness", "round_base", "round_end")
-    return Cones(
-        part=np.array([row.part for row in rows], dtype=np.int64),
-        rotations=_turned_to(np.array([row.axis for row in rows])),
-        origins=np.array([row.origin for row in rows]),
-        **{name: np.array([getattr(row, name) for row in rows]) for name in sizes},
-        outline=outline,
-    )
+    cones: Cones = np.zeros(len(rows), dtype=CONE)
+    sizes = ("part", "origin", "r1", "r2", "height", "flatness", "round_base", "round_end")
+    for name in sizes:
+        cones[name] = [getattr(row, name) for row in rows]
+    cones["rotation"] = _turned_to(np.array([row.axis for row in rows]))
+    for outline, pair in zip(cones["outline"], CONTOUR_NAMES, strict=False):
+        outline[:] = [getattr(shape, name) for name in pair]
+    return cones
 
 
 def _turned_to(axes: FloatArray) -> FloatArray:
@@ -212,7 +179,7 @@ class BodyModel:
     def joints(self) -> tuple[int, ...]:
         """Joints of a state: arms, head, and of legs and clavicles those that have a surface."""
         always = (*THESIS_JOINTS, HEAD)
-        return tuple(j for j in ALL_JOINTS if j in always or np.any(self.cones.part == j))
+        return tuple(j for j in ALL_JOINTS if j in always or np.any(self.cones["part"] == j))
 
 
 def body_model(proportions: Proportions, parameters: BodyParameters | None = None) -> BodyModel:
@@ -236,7 +203,7 @@ def placed_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:
     lead = rotations.shape[:-3]
     origins = np.ascontiguousarray(origins).reshape(-1, *origins.shape[-2:])
     placed = np.empty((len(origins), len(body.cones)), dtype=CONE)
-    _place(body.cones.records, rotations.reshape(-1, *rotations.shape[-3:]), origins, placed)
+    _place(body.cones, rotations.reshape(-1, *rotations.shape[-3:]), origins, placed)
     return placed.reshape(*lead, len(body.cones))
 
 

@@ -160,6 +160,10 @@ class Pose:
         """Rotation world_from_torso (..., 3, 3)."""
         return self.rotations[..., TORSO, :, :]
 
+    def values(self) -> dict[str, Any]:
+        """Its numbers, which come back from JSON bit by bit."""
+        return {"position": self.position.tolist(), "rotations": self.rotations.tolist()}
+
     def __getitem__(self, index: int | slice | IntArray) -> Pose:
         """Pose, or poses, of a stack."""
         return Pose(self.position[index], self.rotations[index])

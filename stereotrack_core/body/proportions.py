@@ -1,6 +1,5 @@
 """Lengths of a person's body, complete: measured where measured, average elsewhere."""
 
-import dataclasses
 from dataclasses import dataclass
 
 from stereotrack_core.recording.description import Subject
@@ -57,16 +56,14 @@ AVERAGE = Proportions()  # of that height: ratios of common anthropometric table
 
 def measured(subject: Subject | None) -> bool:
     """Whether any of a subject's lengths is known."""
-    names = (field.name for field in dataclasses.fields(Proportions))
-    return subject is not None and any(getattr(subject, name) is not None for name in names)
+    return subject is not None and any(getattr(subject, name) is not None for name in vars(AVERAGE))
 
 
 def proportions_of(subject: Subject | None) -> Proportions:
     """The subject's lengths; missing ones are average ones scaled by those that are known."""
     if subject is None:
         return AVERAGE
-    names = [field.name for field in dataclasses.fields(Proportions)]
-    known = {name: getattr(subject, name) for name in names if getattr(subject, name) is not None}
-    average = dataclasses.asdict(AVERAGE)
+    average = vars(AVERAGE)
+    known = {name: own for name in average if (own := getattr(subject, name)) is not None}
     scale = sum(known.values()) / sum(average[name] for name in known) if known else 1.0
-    return Proportions(**{name: known.get(name, scale * average[name]) for name in names})
+    return Proportions(**{name: known.get(name, scale * own) for name, own in average.items()})

@@ -115,18 +115,18 @@ def points_on_cones(
 ) -> SurfacePoints:
     """Points p(h, alpha) (N,) of section 3.2.2 in the parts' frames; h is 0 to 1."""
     r1, r2, height, flat = (
-        values[cone] for values in (cones.r1, cones.r2, cones.height, cones.flatness)
+        values[cone] for values in (cones["r1"], cones["r2"], cones["height"], cones["flatness"])
     )
     radius = r1 + h * (r2 - r1)
     cosine, sine = np.cos(alpha), np.sin(alpha)
     local = np.stack([radius * cosine, flat * radius * sine, h * height], axis=1)
     normal = np.stack([height * cosine, height * sine / flat, r1 - r2], axis=1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    turn = cones.rotations[cone]
+    turn = cones["rotation"][cone]
     return SurfacePoints(
-        part=cones.part[cone],
+        part=cones["part"][cone],
         cone=cone,
-        points=np.einsum("nij,nj->ni", turn, local) + cones.origins[cone],
+        points=np.einsum("nij,nj->ni", turn, local) + cones["origin"][cone],
         normals=np.einsum("nij,nj->ni", turn, normal),
     )
 
@@ -179,7 +179,9 @@ def visible_points(
     for _ in range(_ROUNDS):
         if len(kept) >= count:
             break
-        kept = _joined(kept, remaining(random_points(body.cones, 2 * count, rng)))
+        more = remaining(random_points(body.cones, 2 * count, rng))
+        pairs = zip(vars(kept).values(), vars(more).values(), strict=True)
+        kept = SurfacePoints(*map(np.concatenate, pairs))
     return kept[:count]
 
 
@@ -192,8 +194,3 @@ def _regular(
         drawn = int(1.25 * drawn) + 1
         kept = remaining(regular_points(body.cones, drawn))
     return kept[np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(np.int64)]
-
-
-def _joined(*parts: SurfacePoints) -> SurfacePoints:
-    values = zip(*(vars(part).values() for part in parts), strict=True)
-    return SurfacePoints(*map(np.concatenate, values))

@@ -50,12 +50,12 @@ def nearest_on_surface(
 
 def parts_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
     """Part (N,) of each datum's cone; -1 stays -1."""
-    return np.where(cone >= 0, body.cones.part[cone], -1)
+    return np.where(cone >= 0, body.cones["part"][cone], -1)
 
 
 def limbs_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
     """Limb (N,) that each datum's cone counts for, ``len(LIMBS)`` for legs; -1 stays -1."""
-    return np.where(cone >= 0, LIMB_OF_PART[body.cones.part[cone]], -1)
+    return np.where(cone >= 0, LIMB_OF_PART[body.cones["part"][cone]], -1)
 
 
 @compiled(inline="always")

@@ -71,8 +71,7 @@ class Board:
 
 def chessboard(size: str, square: float) -> Board:
     """The board of ``--board 9x6 --square 0.025``. Raises InputError."""
-    columns, rows = _counts(size, "--board", "9x6, which counts inner corners")
-    return Board(_enough(columns, "--board"), _enough(rows, "--board"), _square(square))
+    return Board(*_counts(size, "--board", "9x6, which counts inner corners"), _square(square))
 
 
 def charuco(text: str, square: float) -> Board:
@@ -85,7 +84,7 @@ def charuco(text: str, square: float) -> Board:
             remedy="Write columns and rows of squares, dictionary and marker side in metres, "
             "as 5x7:4X4_50:0.018.",
         )
-    columns, rows = _counts(parts[0], "--charuco", "5x7, which counts squares")
+    inner = _counts(parts[0], "--charuco", "5x7, which counts squares", squares=1)
     dictionary = parts[1].upper().removeprefix("DICT_")
     if dictionary not in DICTIONARIES:
         raise InputError(
@@ -103,25 +102,23 @@ def charuco(text: str, square: float) -> Board:
         what = f"a marker of {parts[2]} m does not fit into a square of {side:g} m"
         remedy = "Measure the black side of a marker and the side of a square, in metres."
         raise InputError(what, where="--charuco", remedy=remedy)
-    inner = _enough(columns - 1, "--charuco"), _enough(rows - 1, "--charuco")
     return Board(*inner, side, dictionary, marker)
 
 
-def _counts(text: str, where: str, example: str) -> tuple[int, int]:
+def _counts(text: str, where: str, example: str, squares: int = 0) -> tuple[int, int]:
+    """Inner corners along both sides; `squares`: how many squares more than corners are counted."""
     match = _SIZE.fullmatch(text.strip().lower())
     if match is None:
         raise InputError(
             f"{text!r} is not the size of a board", where=where, remedy=f"Write it as {example}."
         )
-    return int(match[1]), int(match[2])
-
-
-def _enough(count: int, where: str) -> int:
-    if not 3 <= count <= 100:
-        what = f"a board with {count} inner corners along a side cannot be used"
-        remedy = "Use a board with 3 to 100 inner corners along each side."
-        raise InputError(what, where=where, remedy=remedy)
-    return count
+    columns, rows = int(match[1]) - squares, int(match[2]) - squares
+    for count in (columns, rows):
+        if not 3 <= count <= 100:
+            what = f"a board with {count} inner corners along a side cannot be used"
+            remedy = "Use a board with 3 to 100 inner corners along each side."
+            raise InputError(what, where=where, remedy=remedy)
+    return columns, rows
 
 
 def _square(square: float) -> float:

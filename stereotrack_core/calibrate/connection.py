@@ -59,7 +59,14 @@ def connected(sightings: Sequence[Sightings], lenses: Sequence[Lens], board: Boa
         rows = [i for i, frame in enumerate(own.frames.tolist()) if frame not in boards]
         placed = own.without(rows, ["the board cannot be placed"] * len(rows))
         if board.ambiguous:
-            placed = _renumbered(placed, lens, pose, boards, board)
+            pixels = placed.pixels.copy()
+            for i, frame in enumerate(placed.frames.tolist()):
+                expected = projected(lens, (pose @ boards[frame]).apply(board.corners))[0]
+                away = np.linalg.norm([pixels[i] - expected, pixels[i, ::-1] - expected], axis=-1)
+                as_is, turned = np.nanmedian(away, axis=1)
+                if turned < as_is:
+                    pixels[i] = pixels[i, ::-1].copy()
+            placed = replace(placed, pixels=pixels)
         numbered.append(placed)
     return Connected(tuple(cameras), boards, tuple(numbered), shared)
 
@@ -162,9 +169,7 @@ def _boards(seen: Sequence[_Seen], cameras: Sequence[RigidTransform]) -> dict[in
     for frame in sorted(set().union(*(one.poses for one in seen))):
         seeing = [(one, pose) for one, pose in zip(seen, cameras, strict=True) if frame in one]
         candidates = [
-            first_from_camera @ pose
-            for one, first_from_camera in ((one, pose.inverse()) for one, pose in seeing)
-            for pose in one.poses.get(frame, [])
+            camera.inverse() @ pose for one, camera in seeing for pose in one.poses.get(frame, [])
         ]
         costs = [
             sum(one.off(camera @ candidate, frame) for one, camera in seeing)
@@ -187,22 +192,3 @@ def corner_errors(
     if board.ambiguous:
         found.append(np.linalg.norm(pixels[::-1] - expected, axis=-1))
     return min(found, key=lambda one: float(np.nanmedian(one)))
-
-
-def _renumbered(
-    sightings: Sightings,
-    lens: Lens,
-    camera: RigidTransform,
-    boards: dict[int, RigidTransform],
-    board: Board,
-) -> Sightings:
-    pixels = sightings.pixels.copy()
-    for i, frame in enumerate(sightings.frames.tolist()):
-        expected = projected(lens, (camera @ boards[frame]).apply(board.corners))[0]
-        as_is, turned = (
-            float(np.nanmedian(np.linalg.norm(one - expected, axis=-1)))
-            for one in (pixels[i], pixels[i, ::-1])
-        )
-        if turned < as_is:
-            pixels[i] = pixels[i, ::-1].copy()
-    return replace(sightings, pixels=pixels)

@@ -9,9 +9,13 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.bundle import Bundle, BundleCamera, adjusted, rms_of
 from stereotrack_core.calibrate.connection import Connected, connected
-from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics, check_known
+from stereotrack_core.calibrate.intrinsics import (
+    Intrinsics,
+    Stop,
+    calibrate_intrinsics,
+    check_known,
+)
 from stereotrack_core.calibrate.lens import Lens, lens_of
-from stereotrack_core.calibrate.lens_fit import Stop
 from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.calibrate.world_checks import (
     ScaleCheck,
@@ -109,26 +113,13 @@ def _world(
     scale = scale_check(cameras, used, board)
     own_rms = tuple(rms_of(one) for one in bundle.errors)
     everywhere = np.concatenate([one.reshape(-1, 2) for one in held_out])
+    lenses = tuple(fit if isinstance(fit, Intrinsics) else None for fit in fits)
+    own_findings = [one for lens in lenses if lens is not None for one in lens.findings]
+    findings = (*own_findings, *world_findings(used, own_rms, positions, shared, scale))
     return World(
-        board,
-        cameras,
-        tuple(fit if isinstance(fit, Intrinsics) else None for fit in fits),
-        used,
-        boards,
-        bundle.errors,
-        bundle.rms,
-        rms_of(everywhere),
-        own_rms,
-        tuple(rms_of(one) for one in held_out),
-        positions,
-        rotations,
-        shared,
-        scale,
-        tuple(
-            [*(f for fit in fits if isinstance(fit, Intrinsics) for f in fit.findings)]
-            + world_findings(used, own_rms, positions, shared, scale)
-        ),
-    )
+        board, cameras, lenses, used, boards, bundle.errors, bundle.rms, rms_of(everywhere),
+        own_rms, tuple(map(rms_of, held_out)), positions, rotations, shared, scale, findings,
+    )  # fmt: skip
 
 
 _FIRST_FROM_WORLD = RigidTransform(LOOKING_SOUTH.T, np.zeros(3))
@@ -195,20 +186,14 @@ def _bundle_cameras(
     poses: Sequence[RigidTransform],
     fixed: Sequence[bool],
 ) -> list[BundleCamera]:
-    number = {frame: i for i, frame in enumerate(_frames(sightings))}
+    frames, each = _frames(sightings), zip(sightings, lenses, poses, fixed, strict=True)
     return [
         BundleCamera(
-            lens,
-            pose,
-            np.array([number[int(frame)] for frame in one.frames], dtype=np.int64),
-            one.pixels,
-            lens.model.free & (not keep),
-            pose_free=i > 0,
+            lens, pose, np.searchsorted(frames, one.frames), one.pixels,
+            lens.model.free & (not keep), pose_free=i > 0,
         )
-        for i, (one, lens, pose, keep) in enumerate(
-            zip(sightings, lenses, poses, fixed, strict=True)
-        )
-    ]
+        for i, (one, lens, pose, keep) in enumerate(each)
+    ]  # fmt: skip
 
 
 def _held_out(
@@ -216,9 +201,8 @@ def _held_out(
 ) -> list[FloatArray]:
     """Errors (F, n, 2) by camera for every fifth board, left out but for its place; or empty."""
     frames = _frames(sightings)
-    seen = np.bincount(
-        np.concatenate([camera.boards for camera in bundle.cameras]), minlength=len(frames)
-    )
+    everyone = np.concatenate([camera.boards for camera in bundle.cameras])
+    seen = np.bincount(everyone, minlength=len(frames))
     several = np.flatnonzero(seen > 1)
     out = set(several[_HELD_OUT // 2 :: _HELD_OUT].tolist())
     corners = len(board.corners)

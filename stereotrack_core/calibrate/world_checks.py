@@ -113,12 +113,10 @@ def scale_check(
 ) -> ScaleCheck:
     """Triangulate every corner that several cameras see and measure the squares."""
     frames = sorted({int(frame) for one in sightings for frame in one.frames})
-    number = {frame: i for i, frame in enumerate(frames)}
     shape = (len(frames), len(board.corners), len(cameras), 3)
     directions = np.full(shape, np.nan)
     for c, (camera, one) in enumerate(zip(cameras, sightings, strict=True)):
-        rows = [number[int(frame)] for frame in one.frames]
-        directions[rows, :, c] = camera.rays_world(one.pixels)
+        directions[np.searchsorted(frames, one.frames), :, c] = camera.rays_world(one.pixels)
     places = np.array([camera.position_world for camera in cameras])
     points = nearest_to_rays(np.broadcast_to(places, shape), directions)
     ends = points[:, board.neighbours]

@@ -148,14 +148,6 @@ def _put(
         for name, place in places.items()
     ]
     table = Table(f"Calibration written to {args.output}", ("what", ">value"), rows)
-    content = {
-        "calibration": args.output,
-        "source": found.source,
-        "points": found.points,
-        "spread_m": found.spread_m,
-        "tilt_deg": found.tilt_deg,
-        "new_from_old": found.new_from_old.matrix(),
-        "positions_m": places,
-        **facts,
-    }
-    put_result(content, table, as_json=args.json)
+    told = {"calibration": args.output, **vars(found), "tilt_deg": found.tilt_deg, **facts}
+    told |= {"new_from_old": found.new_from_old.matrix(), "positions_m": places}
+    put_result(told, table, as_json=args.json)

@@ -70,7 +70,8 @@ COMMANDS: tuple[Command, ...] = (
             "errors of a run against the reference; its joint angles, failures, or another run"),
     Command("compare", "compare runs with the first of them, frame by frame", "evaluate.compare"),
     Command("sweep",
-            "track with several parameter values, recordings and seeds, and compare the results"),
+            "track with several parameter values, recordings and seeds, and compare the results",
+            "study.sweep"),
     Command("study", "track and evaluate many recordings, with their conditions, as one study",
             "", (
         Command("create", "list the recordings below folders, or add new ones", "study.create"),
@@ -94,8 +95,8 @@ COMMANDS: tuple[Command, ...] = (
         Command("stereo", "a pair of cameras side by side", "calibrate.calibrate_pair"),
         Command("world", "all cameras in one world", "calibrate.calibrate_rig"),
         Command("align", "z up, y north and the origin on the floor"),
-        Command("import", "read a calibration of another tool", "calibration_files.read"),
-        Command("export", "write a calibration for another tool", "calibration_files.write"),
+        Command("import", "read a calibration of another tool", "calibrate.import_calibration"),
+        Command("export", "write a calibration for another tool", "calibrate.export_calibration"),
     )),
     Command("project", "make a project for the annotation of a recording", "", (
         Command("create", "a project of a recording folder", "into_project.create"),

@@ -17,7 +17,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import frame_count
-from stereotrack_core.report.run_tables import error_table, segment_table
+from stereotrack_core.report.reported import error_table, segment_table
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec

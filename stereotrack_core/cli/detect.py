@@ -7,7 +7,7 @@ from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, progress, put_facts, put_result, say, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.keypoints.reading import write_table
 from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.installation import (

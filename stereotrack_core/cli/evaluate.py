@@ -22,8 +22,12 @@ from stereotrack_core.evaluation.accuracy import (
     stated_means,
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
-from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
+from stereotrack_core.evaluation.failure_segments.segment import (
+    FailureRules,
+    FailureSegment,
+    has_signs,
+    limbs_words,
+)
 from stereotrack_core.evaluation.summary import none_of_the_frames
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.parameters import parsed_settings
@@ -32,7 +36,7 @@ from stereotrack_core.recording.findings import wrong_size
 from stereotrack_core.recording.frame_times import values_at
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
-from stereotrack_core.report.run_tables import (
+from stereotrack_core.report.reported import (
     error_table,
     measure_rows,
     range_table,
@@ -260,8 +264,8 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
     reference = None if measured.truth is None else measured.truth.reference
     fps = recording.fps if recording is not None else fps_of_run(run)
     search = FailureSearch(run, fps, reference, recording, rules)
-    with watched("Detecting failures", "Nothing was written.") as (report, stopped):
-        every = find_failures(search, report, stopped)
+    with watched("Detecting failures", "Nothing was written.") as work:
+        every = find_failures(search, work)
     if reference is None and not has_signs(run):
         say(
             "Without depth, failures are detected against a reference alone (--reference). Without "

@@ -3,6 +3,7 @@
 import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -126,8 +127,8 @@ def run(args: Namespace) -> int:
         say(f"note: {note}.")
     making.check_place(choices, folder)
     if not args.dry_run:
-        with watched("Making the recording", "No recording was created.") as (show, stopped):
-            making.make_recording(choices, folder, on_progress=show, cancelled=stopped)
+        with watched("Making the recording", "No recording was created.") as work:
+            making.make_recording(choices, folder, on_progress=work.tell, cancelled=work.stopped)
     what = "Would be made" if args.dry_run else "Recording written to"
     facts = {**_facts(choices, folder), "synchronised": [asdict(lead) for lead in leads]}
     put_result(facts, _table(choices, f"{what} {folder}"), as_json=args.json)
@@ -200,9 +201,9 @@ def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[synchron
     """The choices with the frames of the same instant, and how these were found."""
     leads: tuple[synchronise.Lead, ...] = ()
     if args.method is not None:
-        with watched("Synchronising", "No recording was created.") as (show, stopped):
+        with watched("Synchronising", "No recording was created.") as work:
             choices, leads = synchronise.synchronised(
-                choices, args.method, on_progress=show, cancelled=stopped
+                choices, args.method, on_progress=work.tell, cancelled=work.stopped
             )
         for lead in leads:
             say(f"synchronised by {args.method}: {lead.says(choices.fps or 1.0)}")
@@ -214,20 +215,17 @@ def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[synchron
 
 
 def _number(text: str, where: str, what: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{text!r} is no {what}", where=where, remedy="Give a number.")
-    return value
+    with suppress(ValueError):
+        if math.isfinite(value := float(text)):
+            return value
+    raise InputError(f"{text!r} is no {what}", where=where, remedy="Give a number.")
 
 
 def _unit(choices: Choices, given: float | None) -> float:
-    depths = [use.source for use in choices.used() if use.role == "depth"]
-    depths = [source for source in depths if source.unit is None]
+    used = (use.source for use in choices.used() if use.role == "depth")
+    depths = [source for source in used if source.unit is None]
     if given is not None or not depths:
-        return given if given is not None else choices.depth_unit
+        return choices.depth_unit if given is None else given
     units = possible_units(depths[0])
     listed = ", or ".join(f"{unit:g} ({metres:.1f} m away)" for unit, metres in units)
     say(

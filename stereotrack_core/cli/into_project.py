@@ -13,7 +13,7 @@ from stereotrack_core.interop.label_source import Labels, LabelSource, stated_na
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.project.detectors import plan_import
-from stereotrack_core.project.entries import Choose, save_landmark_set, save_reference
+from stereotrack_core.project.entries import choose, save_landmark_set, save_reference
 from stereotrack_core.project.merging import Decision, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET
@@ -50,7 +50,7 @@ def create(args: Namespace) -> int:
     with Project.create(path, recording.folder, who=args.annotator or "") as project:
         if landmarks is not None:
             project.apply(save_landmark_set(landmarks))
-            project.apply(Choose(LANDMARK_SET.name, landmarks.name))
+            project.apply(choose(LANDMARK_SET, landmarks.name))
         names = project.landmark_set().names
     facts = {"recording": recording.folder, "landmarks": list(names)}
     put_facts(facts, f"{path} was made", as_json=args.json, project=path)
@@ -118,11 +118,11 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
         choose = "Choose which to keep with --conflicts mine or --conflicts theirs"
         remedy = f"{choose}, or use their means in the workbench."
         raise InputError(what, where=str(args.file), remedy=remedy)
-    edit = found.edit(decided)
-    if edit.clicks:
-        project.apply(edit)
+    taken = found.taken(decided)
+    if taken:
+        project.apply(found.edit(decided))
     return {
-        "taken": len(edit.clicks),
+        "taken": len(taken),
         "new": len(found.new),
         "the_same": len(found.same),
         "different": len(found.conflicts),

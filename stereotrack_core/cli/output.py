@@ -16,6 +16,7 @@ from typing import IO, Any, Protocol, TextIO, cast
 from stereotrack_core.errors import Cancelled, visible
 from stereotrack_core.plain_data import plain
 from stereotrack_core.tables import Table
+from stereotrack_core.work import Work
 
 OK, FAILED, WRONG_INPUT = 0, 1, 2
 """Exit status: done; something else went wrong, or it was stopped; the user's input is wrong."""
@@ -220,9 +221,7 @@ def stoppable(outcome: str = "") -> Iterator[Callable[[], bool]]:
 
 
 @contextmanager
-def watched(
-    what: str, outcome: str
-) -> Iterator[tuple[Callable[[float, str], None], Callable[[], bool]]]:
-    """Give what is told the share that is done, with words, and what says whether to stop."""
+def watched(what: str, outcome: str) -> Iterator[Work]:
+    """Show how far long work is, which Ctrl-C stops."""
     with progress(what, 100) as show, stoppable(outcome) as stopped:
-        yield lambda share, _: show(round(100 * share)), stopped
+        yield Work(lambda share, _: show(round(100 * share)), stopped)

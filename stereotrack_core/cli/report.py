@@ -42,8 +42,8 @@ def run(args: Namespace) -> int:
     failures with images, parameters, versions, and how to reproduce it.
     """
     source = _source(args)
-    with watched("Reporting", "Nothing was written.") as (report, stopped):
-        reported = gathered(source, on_progress=report, cancelled=stopped)
+    with watched("Reporting", "Nothing was written.") as work:
+        reported = gathered(source, work)
     write_page(args.output, reported)
     _tell(args, reported)
     return OK

@@ -29,13 +29,13 @@ from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.camera_checks import up_of_cameras
 from stereotrack_core.recording.description import Recording, Segment, read_segments
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import frame_count
-from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
 from stereotrack_core.tracking.stored import up_of_meta

@@ -12,13 +12,13 @@ from stereotrack_core.depth.outline import outline_without_depth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification, depth_rectification
 from stereotrack_core.depth.sources import Pictures, grey
+from stereotrack_core.pose_model.detect import Whereabouts, detect_person, whereabouts
 from stereotrack_core.pose_model.detector import (
     DetectedPose,
     PoseDetector,
     load_detector,
     next_crop,
 )
-from stereotrack_core.pose_model.following import Whereabouts, detect_person, whereabouts
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.person_boxes import person_boxes
 from stereotrack_core.recording.reader import FrameSet, ViewImages

@@ -15,8 +15,8 @@ from stereotrack_core.depth.seen_person import AllPictures, SeenPerson
 from stereotrack_core.depth.sources import NEAREST_RANGE, disparity_range
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.upright import UP_AXES, Upright
+from stereotrack_core.recording.camera_checks import LikelyUp, up_of_cameras
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 
 _APART = np.cos(np.radians(30.0))  # between optical axes of cameras that stand around something
 _FEW_POINTS = 100

@@ -15,12 +15,15 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.doctor.displacements import Places
-from stereotrack_core.doctor.views import Instants
+from stereotrack_core.doctor.views import Instants, Places
 from stereotrack_core.errors import Correction, CorrectionKind, Finding
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.importing.signals import motion_of, reduced
-from stereotrack_core.recording.importing.synchronise import beside_least, best_lag
+from stereotrack_core.recording.importing.synchronise import (
+    beside_least,
+    best_lag,
+    motion_of,
+    reduced,
+)
 from stereotrack_core.recording.reader import FrameReader
 
 _MOST_FRAMES = 600
@@ -62,10 +65,19 @@ def check_clocks(recording: Recording, signals: Signals) -> Iterator[Finding]:
     wrong = []
     for view in recording.views:
         pair = signals.get((view.name, "left")), signals.get((view.name, "image"))
-        if pair[0] is not None and pair[1] is not None:
-            found = list(_check_pair(view.name, lag_of(pair[1], pair[0]), recording.fps))
-            wrong += [view.name] * len(found)
-            yield from found
+        if pair[0] is None or pair[1] is None:
+            continue
+        lag = lag_of(pair[1], pair[0])
+        if abs(lag.frames) >= _LEAST_PAIR_LAG and lag.certain and lag.correlation >= _PAIR_CERTAIN:
+            wrong.append(view.name)
+            yield Finding(
+                "error",
+                f"view {view.name}, left",
+                f"it shows everything {span(lag.frames, recording.fps)} than the right image of "
+                f"its pair (correlation of the motion {lag.correlation:.2f})",
+                _remedy(lag.frames),
+                _correction("shift_left", view.name, lag.frames),
+            )
     views = {v: s for (v, key), s in signals.items() if key == "image" and v not in wrong}
     yield from check_lags(views, recording.fps)
 
@@ -90,19 +102,6 @@ def lag_of(one: FloatArray, other: FloatArray) -> Lag:
     if min(one.std(), other.std()) <= 0:
         return Lag(0.0, 0.0, 0.0)
     return Lag(*best_lag(one, other))
-
-
-def _check_pair(view: str, lag: Lag, fps: float) -> Iterator[Finding]:
-    if abs(lag.frames) < _LEAST_PAIR_LAG or not lag.certain or lag.correlation < _PAIR_CERTAIN:
-        return
-    yield Finding(
-        "error",
-        f"view {view}, left",
-        f"it shows everything {span(lag.frames, fps)} than the right image of its pair "
-        f"(correlation of the motion {lag.correlation:.2f})",
-        _remedy(lag.frames),
-        _correction("shift_left", view, lag.frames),
-    )
 
 
 def check_lags(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Finding]:

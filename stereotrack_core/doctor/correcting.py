@@ -6,7 +6,7 @@ Corrected are exchanged images, units, transposed rotations and delays.
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,6 @@ import tomli_w
 from stereotrack_core.atomic import forget_unfinished, replacing, write_file
 from stereotrack_core.doctor.diagnose import diagnose
 from stereotrack_core.errors import Correction, CorrectionKind, Finding, InputError
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import edited_calibration
 from stereotrack_core.recording.camera_checks import transposed
 from stereotrack_core.recording.description import Recording
@@ -76,7 +74,14 @@ def correct(
     text = corrected_text(recording, path, correction).encode()
     with replacing(path, lambda written: written.read_bytes() == text) as temporary:
         write_file(temporary, text)
-        changed = _described(folder, correction, temporary)
+        content = load_toml(temporary)
+        if _of_cameras(correction):
+            named = {"calibration": temporary.relative_to(folder).as_posix()}
+            content = load_toml(folder / DESCRIPTION) | named
+        complaints: list[InputError] = []
+        changed = describe(folder, complaints, content)
+        if complaints or changed is None:
+            raise complaints[0]
         files, measured = examine_described(changed), diagnose(changed, tell)
         reason = _why_not(finding, examine_described(recording), files, measured)
         if reason:
@@ -129,19 +134,6 @@ def _file_of(folder: Path, correction: Correction) -> Path:
     return folder / DESCRIPTION
 
 
-def _described(folder: Path, correction: Correction, temporary: Path) -> Recording:
-    """The recording with `temporary` in place of the file that is corrected."""
-    content = load_toml(temporary)
-    if _of_cameras(correction):
-        named = {"calibration": temporary.relative_to(folder).as_posix()}
-        content = load_toml(folder / DESCRIPTION) | named
-    complaints: list[InputError] = []
-    changed = describe(folder, complaints, content)
-    if complaints or changed is None:
-        raise complaints[0]
-    return changed
-
-
 def _why_not(
     finding: Finding,
     before: Sequence[Finding],
@@ -170,7 +162,9 @@ def corrected_text(recording: Recording, path: Path, correction: Correction) -> 
     """The text of the file at `path` with a correction. Raises InputError."""
     if _of_cameras(correction):
         cameras = [recording.cameras[name] for name in correction.names]
-        return edited_calibration(path, {one.name: _mended(one, correction) for one in cameras})
+        turn = correction.kind == "transpose"
+        mended = {c.name: transposed(c) if turn else c.scaled(correction.amount) for c in cameras}
+        return edited_calibration(path, mended)
     content = load_toml(path)
     if correction.kind in ("shift_frames", "shift_left"):
         _shift(content, recording, correction)
@@ -178,14 +172,6 @@ def corrected_text(recording: Recording, path: Path, correction: Correction) -> 
         views = {view["name"]: view for view in content["views"]}
         _exchange([views[name] for name in correction.names])
     return tomli_w.dumps(content)
-
-
-def _mended(camera: Camera, correction: Correction) -> Camera:
-    if correction.kind == "transpose":
-        return transposed(camera)
-    old = camera.camera_from_world
-    moved = RigidTransform(old.rotation, correction.amount * old.translation)
-    return replace(camera, camera_from_world=moved)
 
 
 def _exchange(views: Sequence[dict[str, Any]]) -> None:

@@ -19,13 +19,13 @@ from stereotrack_core.doctor.clocks import (
     motion_signals,
     stretch_of,
 )
-from stereotrack_core.doctor.displacements import Places
 from stereotrack_core.doctor.light import check_light, check_pictures
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.reference import bodies, check_reference
 from stereotrack_core.doctor.views import (
     MEASURED,
     Instants,
+    Places,
     check_views,
     measurable,
     measured_views,

@@ -26,7 +26,7 @@ from stereotrack_core.depth.sources import grey
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.images import spread
-from stereotrack_core.recording.importing.signals import reduced
+from stereotrack_core.recording.importing.synchronise import reduced
 from stereotrack_core.recording.reader import FrameReader, ViewImages
 
 _SPREAD, _SUCCESSIVE = 12, 48  # frames over the whole recording, and in a row in the middle of it
@@ -101,15 +101,14 @@ def _seen(scene: EmptyScene, images: ViewImages) -> _Seen:
     shadow, changed = shaded(light), _changed(light, light.empty_small)
     new = _changed(light, evened(light))
     shift = _shift(light) * 640.0 / picture.shape[1]
-    size = picture.shape[1], picture.shape[0]
-    here = cv2.resize(_around(new), size, interpolation=cv2.INTER_NEAREST) == 0
+    around = cv2.resize(_around(new), picture.shape[::-1], interpolation=cv2.INTER_NEAREST)
     return {
         "gain": _gain(light, scene),
         "noise": sensor_noise(picture),
         "clipped": max(_clipped(picture) - _clipped(scene.picture), 0.0),
         "shadow": float(np.mean(shadow & changed)),
         "shift": shift,
-        "blur": relit(picture, scene, light, here).blur if shift < _MOST_SHIFT else 0.0,
+        "blur": relit(picture, scene, light, around == 0).blur if shift < _MOST_SHIFT else 0.0,
     }
 
 

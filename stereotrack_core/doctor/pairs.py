@@ -22,6 +22,7 @@ from stereotrack_core.errors import Correction, Finding, Severity
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.camera_checks import inverted, transposed
 from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.images import spread
 from stereotrack_core.recording.reader import FrameReader
 
 _DETAILS = 800
@@ -163,12 +164,8 @@ focal length of the left or the right one smaller (as a share)."""
 _NOISE_PX = 0.3  # row offset from which details count less while numbers are fitted
 
 
-@dataclass(frozen=True)
-class Remedy:
-    """Sentences on what to do, and the correction if it is a mechanical one."""
-
-    words: str
-    correction: Correction | None = None
+Remedy: TypeAlias = tuple[str, Correction | None]
+"""Sentences on what to do, and the correction if it is a mechanical one."""
 
 
 def px(pixels: float) -> str:
@@ -187,37 +184,40 @@ def remedy_of(view: str, cameras: Pair, details: Details, fit: RowFit, scale: fl
         return likely
     if exchanged < limit:  # images of cameras that look askew at each other
         return _exchange(view, exchanged)
-    return Remedy(
+    return (
         "Calibrate this pair again: no usual slip explains it. Check that both images belong to "
         "this view and its cameras, and that they are stored as they were calibrated: neither "
         "mirrored nor upside down, with the distortions and the image size of the calibration."
-    )
+    ), None
 
 
 def _exchange(view: str, left: float) -> Remedy:
-    return Remedy(
+    words = (
         "The left and the right image are exchanged: swap the files of left and right (tested: "
-        f"then the rows agree within {px(left)}). Both images mirrored or upside down look alike.",
-        Correction("exchange_pair", (view,)),
+        f"then the rows agree within {px(left)}). Both images mirrored or upside down look alike."
     )
+    return words, Correction("exchange_pair", (view,))
 
 
 def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
     """The best explanation of row offsets; a turn or focal length that leaves less beats a slip."""
     rows = RowChanges(cameras, details)
-    turn, turned = _turn(rows)
+    change = rows.fitted(_TURN)
+    turn = float(np.linalg.norm(change))
+    offset = float(np.nanmedian(np.abs(rows.rows(change))))
+    turned = offset if turn < _MENDED_TURN else np.inf
     focal, scaled = _focal(cameras, rows)
     slip, slipped = _slip(cameras, details)
     if slipped < min(limit, min(turned, scaled) / _CLEARLY + _TIE_PX):
         return slip
     if scaled < min(limit, turned / _CLEARLY + _TIE_PX):
-        return Remedy(focal)
+        return focal, None
     if turned < limit:
-        return Remedy(
+        return (
             f"One camera is turned by {np.degrees(turn):.1f} degrees against the calibration "
             f"(tested: with it turned back the rows agree within {px(turned)}). Calibrate this "
             "pair again."
-        )
+        ), None
     return slip if slipped < limit else None
 
 
@@ -241,14 +241,6 @@ def _focal(cameras: Pair, rows: RowChanges) -> tuple[str, float]:
     ), best
 
 
-def _turn(rows: RowChanges) -> tuple[float, float]:
-    """Angle by which turning the right camera helps most, radians, and the row offset then."""
-    change = rows.fitted(_TURN)
-    angle = float(np.linalg.norm(change))
-    offset = float(np.nanmedian(np.abs(rows.rows(change))))
-    return angle, offset if angle < _MENDED_TURN else np.inf
-
-
 def _slip(cameras: Pair, details: Details) -> tuple[Remedy, float]:
     """The usual slip, of one camera or both, that leaves the least row offset, and that offset."""
     tried = []
@@ -264,7 +256,7 @@ def _slip(cameras: Pair, details: Details) -> tuple[Remedy, float]:
                 tried.append((misfit, said.format(" and ".join(names)), names))
     best, said, names = min(tried, default=(np.inf, "", ()))
     correction = Correction("transpose", names) if said.startswith("Transpose") else None
-    return Remedy(f"{said} (tested: then the rows agree within {px(best)}).", correction), best
+    return (f"{said} (tested: then the rows agree within {px(best)}).", correction), best
 
 
 class RowChanges:
@@ -316,9 +308,7 @@ _TOLD_PX, _DOUBTFUL_PX, _WRONG_PX = 0.5, 1.0, 2.5  # row offsets: told, matching
 
 def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
     """Findings about the stereo views of a recording."""
-    count = reader.frame_count
-    frames = np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int))
-    sets = [reader.frame_set(int(k)) for k in frames]
+    sets = [reader.frame_set(k) for k in spread(reader.frame_count, _FRAMES)]
     matched: dict[str, Matched] = {}
     for view in recording.views:
         if view.left is None:
@@ -329,7 +319,16 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
         if cameras[0] is not None and cameras[1] is not None:
             details = details_of(pairs)
             if details.seen > _MANY and len(details.left) < _SHARED * details.seen:
-                yield _unlike(view, details)
+                what = (
+                    "left and right image share "
+                    f"{100 * len(details.left) / details.seen:.0f} % of their details (more than "
+                    "20 % in good pairs)"
+                )
+                remedy = (
+                    "Check that both files belong to this view, to the same instants, are sharp, "
+                    "and that neither is mirrored."
+                )
+                yield Finding("error", f"view {view.name}", what, remedy)
             else:
                 matched[view.name] = Matched(view, (cameras[0], cameras[1]), details)
     wrong = {
@@ -369,18 +368,6 @@ def _scale(cameras: Pair) -> float:
     return max(cameras[1].width / _WIDTH, 0.5)
 
 
-def _unlike(view: View, details: Details) -> Finding:
-    """The images of a pair share nearly nothing."""
-    return Finding(
-        "error",
-        f"view {view.name}",
-        f"left and right image share {100 * len(details.left) / details.seen:.0f} % of their "
-        "details (more than 20 % in good pairs)",
-        "Check that both files belong to this view, to the same instants, are sharp, and that "
-        "neither is mirrored.",
-    )
-
-
 def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]:
     """Findings about one pair, by its details."""
     where, scale = f"view {view.name}", _scale(cameras)
@@ -403,5 +390,4 @@ def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]
         f"rows after rectification (median of {len(details.left)}; less than 1 px in good pairs)"
     )
     severity: Severity = "error" if fit.misfit > _WRONG_PX * scale else "warning"
-    remedy = remedy_of(view.name, cameras, details, fit, scale)
-    yield Finding(severity, where, what, remedy.words, remedy.correction)
+    yield Finding(severity, where, what, *remedy_of(view.name, cameras, details, fit, scale))

@@ -14,8 +14,7 @@ import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
-from stereotrack_core.doctor.displacements import Places
-from stereotrack_core.doctor.views import Instants
+from stereotrack_core.doctor.views import Instants, Places
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -215,19 +214,15 @@ def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int |
 
 def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:
     """Whether the person would look backward: hands and head are before the shoulders usually."""
-    points = reference.points
-
-    def of(name: str) -> FloatArray:
-        return points[:, _AT[name]]
-
-    across = of("right_shoulder") - of("left_shoulder")
+    at = reference.by_name()
+    across = at["right_shoulder"] - at["left_shoulder"]
     forward = np.cross([0.0, 0.0, 1.0], across)
     forward /= np.maximum(np.linalg.norm(forward, axis=1, keepdims=True), 1e-9)
-    middle = (of("right_shoulder") + of("left_shoulder")) / 2
-    before = [of("head") - middle]
+    middle = (at["right_shoulder"] + at["left_shoulder"]) / 2
+    before = [at["head"] - middle]
     for side in ("left", "right"):
-        hand = of(f"{side}_hand")
-        before += [(hand - of(f"{side}_shoulder")) / 2, (hand - of(f"{side}_elbow")) / 2]
+        hand = at[f"{side}_hand"]
+        before += [(hand - at[f"{side}_shoulder"]) / 2, (hand - at[f"{side}_elbow"]) / 2]
     ahead = [np.einsum("ij,ij->i", forward, one) for one in before]
     means = [float(np.nanmean(one)) for one in ahead if np.isfinite(one).any()]
     if means and sum(means) < _BACKWARD:

@@ -38,11 +38,9 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 MOST_BLOCKS = 8.0  # into no more blocks than these the frames are cut
 LEAST_BLOCKS = 5.0
-
 TIMES = 2.0  # a block is as long as so many independent frames, if possible
 LEAST_INDEPENDENT = 6.0  # fewer independent frames than these show nothing that could be relied on
 LEVEL = 0.95
-
 _LEAST_FRAMES = 16
 _SEARCHED = 5.0
 """Correlations are summed up to so many correlation times (Sokal 1997,
@@ -208,10 +206,8 @@ def compare(
     shared = shared_frames(candidates, reference, frames)
     if not len(shared):
         known = " and the reference" if reference is not None else ""
-        raise InputError(
-            f"the runs{known} have no frame in common",
-            remedy="Compare runs of the same recording over frames that all of them have.",
-        )
+        remedy = "Compare runs of the same recording over frames that all of them have."
+        raise InputError(f"the runs{known} have no frame in common", remedy=remedy)
     chosen = [_at(candidate, shared) for candidate in candidates]
     truth = _truth_at(reference, shared)
     measured = [_measures(candidate, truth) for candidate in chosen]

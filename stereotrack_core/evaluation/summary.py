@@ -62,21 +62,16 @@ class LimbErrors:
 def truth_of(recording: Recording) -> LandmarkTrajectory:
     """The recording's own reference. Raises InputError where it has none."""
     if recording.reference is None:
-        raise InputError(
-            "the recording has no reference to measure against",
-            where=str(recording.folder),
-            remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
-        )
+        what = "the recording has no reference to measure against"
+        remedy = "Choose recordings with a reference.csv; see `stereotrack info`."
+        raise InputError(what, where=str(recording.folder), remedy=remedy)
     return recording.reference
 
 
 def none_of_the_frames(where: str) -> InputError:
     """The error for a reference without any of the frames."""
-    return InputError(
-        "the reference contains none of the frames",
-        where=where,
-        remedy="Choose frames that it contains.",
-    )
+    what = "the reference contains none of the frames"
+    return InputError(what, where=where, remedy="Choose frames that it contains.")
 
 
 def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:

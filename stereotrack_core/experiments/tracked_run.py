@@ -170,14 +170,9 @@ def _tracked(
     bridged = {*run.meta["bridged"], *run.meta.get(REPAIRED, ())}
     gone = [one for one in course.frames if not (one.tracked or one.frame in bridged)]
     blind = blind_stretches(course.frames)
-    meta = {
-        **run.meta,
-        "wall_seconds": seconds,
-        INCOMPLETE: len(run.frame) < wanted,
-        "blind": [dataclasses.asdict(stretch) for stretch in blind],
-    }
+    facts = {INCOMPLETE: len(run.frame) < wanted, "blind": [vars(one) for one in blind]}
     return TrackedRun(
-        run=dataclasses.replace(run, meta=meta),
+        run=run.stating(wall_seconds=seconds, **facts),
         wanted=wanted,
         gaps=gaps_of([(one.frame, one.reason) for one in gone]),
         blind=blind,

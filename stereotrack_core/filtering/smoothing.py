@@ -30,7 +30,9 @@ def backward_step(
     if not carried.any():
         return gain, P
     block = np.ix_(carried, carried)
-    prior = _reachable(P[block], predicted[block])
+    now, prior = P[block], 0.5 * (predicted[block] + predicted[block].T)
+    values, vectors = np.linalg.eigh(prior - now)
+    prior = now + (vectors * np.maximum(values, 0.0)) @ vectors.T  # what a process noise can add
     factor = scipy.linalg.cho_factor(prior)
     C = scipy.linalg.cho_solve(factor, P[carried]).T
     gain[:, carried] = C
@@ -41,12 +43,6 @@ def _smoothed(P: FloatArray, C: FloatArray, predicted: FloatArray, after: FloatA
     """P + C (after - predicted) C'."""
     back: FloatArray = P + C @ (after - predicted) @ C.T
     return 0.5 * (back + back.T)
-
-
-def _reachable(P: FloatArray, predicted: FloatArray) -> FloatArray:
-    """P plus the part of predicted - P that a process noise can have."""
-    values, vectors = np.linalg.eigh(0.5 * (predicted + predicted.T) - P)
-    return np.asarray(P + (vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +76,9 @@ def smooth(walk: Walk, measured: list[Information]) -> Smooth:
         if k:
             gain[k - 1] = P[k - 1] @ walk.F.T @ known
         before[k] = expected
-        correction, P[k] = posterior(known, expected, _padded(seen, N))
-        mean[k] = correction
+        padded, size = Information(np.zeros((N, N)), np.zeros(N)), len(seen.b)
+        padded.A[:size, :size], padded.b[:size] = seen.A, seen.b
+        mean[k], P[k] = posterior(known, expected, padded)
         if k + 1 < count:
             expected = walk.F @ mean[k] + walk.c[k]
             spread = walk.F @ P[k] @ walk.F.T + np.diag(walk.Q[k])
@@ -122,10 +119,3 @@ def smooth_uneven(walk: Walk, measured: list[Information], group: IntArray) -> S
         variance = variance * np.mean(squared / factor, axis=0) / size
         variance = np.maximum(variance, _SMALLEST * start)
     return found
-
-
-def _padded(seen: Information, size: int) -> Information:
-    known = len(seen.b)
-    A, b = np.zeros((size, size)), np.zeros(size)
-    A[:known, :known], b[:known] = seen.A, seen.b
-    return Information(A, b)

@@ -1,6 +1,6 @@
 """One lens: intrinsics with distortion, and its place in the world."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
@@ -57,6 +57,12 @@ class Camera:
     def focal(self) -> float:
         """Mean focal length in pixels."""
         return float(0.5 * (self.matrix[0, 0] + self.matrix[1, 1]))
+
+    def scaled(self, factor: float) -> "Camera":
+        """The camera with the lengths of its place multiplied."""
+        old = self.camera_from_world
+        placed = RigidTransform(old.rotation, factor * old.translation)
+        return replace(self, camera_from_world=placed)
 
     @cached_property
     def widest_slope(self) -> float:

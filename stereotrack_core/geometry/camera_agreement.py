@@ -135,8 +135,7 @@ def _distances_from_others(cameras: Sequence[Camera], pixels: FloatArray, v: int
     """How far the sightings of camera v of (V, F, L, 2) lie from what the others say (F, L)."""
     two = len(cameras) == 2
     rest = _between_two(cameras, pixels) if two else _without(cameras, pixels, v)
-    found: FloatArray = np.linalg.norm(rest.off, axis=-1).reshape(pixels.shape[1:3])
-    return found
+    return np.asarray(np.linalg.norm(rest.off, axis=-1).reshape(pixels.shape[1:3]))
 
 
 def _of_many(cameras: Sequence[Camera], frame: IntArray, pixels: FloatArray) -> Disagreement | None:

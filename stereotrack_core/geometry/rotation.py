@@ -16,9 +16,7 @@ def rotation_from_vector(vector: FloatArray) -> FloatArray:
     a = np.where(small, 1.0 - squared / 6.0, np.sin(safe) / safe)
     b = np.where(small, 0.5 - squared / 24.0, (1.0 - np.cos(safe)) / (safe * safe))
     k = skew(v)
-    identity: FloatArray = np.eye(3)
-    result: FloatArray = identity + a[..., None, None] * k + b[..., None, None] * (k @ k)
-    return result
+    return np.asarray(np.eye(3) + a[..., None, None] * k + b[..., None, None] * (k @ k))
 
 
 def vector_from_rotation(rotation: FloatArray) -> FloatArray:
@@ -34,8 +32,7 @@ def vector_from_rotation(rotation: FloatArray) -> FloatArray:
         return factor[..., None] * axis
     # Near half a turn the axis is in the symmetric part.
     rotations = scipy.spatial.transform.Rotation.from_matrix(matrices.reshape(-1, 3, 3))
-    vectors: FloatArray = rotations.as_rotvec()
-    return vectors.reshape(*matrices.shape[:-2], 3)
+    return np.asarray(rotations.as_rotvec().reshape(*matrices.shape[:-2], 3))
 
 
 def skew(vector: FloatArray) -> FloatArray:
@@ -61,5 +58,4 @@ def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _length(vector: FloatArray) -> FloatArray:
-    length: FloatArray = np.sqrt(np.einsum("...i,...i->...", vector, vector))
-    return length
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", vector, vector)))

@@ -39,8 +39,7 @@ def nearest_on_segments(
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    result: FloatArray = np.einsum("...i,...i->...", a, b)
-    return result
+    return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
 _SINGULAR = 1e8
@@ -73,7 +72,7 @@ def nearest_to_rays(
     right_side = np.einsum("...vij,...vj->...i", across, o)
     solvable = (known.sum(axis=-1) >= 2) & (np.linalg.cond(matrix) < _SINGULAR)
     matrix = np.where(solvable[..., None, None], matrix, np.eye(3))
-    points: FloatArray = np.linalg.solve(matrix, right_side[..., None])[..., 0]
+    points = np.linalg.solve(matrix, right_side[..., None])[..., 0]
     return np.where(solvable[..., None], points, np.nan)
 
 
@@ -143,10 +142,7 @@ class Sightings:
         depth = in_camera[..., 2:]
         with np.errstate(divide="ignore", invalid="ignore"):
             picture = np.where(depth > _NEAREST, in_camera[..., :2] / depth, np.nan)
-        result: FloatArray = np.einsum(
-            "vij,...vj->...vi", self.raw_from_place, self.place - picture
-        )
-        return result
+        return np.asarray(np.einsum("vij,...vj->...vi", self.raw_from_place, self.place - picture))
 
     def jacobian(self, world: FloatArray) -> FloatArray:
         """Derivative (V, 2, 3) of the pictures of a point (3,), raw pixels per metre."""
@@ -215,8 +211,7 @@ def _best_candidate(sightings: Sightings) -> FloatArray | None:
     cost = np.sum(1.0 - np.maximum(1.0 - np.square(scaled), 0.0) ** 3, axis=-1)
     cost[seen.sum(axis=-1) < 2] = np.inf
     best = int(np.argmin(cost))
-    result: FloatArray = points[best]
-    return result if np.isfinite(cost[best]) else None
+    return np.asarray(points[best]) if np.isfinite(cost[best]) else None
 
 
 def _weights(sightings: Sightings, residual: FloatArray) -> FloatArray:
@@ -235,6 +230,4 @@ def _normal_equations(sightings: Sightings, world: FloatArray) -> tuple[FloatArr
     used = weight > 0
     jacobian = sightings.jacobian(world)[used].reshape(-1, 3)
     weighted = np.repeat(weight[used], 2)[:, None] * jacobian
-    matrix: FloatArray = weighted.T @ jacobian
-    right_side: FloatArray = weighted.T @ residual[used].ravel()
-    return matrix, right_side
+    return weighted.T @ jacobian, weighted.T @ residual[used].ravel()

@@ -38,8 +38,7 @@ class Upright:
     @property
     def up(self) -> FloatArray:
         """Unit vector (3,), world, that points up."""
-        up: FloatArray = self.rotation[2]
-        return up
+        return np.asarray(self.rotation[2])
 
     @property
     def level(self) -> IntArray:

@@ -8,7 +8,6 @@ with ``.json`` behind it lists those frames, the unit and the axes.
 """
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +35,10 @@ class Joint:
 
 
 def skeleton(landmarks: FloatArray, known: BoolArray) -> tuple[FloatArray, list[Joint]]:
-    """Root positions (F, 3) and joints, parents first; `known` (F, 9) counts for bone lengths."""
+    """Root positions (F, 3) and joints in the channels' order, depth first; cm.
+
+    Bone lengths are medians over frames in which both ends are `known` (F, 9).
+    """
     at = {name: landmarks[:, k] for k, name in enumerate(LANDMARKS)}
     seen = {name: known[:, k] for k, name in enumerate(LANDMARKS)}
     hips = (at["left_hip"] + at["right_hip"]) / 2.0
@@ -68,20 +70,14 @@ def skeleton(landmarks: FloatArray, known: BoolArray) -> tuple[FloatArray, list[
         upper = _turn(out, _local(world_from_chest, at[elbow] - at[shoulder]))
         fore = _turn(out, _local(world_from_chest @ upper, at[hand] - at[elbow]))
         joints += [
-            Joint(f"{side}_hip", "hips", out * length("hips", f"{side}_hip"), still),
             Joint(shoulder, "chest", out * length("shoulders", shoulder), upper),
             Joint(elbow, shoulder, out * length(shoulder, elbow), fore),
             Joint(hand, elbow, out * length(elbow, hand), still),
         ]
-    return hips, list(_depth_first(joints, joints[0]))
-
-
-def _depth_first(joints: list[Joint], joint: Joint) -> Iterator[Joint]:
-    """Order of the channels in the file."""
-    yield joint
-    for child in joints:
-        if child.parent == joint.name:
-            yield from _depth_first(joints, child)
+    for side, out in _OUTWARDS.items():
+        hip = f"{side}_hip"
+        joints.append(Joint(hip, "hips", out * length("hips", hip), still))
+    return hips, joints
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -97,8 +93,7 @@ def _frame(x: FloatArray, y: FloatArray, *, exact: str) -> FloatArray:
 
 
 def _local(world_from_parent: FloatArray, vectors: FloatArray) -> FloatArray:
-    result: FloatArray = np.einsum("fji,fj->fi", world_from_parent, vectors)
-    return result
+    return np.asarray(np.einsum("fji,fj->fi", world_from_parent, vectors))
 
 
 def _turn(rest: FloatArray, directions: FloatArray) -> FloatArray:
@@ -122,7 +117,12 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
         what = f"the landmark {never[0]} has no position in any frame"
         remedy = "BVH cannot omit landmarks. Export as csv, trc or c3d instead."
         raise InputError(what, where=str(path), remedy=remedy)
-    landmarks = _held(points, unknown) @ _BVH_FROM_WORLD.T
+    held = points.copy()
+    for k in range(len(LANDMARKS)):  # unknown landmarks stay where they were last (or first) known
+        known = np.flatnonzero(~unknown[:, k])
+        last = np.searchsorted(known, np.arange(len(points)), side="right") - 1
+        held[:, k] = points[known[np.maximum(last, 0)], k]
+    landmarks = held @ _BVH_FROM_WORLD.T
     root, joints = skeleton(landmarks, ~unknown)
     channels = np.concatenate([root, *(_euler_zxy_deg(j.rotation) for j in joints)], axis=1)
     lines = ["HIERARCHY", *_hierarchy(joints, joints[0], 0), "MOTION", f"Frames: {len(points)}"]
@@ -138,16 +138,6 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     }
     beside = path.with_name(path.name + ".json")
     write_files({path: "\n".join(lines) + "\n", beside: json.dumps(notes, indent=2) + "\n"})
-
-
-def _held(values: FloatArray, unknown: BoolArray) -> FloatArray:
-    """Landmarks (F, K, 3) of which unknown ones (F, K) are as they were last (or first) known."""
-    result = values.copy()
-    for k in range(unknown.shape[1]):
-        known = np.flatnonzero(~unknown[:, k])
-        last = np.searchsorted(known, np.arange(len(values)), side="right") - 1
-        result[:, k] = values[known[np.maximum(last, 0)], k]
-    return result
 
 
 def _euler_zxy_deg(rotation: FloatArray) -> FloatArray:

@@ -11,8 +11,9 @@ import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -60,19 +61,14 @@ _PROCESSORS = {84: _Processor(), 85: _Processor(vax_floats=True), 86: _Processor
 """Of Intel, DEC and MIPS, by the code of the file."""
 
 
-@dataclass(frozen=True, eq=False)
-class _C3DContent:
-    """What a file holds of points (F, N, 3), in `units` and NaN where marked as missing.
+class _C3DContent(NamedTuple):
+    """What a file holds."""
 
-    The first frame is counted from 0, as ezc3d does, though the file counts from 1. A point without
-    a label has an empty one. `texts` are the parameters of :data:`_TEXTS` that are stated.
-    """
-
-    first_frame: int
+    first_frame: int  # counted from 0, as ezc3d does, though the file counts from 1
     rate: float
-    texts: Mapping[str, str]
-    labels: tuple[str, ...]
-    points: FloatArray
+    texts: Mapping[str, str]  # parameters of :data:`_TEXTS` that are stated
+    labels: tuple[str, ...]  # empty of points without one
+    points: FloatArray  # (F, N, 3), in its unit; NaN where marked as missing
     notes: tuple[str, ...]
 
 
@@ -149,9 +145,8 @@ def _rate_of(
     in_header: float, stated: _Parameter | None, processor: _Processor
 ) -> tuple[float, tuple[str, ...]]:
     """Frames per second, and notes: ``POINT:RATE`` goes before the header, as in the standard."""
-    if stated is None or stated.kind != _FLOATS:
-        return in_header, ()
-    rate = float(processor.floats(stated.data)[0])
+    floats = stated is not None and stated.kind == _FLOATS
+    rate = float(processor.floats(stated.data)[0]) if stated and floats else 0.0
     if not 0 < rate < np.inf or abs(rate - in_header) <= 1e-3 * rate:
         return in_header, ()
     return rate, (f"{rate:g} frames per second by POINT:RATE; the header states {in_header:g}",)
@@ -229,12 +224,8 @@ def _frames_by_size(data: bytes, row: int, counted_frames: int) -> int:
 
 def _labels(parameters: Mapping[str, _Parameter], count: int) -> tuple[str, ...]:
     """Labels of all points; an array holds at most 255, the next ones are LABELS2, LABELS3 ..."""
-    labels: list[str] = []
-    for number in range(1, count + 1):
-        array = parameters.get(f"POINT:LABELS{number if number > 1 else ''}")
-        if array is None:
-            break
-        labels += array.texts()
+    arrays = (parameters.get(f"POINT:LABELS{n if n > 1 else ''}") for n in range(1, count + 1))
+    labels = [text for array in takewhile(bool, arrays) if array for text in array.texts()]
     return tuple((labels + [""] * count)[:count])
 
 

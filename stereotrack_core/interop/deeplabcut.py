@@ -7,7 +7,8 @@ a pickle, of which only texts, numbers, lists and tuples are read; anything else
 could run a program.
 
 Labels have the pictures' paths in the first column (or in the first three), predictions the number
-of the frame and a likelihood for each point. Coordinates are raw-image pixels, (0, 0) the centre of
+of the frame and a likelihood for each point; several individuals are people, whose names hold over
+all frames. Coordinates are raw-image pixels, (0, 0) the centre of
 the first one. The table has no column for how a landmark is seen: one that is guessed comes back as
 seen, and one that is outside the image has no values, like one that nobody has labelled.
 """
@@ -29,6 +30,7 @@ from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import label_source
 from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.reading import TABLE_BYTES, decoding
 from stereotrack_core.tables import csv_text, read_cells
 from stereotrack_core.versions import check_library
@@ -76,7 +78,7 @@ def read_table(path: Path, remedy: str) -> DeepLabCutTable:
     """The table of a CSV or HDF5 file; InputError where it cannot be read."""
     if path.suffix.lower() == ".h5":
         check_h5py(path)
-        return table_of_stored(path, read_hdf5(path, _stored, _WHAT, _REMEDY))
+        return read_hdf5(path, _stored, _WHAT, _REMEDY)
     lines = read_cells(path, headers=3)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if "bodyparts" not in header or "coords" not in header:
@@ -121,6 +123,20 @@ def read_deeplabcut(source: label_source.LabelSource) -> label_source.Labels:
 
     parts = (part for _, part, coordinate in table.columns if coordinate in _NUMBERS)
     return replace(source.labels(parts, table.rows, read), unstated=label_source.PLACES_ALONE)
+
+
+def predictions_of(source: KeypointSource, table: DeepLabCutTable) -> Iterator[FileRow]:
+    """Rows of a table; InputError where a number cannot be read or its camera cannot be told."""
+    stem = source.path.stem  # named after its video: ``cam1DLC_resnet50_walk_1.csv``
+    named = replace(source, path=source.path.with_name(stem.split("DLC")[0] or stem))
+    place_of = places_of_rows((named for _, named, _ in table.rows), named)
+    people = list(dict.fromkeys(individual for individual, *_ in table.columns))
+    for row in table.rows:
+        if (place := place_of(row[1], row[0])) is None:
+            continue
+        for individual, part, x, y, likelihood in table.points(row):
+            who = Who(people.index(individual), individual)
+            yield *place, part, x, y, likelihood, source.name, who
 
 
 def write_deeplabcut(
@@ -202,48 +218,33 @@ _WHAT = "this is not a file of DeepLabCut's labels or predictions"
 _REMEDY = "Use a .csv or .h5 file written by DeepLabCut; have it write a damaged one again."
 
 
-class StoredTable(NamedTuple):
-    """A table of pandas."""
-
-    columns: Sequence[tuple[str, ...]]
-    """(C,). Scorer, individual if there are several, body part and coordinate."""
-    rows: Sequence[tuple[str, ...]]  # (R,). Number of the frame, or the parts of a picture's path.
-    values: FloatArray  # (R, C). NaN where there is none.
+StoredTable: TypeAlias = tuple[list[tuple[str, ...]], list[tuple[str, ...]], FloatArray]
+"""Of pandas: names (C,) of columns (scorer, individual if there are several, body part, coordinate)
+and of rows (R,) (number of the frame, or parts of a picture's path), values (R, C) or NaN."""
 
 
-def table_of_stored(path: Path, table: StoredTable) -> DeepLabCutTable:
-    """The table of an HDF5 file."""
-    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
-    rows: list[Row] = [
-        (f"{path}, row {'/'.join(named)}", named, values)
-        for named, values in zip(table.rows, table.values.tolist(), strict=True)
-    ]
-    return DeepLabCutTable(columns, rows)
-
-
-def _stored(path: Path) -> StoredTable:
+def _stored(path: Path) -> DeepLabCutTable:
     """The table of an HDF5 file, in a process of its own."""
     import h5py
 
     with decoding(path, _WHAT, _REMEDY), h5py.File(path) as stored:
-        return table_in(stored)
+        return table_in(stored, path)
 
 
-def table_in(stored: Any) -> StoredTable:
+def table_in(stored: Any, path: Path) -> DeepLabCutTable:
     """The table of an open file. ValueError where there is none, or its parts do not fit."""
     groups = [stored[_KEY]] if _KEY in stored else list(stored.values())
     fixed = next((g for g in groups if "block0_values" in g), None)
     table = next((g["table"] for g in groups if "table" in g), None)
-    if fixed is not None:
-        found = _of_fixed(fixed)
-    elif table is not None:
-        found = _of_table(table)
-    else:
+    if fixed is None and table is None:
         raise ValueError("it has no table of this kind")
-    names = [name for name in found.columns if 3 <= len(name) <= 4]
-    if found.values.shape != (len(found.rows), len(names)) or len(set(names)) < len(names):
+    columns, rows, values = _of_table(table) if fixed is None else _of_fixed(fixed)
+    names = [name for name in columns if 3 <= len(name) <= 4]
+    if values.shape != (len(rows), len(names)) or len(set(names)) < len(names):
         raise ValueError("its parts do not fit together")
-    return found
+    places = (f"{path}, row {'/'.join(named)}" for named in rows)
+    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in columns]
+    return DeepLabCutTable(columns, list(zip(places, rows, values.tolist(), strict=True)))
 
 
 def _of_fixed(group: Mapping[str, Any]) -> StoredTable:
@@ -257,7 +258,7 @@ def _of_fixed(group: Mapping[str, Any]) -> StoredTable:
     there = "axis0" in group or "axis0_level0" in group
     order = {name: k for k, name in enumerate(_names(group, "axis0") if there else columns)}
     places = sorted(range(len(columns)), key=lambda k: order.get(columns[k], k))
-    return StoredTable([columns[k] for k in places], _names(group, "axis1"), values[:, places])
+    return [columns[k] for k in places], _names(group, "axis1"), values[:, places]
 
 
 def _of_table(table: Any) -> StoredTable:
@@ -265,15 +266,19 @@ def _of_table(table: Any) -> StoredTable:
     if table.size * table.dtype.itemsize > TABLE_BYTES:
         raise ValueError("it is too large")
     blocks = [name for name in table.dtype.names or () if name.startswith("values_block_")]
-    columns = [name for block in blocks for name in _plain(bytes(table.attrs[f"{block}_kind"]))]
+    kinds = (bytes(table.attrs[f"{block}_kind"]) for block in blocks)
+    try:
+        columns = [name for kind in kinds for name in _Plain(io.BytesIO(kind)).load()]
+    except pickle.UnpicklingError as error:
+        raise ValueError("its columns have no names") from error
     if not blocks or not all(isinstance(name, tuple) for name in columns):
         raise ValueError("its columns are not named by body part and coordinate")
     index, values = table["index"], [table[block] for block in blocks]
     if index.ndim != 1 or any(one.ndim != 2 or one.dtype.kind not in "iuf" for one in values):
         raise ValueError("its parts do not fit together")
-    rows = [(_text(value),) for value in _array(index).tolist()]
+    rows: list[tuple[str, ...]] = [(_text(value),) for value in _array(index).tolist()]
     names = [tuple(map(str, name)) for name in columns]
-    return StoredTable(names, rows, np.concatenate(values, axis=1).astype(np.float64))
+    return names, rows, np.concatenate(values, axis=1).astype(np.float64)
 
 
 class _Plain(pickle.Unpickler):
@@ -282,13 +287,6 @@ class _Plain(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> NoReturn:
         """Refuse every class and function."""
         raise ValueError(f"it names {module}.{name}")
-
-
-def _plain(content: bytes) -> Any:
-    try:
-        return _Plain(io.BytesIO(content)).load()
-    except pickle.UnpicklingError as error:
-        raise ValueError("its columns have no names") from error
 
 
 def _names(group: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:

@@ -10,15 +10,11 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoint_names import words_of
 from stereotrack_core.tables import LARGEST
 
 Item = TypeVar("Item")
-
-_SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
-_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 _NUMBER = re.compile(r"\d+")
-
-
 PLACES_ALONE = ("flag", "sigma", "visibility")  # what a file cannot say that has nothing but places
 
 
@@ -27,8 +23,7 @@ class Labels:
     """Clicks of a file."""
 
     clicks: tuple[Click, ...]  # in the order of the file; what has problems is left out
-    problems: tuple[InputError, ...]
-    """Everything wrong with it, each with its place and what would be right."""
+    problems: tuple[InputError, ...]  # all that is wrong, each with its place and remedy
     left_out: tuple[str, ...] = ()  # names in the file that mean none of our landmarks
     unstated: tuple[str, ...] = ("flag", "sigma")  # fields of a click that the file cannot say
 
@@ -50,8 +45,7 @@ class LabelSource:
     landmarks: Sequence[str] = ()  # ours
     camera: str | None = None  # camera or view that the file is of, where it does not say so itself
     names: Mapping[str, str] = field(default_factory=dict)  # ours by the names in the file
-    axes: str = ""
-    """A trajectory's axes that point east, north and up, where it states others or none."""
+    axes: str = ""  # axes of a trajectory that point east, north and up, if stated
 
     def labels(
         self,
@@ -72,9 +66,25 @@ class LabelSource:
         left_out = tuple(name for name in theirs if name not in known)
         return Labels(tuple(clicks), tuple(problems), left_out)
 
-    def camera_of(self, picture: str, where: str) -> str:
-        """The camera that a picture or video of that name is of."""
-        return camera_of(picture, self.recording, self.camera, where=where)
+    def camera_of(self, path: str, where: str, own: str | None = None) -> str:
+        """The camera that a picture or video of that name is of; `own` is what the file states.
+
+        A view's name means its reference image. Looked for in the folders of the path, from the
+        last to the first, then among the parts of the file's name, as a whole: ``trial_S1`` is not
+        of ``S``. InputError where no camera, or more than one, can be meant.
+        """
+        known, stated = _cameras_by_name(self.recording), self.camera or own
+        remedy = f"The cameras of the recording are {_list(tuple(known))}."
+        if stated is not None and stated not in known:
+            raise InputError(f"the recording has no camera {stated!r}", where=where, remedy=remedy)
+        found = _named_camera(path, known) if stated is None else known[stated]
+        if found is None:
+            what, remedy = (
+                f"the camera of {path!r} cannot be determined",
+                f"Give it with --camera. {remedy}",
+            )
+            raise InputError(what, where=where, remedy=remedy)
+        return found
 
 
 def pictures_of(
@@ -95,9 +105,7 @@ def pictures_of(
 
 
 def stated_names(
-    pairs: Iterable[str],
-    where: str = "",
-    form: str = "THEIRS=OURS, such as left_wrist=left_hand",
+    pairs: Iterable[str], where: str = "", form: str = "THEIRS=OURS, such as left_wrist=left_hand"
 ) -> dict[str, str]:
     """Names as typed, ``THEIRS=OURS``, empty parts passed over; InputError for anything else."""
     names = {}
@@ -131,10 +139,10 @@ def map_names(
         if two not in ours:
             what = f"unknown landmark {two!r}"
             raise InputError(what, where=where, remedy=f"The landmarks are {_list(ours)}.")
-    by_words = {_words(name): name for name in ours}
+    by_words = {words_of(name): name for name in ours}
     known: dict[str, str] = {}
     for name in theirs:
-        own = stated.get(name) or by_words.get(_words(name))
+        own = stated.get(name) or by_words.get(words_of(name))
         if own is None:
             continue
         twice = next((one for one, two in known.items() if two == own), None)
@@ -150,27 +158,6 @@ def map_names(
         )
         raise InputError(what, where=where, remedy=remedy)
     return known
-
-
-def camera_of(path: str, recording: Recording, stated: str | None, *, where: str) -> str:
-    """The camera that a picture or video of that name is of.
-
-    A view's name means its reference image. Looked for in the folders of the path, from the last
-    to the first, then among the parts of the file's name, as a whole: ``trial_S1`` is not of ``S``.
-
-    InputError where no camera, or more than one, can be meant.
-    """
-    known = _cameras_by_name(recording)
-    if stated is not None:
-        if stated not in known:
-            remedy = f"The cameras of the recording are {_list(tuple(known))}."
-            raise InputError(f"the recording has no camera {stated!r}", where=where, remedy=remedy)
-        return known[stated]
-    found = _named_camera(path, known)
-    if found is None:
-        remedy = f"Give it with --camera. The cameras of the recording are {_list(tuple(known))}."
-        raise InputError(f"the camera of {path!r} cannot be determined", where=where, remedy=remedy)
-    return found
 
 
 def _cameras_by_name(recording: Recording) -> dict[str, str]:
@@ -216,11 +203,15 @@ class PicturePlaces:
         groups: dict[tuple[str, str | None], list[str]] = {}
         for picture in pictures:
             folder = str(PurePosixPath(picture.replace("\\", "/")).parent)
-            camera = self._named(picture)
+            camera = self._own.get(picture)
+            if camera is None:
+                camera = _named_camera(picture, self._known)
+            else:
+                camera = self._known.get(camera, camera)
             groups.setdefault((folder if camera is None else "", camera), []).append(picture)
         if len(groups) < 2:
             return
-        camera = camera_of("", self._source.recording, stated, where="--camera")
+        camera = self._source.camera_of("", "--camera")
         if ("", camera) not in groups:
             some = [own[0] for own in groups.values()]
             several = f"{len(groups)} videos or cameras ({_list(some)})"
@@ -231,17 +222,11 @@ class PicturePlaces:
         others = (own for key, own in groups.items() if key[1] != camera)
         self._left_out = frozenset(picture for own in others for picture in own)
 
-    def _named(self, picture: str) -> str | None:
-        if (own := self._own.get(picture)) is not None:
-            return self._known.get(own, own)
-        return _named_camera(picture, self._known)
-
     def camera(self, picture: str, where: str) -> str | None:
         """Camera of a picture; None if it is left out. InputError where it cannot be told."""
         if picture in self._left_out:
             return None
-        stated = self._source.camera or self._own.get(picture)
-        return camera_of(picture, self._source.recording, stated, where=where)
+        return self._source.camera_of(picture, where, self._own.get(picture))
 
     def of(self, picture: str, where: str) -> tuple[int, str] | None:
         """Frame and camera of a numbered picture; see :meth:`camera`."""
@@ -286,13 +271,6 @@ def checked_frame(number: float, *, where: str) -> int:
             f"{number:g} is not a frame number", where=where, remedy="Frames are counted from 0."
         )
     return int(number)
-
-
-def _words(name: str) -> tuple[str, ...]:
-    """Words of a name with the side first: ``Elbow_L`` becomes ``left``, ``elbow``."""
-    words = [word.lower() for word in _WORD.findall(name)]
-    sides = [_SIDES[word] for word in words if word in _SIDES]
-    return (*sides, *(word for word in words if word not in _SIDES))
 
 
 def _list(names: Sequence[str]) -> str:

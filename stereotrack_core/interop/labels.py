@@ -21,14 +21,19 @@ or for what is outside the image.
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core import tables
-from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
+from stereotrack_core.annotation.click import (
+    LAST_FRAME,
+    Click,
+    ClickKey,
+    Visibility,
+    origin_of_source,
+)
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import PLACES_ALONE, Labels, LabelSource
@@ -37,57 +42,31 @@ from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 
-
-@dataclass(frozen=True)
-class PointTable:
-    """How one of the programs writes its tables."""
-
-    pattern: re.Pattern[str]  # a column's name: point, camera's number and axis
-    first_pixel: int  # number of the first pixel of a row, whose centre it is
-    upwards: bool  # whether y points up, from the edge below the last row of pixels
-
-    def pixel(self, place: tuple[float, float], camera: Camera) -> tuple[float, float]:
-        """Theirs in ours."""
-        x, y = place
-        return x - self.first_pixel, camera.height - y if self.upwards else y - self.first_pixel
-
-
-POINT_TABLES = (
-    PointTable(re.compile(r"(pt\d+)_cam(\d+)_([XY])"), 1, upwards=False),  # DLTdv
-    PointTable(re.compile(r"(.+)_cam_(\d+)_([xy])"), 0, upwards=True),  # Argus
-    PointTable(re.compile(r"(.+)_cam(\d+)_([XY])"), 0, upwards=False),  # XMALab
+_POINT_TABLES = (
+    (re.compile(r"(pt\d+)_cam(\d+)_([XY])"), 1, False),  # DLTdv
+    (re.compile(r"(.+)_cam_(\d+)_([xy])"), 0, True),  # Argus
+    (re.compile(r"(.+)_cam(\d+)_([XY])"), 0, False),  # XMALab
 )
-"""A header is of the first whose pattern it has."""
+"""A column's point, camera's number and axis; the number of the first pixel of a row, whose centre
+it is; whether y points up, from the edge below the last row. A header is of the first that fits."""
 
 
-def point_columns(header: Sequence[str]) -> tuple[PointTable, list[re.Match[str]]] | None:
-    """The format of a file whose first line this is, and its columns; None if it is none."""
-    for table in POINT_TABLES:
-        found = [match for name in header if (match := table.pattern.fullmatch(name))]
-        if found and len(found) == len(header):
-            return table, found
-    return None
-
-
-def read_points(source: LabelSource) -> Labels:
+def _read_points(source: LabelSource) -> Labels:
     """Read clicks of the cameras in the recording's order; InputError if no point is known."""
     path = source.path
     lines = tables.read_cells(path, headers=1)
-    known_columns = point_columns(lines[0])
-    assert known_columns is not None  # noqa: S101 - the header was looked at
-    table, columns_of_points = known_columns
+    form, first, upwards = next(one for one in _POINT_TABLES if _has_columns(lines[0], one[0]))
     cameras = {str(k): name for k, name in enumerate(source.recording.cameras, start=1)}
     places: dict[tuple[str, str], dict[str, int]] = {}
-    for column, match in enumerate(columns_of_points):
-        point, number, axis = match.groups()
+    for column, title in enumerate(lines[0]):
+        ((point, number, axis),) = form.findall(title)
         if number not in cameras:
             what = f"the file has a camera {number}, the recording has {len(cameras)}"
             remedy = "Remove its columns, or add the camera to the recording."
             raise InputError(what, where=str(path), remedy=remedy)
         if source.camera is not None and cameras[number] != source.camera_of("", str(path)):
             continue
-        own = places.setdefault((point, cameras[number]), {})
-        own[axis.lower()] = column
+        places.setdefault((point, cameras[number]), {})[axis.lower()] = column
 
     def read(row: tuple[int, Sequence[str]], known: Mapping[str, str]) -> list[Click]:
         line, cells = row
@@ -97,13 +76,18 @@ def read_points(source: LabelSource) -> Labels:
                 written = [cells[k] if k < len(cells) else "" for k in (columns["x"], columns["y"])]
                 x, y = (tables.number_or_nan(cell, path, line, point) for cell in written)
                 if math.isfinite(x) and math.isfinite(y):
-                    pixel = table.pixel((x, y), source.recording.cameras[name])
+                    height = source.recording.cameras[name].height
+                    pixel = x - first, height - y if upwards else y - first
                     clicks.append(Click(line - 2, name, known[point], pixel, origin="imported"))
         return clicks
 
     rows = enumerate(lines[1:], start=2)
     found = source.labels((point for point, _ in places), rows, read)
     return replace(found, unstated=PLACES_ALONE)
+
+
+def _has_columns(header: Sequence[str], form: re.Pattern[str]) -> bool:
+    return bool(header) and all(map(form.fullmatch, header))
 
 
 _UNDERSTOOD = (
@@ -134,8 +118,8 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
         lines = tables.read_cells(source.path)
         if is_deeplabcut(lines):
             read = read_deeplabcut
-        elif lines and point_columns(lines[0]) is not None:
-            read = read_points
+        elif lines and any(_has_columns(lines[0], form) for form, *_ in _POINT_TABLES):
+            read = _read_points
     if read is not None:
         return _checked(read(source), source, frames)
     if suffix != ".csv":
@@ -259,7 +243,7 @@ def _click(
     name, landmark, visibility = cells["view"], cells["landmark"], cells["visibility"]
     last = "" if frames is None else f", the last one is {frames - 1}"
     checks = (
-        (frame >= 0 and (frames is None or frame < frames),
+        (0 <= frame < (LAST_FRAME if frames is None else frames),
          f"frame {frame} does not exist", f"Frames are counted from 0{last}."),
         (name in cameras, f"unknown view or camera {name!r}",
          f"Use one of {', '.join(sorted(cameras))}; a view is that view's reference image."),

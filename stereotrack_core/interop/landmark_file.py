@@ -35,8 +35,7 @@ class Stated:
     """What a person says about a file of landmarks, which goes before what it says itself."""
 
     names: Mapping[str, str] = field(default_factory=dict)  # ours of their names of landmarks
-    world_from_file: FloatArray | None = None
-    """(3, 3): which of the file's axes point east, north and up."""
+    world_from_file: FloatArray | None = None  # (3, 3): its axes that point east, north, up
     up: Upright = Z_UP
     """The recording's world: landmarks of a file are turned into it if its z does not point up."""
 
@@ -77,9 +76,8 @@ def axis_in(text: str) -> FloatArray | None:
     match = _AXIS.fullmatch(text.strip().lower())
     if match is None:
         return None
-    axis: FloatArray = np.zeros(3)
-    axis["xyz".index(match[2])] = -1.0 if match[1] == "-" else 1.0
-    return axis
+    sign = -1.0 if match[1] == "-" else 1.0
+    return np.asarray(sign * np.eye(3)["xyz".index(match[2])] + 0.0)  # without -0.0
 
 
 def world_from_up(up: FloatArray, east: FloatArray | None = None) -> FloatArray:
@@ -125,12 +123,8 @@ def metres_per(unit: str, where: str) -> float:
     return metres
 
 
-_UPRIGHT = 0.5
-"""Cosine between trunk and up from which it is upright: somebody who leans by 60 degrees."""
-
-_ALONG = 0.85
-"""Cosine between trunk (legs) and an axis from which it points along that axis: 32 degrees."""
-
+_UPRIGHT = 0.5  # cosine between trunk and up from which it is upright: a lean of up to 60 degrees
+_ALONG = 0.85  # cosine between trunk (legs) and an axis from which it points along it: 32 degrees
 _SHORTEST, _LONGEST = 0.1, 1.2
 """Length of a trunk, a neck or legs, in metres. Other points tell nothing of a person."""
 
@@ -193,7 +187,7 @@ def check_axes(
     up = axes.world_from_file[2]
     usual = {name: _usual(vectors) for name, vectors in directions.items()}
     seen = [
-        f"{name} {_angle(direction, up):.0f}° from up"
+        f"{name} {np.degrees(np.arccos(np.clip(direction @ up, -1.0, 1.0))):.0f}° from up"
         for name, direction in usual.items()
         if direction is not None
     ]
@@ -218,10 +212,6 @@ def _usual(vectors: FloatArray) -> FloatArray | None:
     return median / size if size > _UPRIGHT else None
 
 
-def _angle(one: FloatArray, two: FloatArray) -> float:
-    return float(np.degrees(np.arccos(np.clip(one @ two, -1.0, 1.0))))
-
-
 def _contradiction(
     up: FloatArray, usual: Mapping[str, FloatArray | None], points: FloatArray
 ) -> tuple[str, FloatArray] | None:
@@ -233,9 +223,8 @@ def _contradiction(
         return None
     direction, what = (trunk, "trunk points") if trunk is not None else (legs, "legs point")
     assert direction is not None  # noqa: S101 - one of them is known
-    other: FloatArray = np.zeros(3)
     k = int(np.argmax(np.abs(direction)))
-    other[k] = np.sign(direction[k])
+    other = np.sign(direction[k]) * np.eye(3)[k] + 0.0  # without -0.0
     upright = float(direction @ up)
     if upright >= _UPRIGHT or (upright > -_UPRIGHT and direction @ other < _ALONG):
         return None
@@ -255,6 +244,4 @@ def _by_extents(up: FloatArray, points: FloatArray) -> tuple[str, FloatArray] | 
         return None
     if extents[vertical] > _FLAT * size or extents[3 - longest - vertical] > _SLENDER * size:
         return None
-    other: FloatArray = np.zeros(3)
-    other[longest] = 1.0
-    return f"the markers extend {size:.1f} m along {'xyz'[longest]}", other
+    return f"the markers extend {size:.1f} m along {'xyz'[longest]}", np.eye(3)[longest]

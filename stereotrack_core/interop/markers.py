@@ -10,6 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.interop.label_source import map_names
 from stereotrack_core.interop.landmark_file import FileAxes, Stated, check_axes
-from stereotrack_core.interop.marker_sets import MARKER_SETS, MarkerSet
+from stereotrack_core.interop.marker_sets import MARKER_SETS
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 _SIDES = {"L": "left", "R": "right"}
@@ -59,22 +60,19 @@ class _Rule:
 
 
 def _mean(points: Sequence[FloatArray], _side: str) -> FloatArray:
-    result: FloatArray = np.mean(np.stack(points), axis=0)
-    return result
+    return np.asarray(np.mean(np.stack(points), axis=0))
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    units: FloatArray = vectors / np.where(length == 0.0, np.nan, length)
-    return units
+    return np.asarray(vectors / np.where(length == 0.0, np.nan, length))
 
 
 def _shoulder(points: Sequence[FloatArray], _side: str) -> FloatArray:
     """Down the trunk from the acromion, by a share of the distance between both (Rab)."""
     acromion, other, pelvis = points
     width = np.linalg.norm(acromion - other, axis=-1, keepdims=True)
-    centre: FloatArray = acromion + 0.17 * width * _unit(pelvis - (acromion + other) / 2.0)
-    return centre
+    return np.asarray(acromion + 0.17 * width * _unit(pelvis - (acromion + other) / 2.0))
 
 
 def _hip(points: Sequence[FloatArray], side: str) -> FloatArray:
@@ -87,13 +85,12 @@ def _hip(points: Sequence[FloatArray], side: str) -> FloatArray:
     up = _unit(np.cross(across, middle - back))
     forwards = np.cross(up, to_the_right)
     sign = 1.0 if side == "right" else -1.0
-    centre: FloatArray = (
+    return np.asarray(
         middle
         - (0.24 * depth + 0.0099) * forwards
         - (0.30 * width + 0.0109) * up
         + sign * (0.33 * width + 0.0073) * to_the_right
     )
-    return centre
 
 
 _HAND_BY_WRIST = AVERAGE.elbow_to_hand / AVERAGE.forearm_length
@@ -102,8 +99,7 @@ _HAND_BY_WRIST = AVERAGE.elbow_to_hand / AVERAGE.forearm_length
 def _hand(points: Sequence[FloatArray], _side: str) -> FloatArray:
     """On the way from the elbow through the middle of the wrist, as in an average arm."""
     elbow, *wrist = points
-    hand: FloatArray = elbow + _HAND_BY_WRIST * (_mean(wrist, _side) - elbow)
-    return hand
+    return np.asarray(elbow + _HAND_BY_WRIST * (_mean(wrist, _side) - elbow))
 
 
 _STRAIGHT = "the forearm made longer, as if the wrist was straight"
@@ -232,43 +228,36 @@ def _without_prefix(labels: Sequence[str]) -> list[str]:
 def _check_unique(markers: Markers, labels: Sequence[str], used: set[str]) -> None:
     """Refuse labels that are used and stand in the file more than once."""
     twice = next((name for name in labels if name in used and labels.count(name) > 1), None)
-    if twice is None:
-        return
-    own = [label for label, name in zip(markers.labels, labels, strict=True) if name == twice]
-    subjects = dict.fromkeys(label.rpartition(":")[0] for label in own)
-    what, remedy = f"{len(own)} markers have the label {twice!r}", "Rename one of them."
-    if len(subjects) > 1:
-        what = f"the file has markers of {len(subjects)} people ({', '.join(subjects)})"
-        choice = f"with a label in full, for example --name {own[0]}=left_shoulder"
-        remedy = f"Choose one of them {choice}, or export one person alone."
-    raise InputError(what, where=markers.where, remedy=remedy)
+    if twice is not None:
+        own = [label for label, name in zip(markers.labels, labels, strict=True) if name == twice]
+        subjects = dict.fromkeys(label.rpartition(":")[0] for label in own)
+        what, remedy = f"{len(own)} markers have the label {twice!r}", "Rename one of them."
+        if len(subjects) > 1:
+            what = f"the file has markers of {len(subjects)} people ({', '.join(subjects)})"
+            choice = f"with a label in full, for example --name {own[0]}=left_shoulder"
+            remedy = f"Choose one of them {choice}, or export one person alone."
+        raise InputError(what, where=markers.where, remedy=remedy)
 
 
 def _recognised(labels: Sequence[str], there: BoolArray) -> tuple[str | None, dict[str, list[str]]]:
-    """Name and places' labels of the marker set that fits best; `there` (N,): markers ever seen."""
+    """Name of the marker set that fits best, and labels of its places, such as ``left acromion``.
+
+    One label of each place, and all of feet and trunk; `there` (N,): markers that are ever seen.
+    """
     best: tuple[int, str | None, dict[str, list[str]]] = (_LEAST_MARKERS - 1, None, {})
     known = [name for name, is_there in zip(labels, there, strict=True) if is_there and name]
     by_sign = {_SEPARATORS.sub("", name).upper(): name for name in reversed(known)}
     for marker_set in MARKER_SETS:
-        places = _places(marker_set, by_sign)
+        places: dict[str, list[str]] = {}
+        for (place, patterns), (sign, side) in product(marker_set.places.items(), _SIDES.items()):
+            signs = [one.replace("{S}", sign) for one in patterns]
+            if own := [by_sign[one] for one in signs if one in by_sign]:
+                name = f"{side} {place}" if "{S}" in patterns[0] else place
+                places[name] = own if place in _ANYWHERE else own[:1]
         count = sum(not place.endswith(_ANYWHERE) for place in places)
         if count > best[0]:
             best = count, marker_set.name, places
     return best[1:]
-
-
-def _places(marker_set: MarkerSet, by_sign: Mapping[str, str]) -> dict[str, list[str]]:
-    """Labels of a set's places, such as ``left acromion``: one, and all of feet and trunk."""
-    places: dict[str, list[str]] = {}
-    for place, patterns in marker_set.places.items():
-        for sign, side in _SIDES.items():
-            sided = "{S}" in patterns[0]
-            signs = [one.replace("{S}", sign) for one in patterns]
-            own = [by_sign[one] for one in signs if one in by_sign]
-            if own:
-                name = f"{side} {place}" if sided else place
-                places[name] = own if place in _ANYWHERE else own[:1]
-    return places
 
 
 def _add_landmarks(at: dict[str, FloatArray], places: Mapping[str, Sequence[str]]) -> Iterator[str]:

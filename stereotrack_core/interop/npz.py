@@ -19,9 +19,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import MB, TABLE_BYTES, decoding, read_bytes
 
 _LARGEST_TOTAL = 256 * MB
-_LARGEST_RATIO = 32
-"""Bytes of arrays for each byte of a file; more only where they are few altogether."""
-
+_LARGEST_RATIO = 32  # bytes of arrays for each byte of a file, unless they are few altogether
 _FLOATS = (4, 8)  # bytes of the numbers that all of NumPy computes with
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -51,17 +49,6 @@ class ArrayLayout:
 
 
 @dataclass(frozen=True)
-class _Header:
-    shape: tuple[int, ...]
-    fortran: bool
-    dtype: np.dtype[Any]
-
-    @property
-    def bytes(self) -> int:
-        return math.prod(self.shape) * self.dtype.itemsize
-
-
-@dataclass(frozen=True)
 class ArchiveFormat:
     """Archives of one kind."""
 
@@ -74,11 +61,21 @@ class ArchiveFormat:
         with self.decoding(where):
             size = file.seek(0, os.SEEK_END)
             with zipfile.ZipFile(file) as archive:
-                headers = self._headers(archive, where)
-                total = sum(header.bytes for header in headers.values())
+                stored = {one.filename.removesuffix(".npy"): one for one in archive.infolist()}
+                needed = [name for name, own in self.layout.items() if not own.optional]
+                if missing := [name for name in needed if name not in stored]:
+                    raise self.refusal(where, f"it lacks {', '.join(missing)}")
+                there = {name: own for name, own in self.layout.items() if name in stored}
+                lengths: dict[str, int] = {}
+                total = 0
+                for name, own in there.items():
+                    shape, dtype = _header(archive, stored[name])
+                    if wrong := _mismatch(name, shape, dtype, own, lengths):
+                        raise self.refusal(where, wrong)
+                    total += math.prod(shape) * dtype.itemsize
                 if total > max(_LARGEST_TOTAL, _LARGEST_RATIO * size):
                     raise self.refusal(where, f"it claims to contain {total // MB} MB")
-                return {name: _values(archive, name) for name in headers}
+                return {name: _values(archive, name) for name in there}
 
     def decoding(self, where: Path | str) -> AbstractContextManager[None]:
         """Say of what a decoder raises that the file is none of these."""
@@ -87,21 +84,6 @@ class ArchiveFormat:
     def refusal(self, where: str, reason: str) -> InputError:
         """The complaint about a file that is none of these."""
         return InputError(f"this is not a {self.what}: {reason}", where=where, remedy=self.remedy)
-
-    def _headers(self, archive: zipfile.ZipFile, where: str) -> dict[str, _Header]:
-        """Headers of the arrays that are there, which fit the layout and each other."""
-        stored = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-        needed = [name for name, own in self.layout.items() if not own.optional]
-        if missing := [name for name in needed if name not in stored]:
-            raise self.refusal(where, f"it lacks {', '.join(missing)}")
-        lengths: dict[str, int] = {}
-        headers = {}
-        for name, own in self.layout.items():
-            if name in stored:
-                headers[name] = _header(archive, stored[name])
-                if wrong := _mismatch(name, headers[name], own, lengths):
-                    raise self.refusal(where, wrong)
-        return headers
 
 
 def archive_bytes(arrays: Mapping[str, Any], *, compressed: bool = True) -> bytes:
@@ -123,26 +105,32 @@ def array_names(file: BinaryIO) -> frozenset[str]:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
 
-def _header(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> _Header:
-    """Header of a member; ValueError where it contradicts the archive."""
+def _header(
+    archive: zipfile.ZipFile, info: zipfile.ZipInfo
+) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of a member; ValueError where its header contradicts the archive."""
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(info.filename)  # others unfold into far more than NumPy writes
     with archive.open(info) as file:
-        version = np.lib.format.read_magic(file)
-        header = _Header(*_HEADERS[version](file))
-        if file.tell() + header.bytes != info.file_size:
+        shape, _, dtype = _HEADERS[np.lib.format.read_magic(file)](file)
+        if file.tell() + math.prod(shape) * dtype.itemsize != info.file_size:
             raise ValueError(info.filename)
-    return header
+    return shape, dtype
 
 
-def _mismatch(name: str, header: _Header, own: ArrayLayout, lengths: dict[str, int]) -> str:
+def _mismatch(
+    name: str,
+    shape: tuple[int, ...],
+    dtype: np.dtype[Any],
+    own: ArrayLayout,
+    lengths: dict[str, int],
+) -> str:
     """What is wrong about an array, empty where nothing is; `lengths` learns its lengths."""
-    odd = own.kind == "f" and header.dtype.itemsize not in _FLOATS
-    if header.dtype.kind != own.kind or odd:
-        return f"{name} has the wrong data type ({header.dtype})"
-    if len(header.shape) != len(own.shape):
-        return f"{name} has {len(header.shape)} dimensions, expected {len(own.shape)}"
-    for length, wanted in zip(header.shape, own.shape, strict=True):
+    if dtype.kind != own.kind or (own.kind == "f" and dtype.itemsize not in _FLOATS):
+        return f"{name} has the wrong data type ({dtype})"
+    if len(shape) != len(own.shape):
+        return f"{name} has {len(shape)} dimensions, expected {len(own.shape)}"
+    for length, wanted in zip(shape, own.shape, strict=True):
         right = lengths.setdefault(wanted, length) if isinstance(wanted, str) else wanted
         if length != right or length < 0:
             return f"{name} has the length {length}, expected {right}"

@@ -68,8 +68,7 @@ _TYPES = ("<f8", "<i8", "|u1", "|b1")
 _NO_RECORD = (ValueError, TypeError, OverflowError, RecursionError, struct.error)
 """What reading something else raises whose checksum is right nevertheless."""
 
-_SECONDS_AT_RISK = 1.0
-"""What a power failure may take; a program that is killed loses nothing that was written."""
+_SECONDS_AT_RISK = 1.0  # that a power failure may take; being killed loses nothing written
 
 
 @dataclass(frozen=True, eq=False)

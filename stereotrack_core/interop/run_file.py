@@ -78,10 +78,8 @@ def write_run(path: Path, run: Run, fps: float | None = None) -> None:
     """Write a run completely (.npz) or its landmarks (.csv, .trc, .c3d, .bvh).
 
     The last three state which axis points up, and get one that does. They need frames per second,
-    which are those of the run if they are not given.
-
-    Raises InputError for an unknown suffix, a place that cannot be written to, or if nothing states
-    the frame rate.
+    by default the run's. Raises InputError for an unknown suffix, a place that cannot be written
+    to, or if nothing states the frame rate.
 
     Examples
     --------
@@ -93,8 +91,8 @@ def write_run(path: Path, run: Run, fps: float | None = None) -> None:
         write_npz(path, run)
     else:
         own_world = path.suffix.lower() == ".csv"
-        fps = stated_fps(run.meta) if fps is None else fps
         trajectory = (run if own_world else upright_run(run)).trajectory()
+        fps = stated_fps(run.meta) if fps is None else fps
         write_trajectory(path, trajectory, fps, run.residual)
 
 
@@ -188,23 +186,17 @@ def reference_in(path: Path, stated: Stated | None = None) -> Reference:
         return reference_npz.read_reference(path)
     trajectory = read_trajectory(path, stated)
     if path.suffix.lower() == ".csv":
-        return _turned(reference_npz.read_reference_table(path), trajectory, stated or Stated())
+        table = reference_npz.read_reference_table(path)
+        if stated is None or stated.world_from_file is None:
+            return replace(table, notes=trajectory.notes)
+        turn = stated.up.rotation.T @ stated.world_from_file  # into the trajectory's world
+        covariance = None if table.covariance is None else turn @ table.covariance @ turn.T
+        points = table.points @ turn.T
+        return replace(table, points=points, covariance=covariance, notes=trajectory.notes)
     meta: dict[str, Any] = {"imported_from": path.name}
     if trajectory.fps is not None:
         meta["fps"] = trajectory.fps
     return Reference(trajectory.frame, trajectory.points, meta=meta, notes=trajectory.notes)
-
-
-def _turned(
-    table: Reference, trajectory: landmarks.LandmarkTrajectory, stated: Stated
-) -> Reference:
-    """A table's reference in the world that its trajectory was read into."""
-    if stated.world_from_file is None:
-        return replace(table, notes=trajectory.notes)
-    turn = stated.up.rotation.T @ stated.world_from_file
-    covariance = None if table.covariance is None else turn @ table.covariance @ turn.T
-    points = table.points @ turn.T
-    return replace(table, points=points, covariance=covariance, notes=trajectory.notes)
 
 
 def at_recording(reference: Reference, fps: float, frames: int, where: str) -> Reference:

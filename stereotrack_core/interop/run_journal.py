@@ -4,8 +4,9 @@ However tracking ends, killed, too, every frame that was tracked is in it. It ca
 file, and ``stereotrack track --resume`` goes on with it.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -143,34 +144,21 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
         if head is None:
             raise ValueError("it does not state the source of the frames")
         check_meta(head.facts["meta"], f"{path}, meta", _REMEDY)
-        return _unfinished(head, frames, checkpoints, seconds)
-
-
-def _unfinished(
-    head: Record,
-    frames: Mapping[int, TrackedFrame],
-    checkpoints: Mapping[int, Checkpoint],
-    seconds: float,
-) -> tuple[UnfinishedRun, Wish]:
-    meta, names = head.facts["meta"], tuple(str(name) for name in head.facts["state_names"])
-    asked = range(*(int(number) for number in meta["frames"]))
-    n = len(names)
-    if any(frame.estimate.P.shape != (n, n) or frame.x.shape != (n,) for frame in frames.values()):
-        raise ValueError("wrong state size")
-    last: Checkpoint | None = None
-    for frame in asked:
-        if frame not in frames:
-            break
-        last = checkpoints.get(frame, last)
-    ordered = tuple(frames[k] for k in sorted(frames))
-    wish = Wish(**head.facts["wish"])
-    return UnfinishedRun(ordered, names, meta, seconds, last, _keypoints_in(head)), wish
+        meta, names = head.facts["meta"], tuple(str(name) for name in head.facts["state_names"])
+        n, ordered = len(names), tuple(frames[k] for k in sorted(frames))
+        if any(one.estimate.P.shape != (n, n) or one.x.shape != (n,) for one in ordered):
+            raise ValueError("wrong state size")
+        asked = range(*(int(number) for number in meta["frames"]))
+        done = takewhile(frames.__contains__, asked)
+        last = next((checkpoints[k] for k in reversed(list(done)) if k in checkpoints), None)
+        wish = Wish(**head.facts["wish"])
+        return UnfinishedRun(ordered, names, meta, seconds, last, _keypoints_in(head)), wish
 
 
 def _head(origin: Origin, wish: Wish, *, again: bool) -> Record:
     """What holds for the frames after it; `again`: they take the place of those from there on."""
     facts = {
-        "meta": origin.meta(),
+        "meta": origin.meta,
         "state_names": origin.state_names,
         "wish": {"smooth": wish.smooth, "count": wish.count},
         "again": again,
@@ -261,14 +249,9 @@ def _frame_of(record: Record) -> TrackedFrame:
 
 def _counts(told: list[Any]) -> PointCounts:
     # journals of older versions tell nothing of noise and blur
-    measured, person, taken, inside, kept, middle, *quality = told
-    counts = PointCounts(
-        int(measured), int(person), int(taken), int(inside), int(kept), None, *map(float, quality)
-    )
-    if middle is None:
-        return counts
-    x, y, z = middle
-    return replace(counts, middle=(float(x), float(y), float(z)))
+    middle = None if told[5] is None else tuple(map(float, told[5]))
+    values: list[Any] = [*map(int, told[:5]), middle, *map(float, told[6:])]
+    return PointCounts(*values)
 
 
 def _shaped(array: FloatArray, *shape: int) -> FloatArray:

@@ -4,7 +4,6 @@ import io
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
@@ -121,20 +120,16 @@ def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
     arrays.setdefault("limb_lost", unknown)
     with _FILE.decoding(path):
         text = str(arrays["meta"])  # letters that are none show only now
-        run = _run(arrays, _meta_from_store(path, text, beside))
-        run = replace(run, keypoints=_keypoints_in(path, arrays))
+        values: dict[str, Any] = {"meta": _meta_from_store(path, text, beside)}
+        for name, own in _LAYOUT.items():
+            if own.kind == "f":
+                values[_FIELDS.get(name, name)] = arrays[name].astype(np.float64)
+            elif name in _NAMES:
+                values[name] = tuple(str(one) for one in arrays[name])
+        values |= {"frame": arrays["frame"].astype(np.int64), "tracked": arrays["tracked"]}
+        run = Run(**values, keypoints=_keypoints_in(path, arrays))
     check_run(path, run)
     return run
-
-
-def _run(arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> Run:
-    values: dict[str, Any] = {"frame": arrays["frame"].astype(np.int64), "meta": meta}
-    for name, own in _LAYOUT.items():
-        if own.kind == "f":
-            values[_FIELDS.get(name, name)] = arrays[name].astype(np.float64)
-        elif name.endswith("_names"):
-            values[name] = tuple(str(one) for one in arrays[name])
-    return Run(**values, tracked=arrays["tracked"])
 
 
 def _keypoints_in(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Keypoints | None:

@@ -4,27 +4,32 @@ Pixels are SLEAP's own (the centre of the first one is 0, as here), frames those
 stream that begins earlier or later than the recording is accounted for. Of numbered pictures SLEAP
 counts the files, so that a missing number moves all frames behind it. The format cannot tell what
 is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
+
+Predictions are also read from an analysis (.h5) of one video, which holds arrays: ``tracks``
+(track, x y, node, frame), ``point_scores`` (track, node, frame), names of tracks and nodes.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop import label_source
 from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.limited_process import write_apart
-from stereotrack_core.reading import decoding
+from stereotrack_core.reading import TABLE_BYTES, decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
@@ -102,7 +107,12 @@ def _save(
     for camera, frame, found in pictures:
         stream = streams[camera.name]
         if camera.name not in videos:
-            videos[camera.name] = _video(sio, recording, stream, files[camera.name])
+            own_files = [str(path) for _, path in sorted(files[camera.name].items())]
+            videos[camera.name] = (
+                sio.Video.from_filename(own_files)
+                if own_files
+                else sio.Video(str(recording.folder / stream.frames), open_backend=False)
+            )
         points = np.full((len(names), 2), np.nan)
         seen = np.zeros(len(names), dtype=np.bool_)
         for name, click in found.items():
@@ -155,13 +165,6 @@ def _streams(recording: Recording) -> dict[str, Stream]:
     shown = [view.image for view in recording.views]
     shown += [view.left for view in recording.views if view.left is not None]
     return {stream.camera: stream for stream in shown}
-
-
-def _video(sio: Any, recording: Recording, stream: Stream, files: Mapping[int, Path]) -> Any:
-    """The video, or all of its pictures; their pattern where they are not there."""
-    if not files:
-        return sio.Video(filename=str(recording.folder / stream.frames), open_backend=False)
-    return sio.Video.from_filename([str(files[number]) for number in sorted(files)])
 
 
 def _pictures(recording: Recording, stream: Stream) -> Mapping[int, Path]:
@@ -287,3 +290,62 @@ def _files_of(video: Any, number: int) -> tuple[str, str]:
         return str(file).replace("\\", "/"), ""
     first = str(file[0]).replace("\\", "/")
     return first, str(file[number]).replace("\\", "/") if 0 <= number < len(file) else ""
+
+
+_MOST_NAMES = 100_000
+_NO_ANALYSIS = "this is not an analysis of SLEAP"
+_EXPORT_AGAIN = "Export it again with SLEAP's File, Export Analysis HDF5."
+
+
+def read_predictions(source: KeypointSource) -> Iterator[FileRow]:
+    """Rows of what SLEAP has predicted, not of labels; InputError where it cannot be read."""
+    path = source.path
+    frames = [one for one in read_sleap_file(path, predicted=True)[1] if one.people]
+    place_of = places_of_labelled(frames, source)
+    for labelled in frames:
+        if labelled.problem is not None:
+            raise labelled.problem
+        place = place_of(labelled, f"{path}, frame {labelled.number}")
+        if place is None:
+            continue
+        for number, person in enumerate(labelled.people):
+            who = Who(number, person.track)
+            for point, x, y, score in person.points:
+                yield *place, point, x, y, score, source.name, who
+
+
+Analysis: TypeAlias = tuple[list[str], list[str], FloatArray, FloatArray]
+"""Names of nodes and tracks, places (track, node, frame, 2) and scores (track, node, frame)."""
+
+
+def stored_analysis(stored: Any, path: Path) -> Analysis:
+    """What an open file holds; InputError where its parts do not fit together."""
+    with decoding(path, _NO_ANALYSIS, _EXPORT_AGAIN):
+        names = stored["node_names"], stored["track_names"]
+        if any(one.size > _MOST_NAMES for one in names):
+            raise ValueError("it has too many nodes or tracks")
+        nodes, tracks = (
+            [name.decode() if isinstance(name, bytes) else str(name) for name in one[()]]
+            for one in names
+        )
+        data = stored["tracks"]
+        if data.size * data.dtype.itemsize > TABLE_BYTES or data.dtype.kind not in "fiu":
+            raise ValueError("its tracks are no numbers of a usual size")
+        if data.ndim != 4 or data.shape[1:3] != (2, len(nodes)):
+            raise ValueError("its parts do not fit together")
+        places = np.moveaxis(data[()].astype(np.float64), 1, 3)
+        scores = np.ones(places.shape[:3])
+        if "point_scores" in stored and stored["point_scores"].shape == scores.shape:
+            scores = stored["point_scores"][()].astype(np.float64)
+        tracks = tracks if len(tracks) == len(places) else [""] * len(places)
+        return nodes, tracks, places, scores
+
+
+def rows_of_analysis(found: Analysis, source: KeypointSource) -> Iterator[FileRow]:
+    """Rows of an analysis, whose camera is stated or told by the file's name."""
+    nodes, tracks, places, scores = found
+    camera = source.camera_of(source.path.name, str(source.path))
+    for track, node, frame in np.argwhere(np.isfinite(places).all(axis=3)).tolist():
+        x, y = places[track, node, frame].tolist()
+        sure, who = float(scores[track, node, frame]), Who(track, tracks[track])
+        yield frame, camera, nodes[node], x, y, sure, source.name, who

@@ -34,15 +34,12 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     rate, count = f"{fps:.10g}", len(points)
     fields = ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"]
     fields += ["OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"]
-    facts = [rate, rate, str(count), str(len(LANDMARKS)), "m", rate, str(first), str(count)]
-    names = [cell for name in LANDMARKS for cell in (name, "", "")]
-    axes = [f"{axis}{k}" for k in range(1, len(LANDMARKS) + 1) for axis in "XYZ"]
     rows = [
         ["PathFileType", "4", "(X/Y/Z)", guarded(" ".join(path.name.split()))],
         fields,
-        facts,
-        ["Frame#", "Time", *names],
-        ["", "", *axes],
+        [rate, rate, str(count), str(len(LANDMARKS)), "m", rate, str(first), str(count)],
+        ["Frame#", "Time", *(cell for name in LANDMARKS for cell in (name, "", ""))],
+        ["", "", *(f"{axis}{k}" for k in range(1, len(LANDMARKS) + 1) for axis in "XYZ")],
     ]
     cells = points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3).tolist()
     for frame, values in enumerate(cells, start=first):
@@ -112,31 +109,23 @@ def _frames(
     times: dict[int, float] = {}
     for number, line in enumerate(lines, start=6):
         if any(line):
-            line = _separated(line, 2 + 3 * count)
+            filled = [cell for cell in line if cell]
+            if any(" " in cell for cell in line):  # blanks separate cells as well, and doubled tabs
+                line = " ".join(line).split()
+            elif len(line) > 2 + 3 * count == len(filled):
+                line = filled
             frame = whole_number(line[0], path, number, "frame")
             if frame in found:
                 what = f"line {number} repeats frame {frame}"
                 raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
             try:
-                found[frame] = _row(line, count)
+                cells = (line[2:] + [""] * (3 * count))[: 3 * count]
+                numbers = [float(cell) if cell else np.nan for cell in cells]
+                points = found[frame] = np.array(numbers).reshape(count, 3)
+                points[~np.isfinite(points).all(axis=-1)] = np.nan
                 times[frame] = float("".join(line[1:2]) or "nan")
             except ValueError as error:
                 what = f"line {number} has a value that is not a number ({error})"
                 remedy = "Write numbers with decimal points. Leave unknown values empty."
                 raise InputError(what, where=str(path), remedy=remedy) from None
     return found, times
-
-
-def _separated(line: list[str], width: int) -> list[str]:
-    """Cells of a line; blanks and doubled tabs between them separate them as well."""
-    if any(" " in cell for cell in line):
-        return " ".join(line).split()
-    there = [cell for cell in line if cell]
-    return there if len(line) > width and len(there) == width else line
-
-
-def _row(line: list[str], count: int) -> FloatArray:
-    cells = (line[2:] + [""] * (3 * count))[: 3 * count]
-    points = np.array([float(cell) if cell else np.nan for cell in cells]).reshape(count, 3)
-    points[~np.isfinite(points).all(axis=-1)] = np.nan
-    return points

@@ -1,8 +1,7 @@
 """2-D pose detection in single pictures: the pretrained detector, and models of the user.
 
 - :mod:`.detector` finds people in a picture and their 33 landmarks (``load_detector``).
-- :mod:`.crops` says which square part of a picture a network sees.
-- :mod:`.pictures` makes RGB pictures of usable contrast from colour, grey, infrared and depth.
+- :mod:`.crops` says which square part of a picture a network sees, and gives it usable contrast.
 - :mod:`.installation` fetches, checks and finds the detector's files.
 - :mod:`.onnx_model` runs a model of the user; :mod:`.detect` runs either over a recording.
 

@@ -18,9 +18,7 @@ LANDMARK_SIDE = 256  # pixels of the landmark network's square input
 _GRIDS = ((8, 2), (16, 2), (32, 6))  # pixels of a cell, and anchors in each
 LEAST_SCORE = 0.5  # score of the finder from which it is MediaPipe's person
 
-_SAME_PERSON = 0.3
-"""Overlap of boxes (intersection over union) from which they are of the same person."""
-
+_SAME_PERSON = 0.3  # overlap of boxes (intersection over union) from which they are of one person
 _MOST_LOGIT = 100.0
 
 _REACH = 3  # cells of a heat map on each side of a landmark in which its place is refined

@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -19,7 +20,13 @@ import numpy as np
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model import blazepose
-from stereotrack_core.pose_model.crops import Crop, crop_from_circle, whole_picture
+from stereotrack_core.pose_model.crops import (
+    Crop,
+    as_rgb,
+    as_uint8,
+    crop_from_circle,
+    whole_picture,
+)
 from stereotrack_core.pose_model.installation import (
     MODEL_FILES,
     detector_folder,
@@ -27,19 +34,14 @@ from stereotrack_core.pose_model.installation import (
     is_installed,
     landmark_file,
 )
-from stereotrack_core.pose_model.pictures import as_rgb, as_uint8
 from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33
 
 POINT_NAMES = MEDIAPIPE_33  # names of the 33 points, in their order
 
-PERSON_SCORE = 0.5
-"""Score of landmarks from which they are of a person; the next crop may follow from them."""
-
+PERSON_SCORE = 0.5  # score of landmarks from which they are a person's; the next crop may follow
 _LEAST_HEIGHT = 60.0  # height in pixels of the smallest person that is looked for in tiles
 
-_FOUND_SHARE = 0.35
-"""Height of a person over the side of the finder's crop from which finding is reliable."""
-
+_FOUND_SHARE = 0.35  # height of a person over the side of the crop from which finding is reliable
 _NEAR = 0.4
 """Distance of two persons' hips over the radius of the larger one, below which detections of two
 tiles are of the same person."""
@@ -54,8 +56,7 @@ class PersonBox:
     """A person that the finder sees, by the circle around the body and the head's box."""
 
     hips: FloatArray  # (2,). Middle of the hips, pixels of the picture.
-    top: FloatArray
-    """(2,). Point above the head on the circle around the hips that holds the whole body."""
+    top: FloatArray  # (2,). Point above the head on the circle around the hips.
     head: FloatArray  # (2, 2). Upper left and lower right corner of the box around the head.
     score: float  # from 0 to 1
 
@@ -78,12 +79,9 @@ class DetectedPose:
     visibility: FloatArray  # (33,). Probability that a point is in the picture and not hidden.
     presence: FloatArray  # (33,). Probability that a point is in the picture.
     score: float  # probability that a person is in the crop
-    circle: FloatArray
-    """(2, 2). Middle of the hips, and the point above the head on the circle around the body."""
-    metres: FloatArray
-    """(33, 3). Rough shape: right, down and away in the picture, from the middle of the hips."""
-    mask: FloatArray | None = None
-    """(H, W). Probability that a pixel shows the person, if it was asked for."""
+    circle: FloatArray  # (2, 2). Hips, and the point above the head on the circle around them.
+    metres: FloatArray  # (33, 3). Rough shape: right, down, away in the picture, from the hips.
+    mask: FloatArray | None = None  # (H, W). Probability of the person at a pixel, if asked for.
 
 
 def next_crop(pose: DetectedPose) -> Crop:
@@ -197,17 +195,13 @@ class PoseDetector:
 
 def _tiles(shape: tuple[int, ...], side: float, angle: float) -> Iterator[Crop]:
     """Squares of a side that cover a picture (H, W, ...) and overlap by half."""
-    columns, rows = (_centres(length, side) for length in (shape[1], shape[0]))
-    for y in rows:
-        for x in columns:
-            yield Crop(np.array([x, y]), side, angle)
-
-
-def _centres(length: int, side: float) -> FloatArray:
-    if length <= side:
-        return np.array([(length - 1.0) / 2.0])
-    count = int(np.ceil((length - side) / (side / 2.0))) + 1
-    return np.linspace(side / 2.0, length - side / 2.0, count) - 0.5
+    centres = []
+    for length in shape[:2]:
+        count = max(int(np.ceil((length - side) / (side / 2.0))), 0) + 1
+        ends = (side / 2.0, length - side / 2.0) if length > side else (length / 2.0, length / 2.0)
+        centres.append(np.linspace(*ends, count) - 0.5)
+    for y, x in product(*centres):
+        yield Crop(np.array([x, y]), side, angle)
 
 
 def _each_once(found: list[PersonBox]) -> list[PersonBox]:

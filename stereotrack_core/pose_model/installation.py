@@ -27,8 +27,7 @@ WHEEL = "mediapipe==0.10.21"
 LICENCE = "Apache-2.0"
 SOURCE = f"BlazePose of MediaPipe, in the wheel {WHEEL} on PyPI"
 DOWNLOAD_BYTES = 36_000_000  # size of the wheel; a quarter of it is kept
-FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"
-"""Environment variable that names another folder of the files."""
+FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"  # environment variable: another folder of the files
 BUNDLED = "files"  # folder beside this module that has them in the stand-alone program
 
 

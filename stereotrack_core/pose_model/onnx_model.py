@@ -14,8 +14,7 @@ import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.pose_model.crops import Crop
-from stereotrack_core.pose_model.pictures import as_rgb
+from stereotrack_core.pose_model.crops import Crop, as_rgb
 from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.versions import extra_library
 
@@ -23,9 +22,7 @@ _MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
 _SPREAD = np.array([58.395, 57.12, 57.375], dtype=np.float32)
 _USUAL_SIZE = (192, 256)  # width and height of models whose input may have any size
 
-_QUARTER = 0.25
-"""Part of a pixel of a heat map by which its peak is moved towards the higher neighbour."""
-
+_QUARTER = 0.25  # part of a pixel of a heat map by which a peak is moved to the higher neighbour
 _REMEDY = (
     "Use a top-down pose model with SimCC or heat-map outputs, such as RTMPose's end2end.onnx."
 )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -164,137 +164,96 @@ def _restated(state: State, click: Click, stamp: Stamp, **changes: Any) -> Chang
     return _set(state, replace(click, who="", at="", **changes), stamp)
 
 
-@dataclass(frozen=True)
-class PlaceClicks(Edit):
-    """Set clicks, whether the landmarks had one before or not."""
+def place_clicks(clicks: Sequence[Click], words: str = "") -> Edit:
+    """Set clicks, whether the landmarks had one before or not.
 
-    kind: ClassVar[str] = "place clicks"
-    clicks: tuple[Click, ...]  # those without author and time get the project's
-    text: str = ""  # what it does in words; empty: told from the clicks
+    Those without author and time get the project's. Without `words` they are told from the clicks.
+    """
 
-    def words(self) -> str:
-        """``place left elbow in N_right, frame 213``."""
-        return self.text or f"place {_place_text([click.key for click in self.clicks])}"
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        return (_set(state, click, stamp) for click in clicks)
 
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Every click's row."""
-        for click in self.clicks:
-            yield _set(state, click, stamp)
+    words = words or f"place {_place_text([click.key for click in clicks])}"
+    return Edit("place clicks", words, changes)
 
 
-def place(click: Click) -> PlaceClicks:
+def place(click: Click) -> Edit:
     """Set one click."""
-    return PlaceClicks((click,))
+    return place_clicks((click,))
 
 
-@dataclass(frozen=True)
-class MoveClicks(Edit):
+def move_clicks(keys: Sequence[ClickKey], by: tuple[float, float]) -> Edit:
     """Move existing clicks in their image, in pixels; they are a person's own then."""
+    if not all(map(math.isfinite, by)):
+        raise ValueError(f"{by} is not a displacement in an image")
 
-    kind: ClassVar[str] = "move clicks"
-    keys: tuple[ClickKey, ...]
-    by: tuple[float, float]
-
-    def __post_init__(self) -> None:
-        if not all(map(math.isfinite, self.by)):
-            raise ValueError(f"{self.by} is not a displacement in an image")
-
-    def words(self) -> str:
-        """``move left elbow in N_right, frame 213``."""
-        return f"move {_place_text(self.keys)}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of clicks that have a position."""
-        for click in _present(state, self.keys):
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        for click in _present(state, keys):
             if click.position is not None:
-                x, y = click.position
-                position = (x + self.by[0], y + self.by[1])
+                position = (click.position[0] + by[0], click.position[1] + by[1])
                 yield _restated(state, click, stamp, position=position, origin="hand")
 
+    return Edit("move clicks", f"move {_place_text(keys)}", changes)
 
-@dataclass(frozen=True)
-class DeleteClicks(Edit):
+
+def delete_clicks(keys: Sequence[ClickKey]) -> Edit:
     """Take clicks away; that they were taken away is kept as a fact. Missing ones are passed."""
 
-    kind: ClassVar[str] = "delete clicks"
-    keys: tuple[ClickKey, ...]
-
-    def words(self) -> str:
-        """``delete left elbow in 4 cameras, frame 213``."""
-        return f"delete {_place_text(self.keys)}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of clicks that are there."""
-        for click in _present(state, self.keys):
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        for click in _present(state, keys):
             yield _restated(state, click, stamp, deleted=True)
 
+    return Edit("delete clicks", f"delete {_place_text(keys)}", changes)
 
-@dataclass(frozen=True)
-class MarkClicks(Edit):
-    """State how existing clicks are seen, how sure they are, or flag them."""
 
-    kind: ClassVar[str] = "mark clicks"
-    keys: tuple[ClickKey, ...]
-    visibility: Visibility | None = None  # outside takes the position away
-    flag: str | None = None  # empty: no flag
-    sigma: float | None = None  # pixels per axis; ``usual_sigma`` takes a stated one away
-    usual_sigma: bool = False
+def mark_clicks(
+    keys: Sequence[ClickKey],
+    *,
+    visibility: Visibility | None = None,
+    flag: str | None = None,
+    sigma: float | None = None,
+    usual_sigma: bool = False,
+) -> Edit:
+    """State how existing clicks are seen, how sure they are (pixels per axis), or flag them.
 
-    def __post_init__(self) -> None:
-        if self.sigma is not None and not 0 < self.sigma < math.inf:
-            raise InputError(
-                f"{self.sigma:g} px is not a valid click uncertainty",
-                remedy="Enter a number above 0.",
-            )
+    `OUTSIDE` takes the position away, an empty flag the flag, `usual_sigma` a stated sigma.
+    """
+    if sigma is not None and not 0 < sigma < math.inf:
+        raise InputError(
+            f"{sigma:g} px is not a valid click uncertainty", remedy="Enter a number above 0."
+        )
 
-    def words(self) -> str:
-        """``mark left elbow in N_right, frame 213, as guessed``."""
-        said = [
-            "" if self.visibility is None else self.visibility.name.lower(),
-            "" if self.flag is None else self.flag or "not flagged",
-            "" if self.sigma is None else f"uncertainty {self.sigma:g} px",
-            "usual uncertainty" if self.usual_sigma else "",
-        ]
-        return f"mark {_place_text(self.keys)}, as {', '.join(filter(None, said))}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of clicks that are there."""
-        for click in _present(state, self.keys):
-            visibility = click.visibility if self.visibility is None else self.visibility
-            outside = visibility == Visibility.OUTSIDE
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        for click in _present(state, keys):
+            seen = click.visibility if visibility is None else visibility
+            outside = seen == Visibility.OUTSIDE
             if click.position is None and not outside:
-                raise InputError(
-                    f"{_place_text([click.key])} is outside the image and has no position",
-                    remedy="Click its position instead.",
-                )
-            sigma = click.sigma if self.sigma is None else self.sigma
-            changes = {
+                what = f"{_place_text([click.key])} is outside the image and has no position"
+                raise InputError(what, remedy="Click its position instead.")
+            known = click.sigma if sigma is None else sigma
+            stated: dict[str, Any] = {
                 "position": None if outside else click.position,
-                "visibility": visibility,
-                "flag": click.flag if self.flag is None else self.flag,
-                "sigma": None if self.usual_sigma else sigma,
+                "visibility": seen,
+                "flag": click.flag if flag is None else flag,
+                "sigma": None if usual_sigma else known,
             }
-            yield _restated(state, click, stamp, **changes)
+            yield _restated(state, click, stamp, **stated)
+
+    said = [
+        "" if visibility is None else visibility.name.lower(),
+        "" if flag is None else flag or "not flagged",
+        "" if sigma is None else f"uncertainty {sigma:g} px",
+        "usual uncertainty" if usual_sigma else "",
+    ]
+    words = f"mark {_place_text(keys)}, as {', '.join(filter(None, said))}"
+    return Edit("mark clicks", words, changes)
 
 
-@dataclass(frozen=True)
-class SwapLandmarks(Edit):
+def swap_landmarks(frame: int, camera: str, first: str, second: str) -> Edit:
     """Exchange the clicks of two landmarks in one image; a lone click changes its landmark."""
+    keys = [ClickKey(frame, camera, name) for name in (first, second)]
 
-    kind: ClassVar[str] = "swap landmarks"
-    frame: int
-    camera: str
-    first: str
-    second: str
-
-    def words(self) -> str:
-        """``swap left elbow and right elbow in N_right, frame 213``."""
-        names = f"{self.first} and {self.second}".replace("_", " ")
-        return f"swap {names} in {self.camera}, frame {self.frame}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of both."""
-        keys = [ClickKey(self.frame, self.camera, name) for name in (self.first, self.second)]
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
         found = [next(iter(_present(state, [key])), None) for key in keys]
         for here, there in ((0, 1), (1, 0)):
             click, own = found[there], found[here]
@@ -303,27 +262,22 @@ class SwapLandmarks(Edit):
             elif own is not None:
                 yield _restated(state, own, stamp, deleted=True)
 
+    names = f"{first} and {second}".replace("_", " ")
+    return Edit("swap landmarks", f"swap {names} in {camera}, frame {frame}", changes)
 
-@dataclass(frozen=True)
-class BlindRepeat(Edit):
-    """An edit of clicks made in a second, blind reading; the first reading is not touched."""
 
-    kind: ClassVar[str] = "place repeats"
-    round: int  # which repetition, from 1
-    edit: Edit  # of clicks; it sees and changes those of this reading
+def blind_repeat(number: int, edit: Edit) -> Edit:
+    """An edit of clicks in a blind reading, counted from 1; the first reading is not touched."""
 
-    def words(self) -> str:
-        """``place left elbow in N_right, frame 213, blind repeat``."""
-        return f"{self.edit.words()}, blind repeat"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows that the edit changes, in this reading."""
-        if self.round < 1:
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        if number < 1:
             raise InputError(
-                f"there is no blind repeat {self.round}", remedy="Blind repeats are counted from 1."
+                f"there is no blind repeat {number}", remedy="Blind repeats are counted from 1."
             )
-        for change in self.edit.changes(_Reading(state.database, self.round), stamp):
-            yield replace(change, table=REPEAT_CLICK, key=(self.round, *change.key))
+        for change in edit.changes(_Reading(state.database, number), stamp):
+            yield replace(change, table=REPEAT_CLICK, key=(number, *change.key))
+
+    return Edit("place repeats", f"{edit.words}, blind repeat", changes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,29 +290,23 @@ class _Reading(State):
         return super().row(REPEAT_CLICK, (self.round, *key)) if table is CLICK else None
 
 
-@dataclass(frozen=True)
-class AcceptPredictions(Edit):
+def accept_points(
+    predictions: Sequence[Prediction], *, even_deleted: bool = False, left_open: str = ""
+) -> Edit:
     """Let predictions be clicks, noted as accepted; where a person has clicked, that click stays.
 
     The last of several counts. With `even_deleted`, also where somebody has taken a click away.
+    `left_open`: what was not certain enough, in words without a full stop.
     """
 
-    kind: ClassVar[str] = "accept predictions"
-    predictions: tuple[Prediction, ...]
-    even_deleted: bool = False
-    left_open: str = ""  # what was not certain enough, in words without a full stop
-
-    def words(self) -> str:
-        """``accept left elbow in N_right, frame 213``, and what stays open."""
-        text = f"accept {_place_text([one.key for one in self.predictions])}"
-        return f"{text}; {self.left_open}" if self.left_open else text
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of landmarks that nobody has clicked."""
-        for prediction in self.predictions:
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        for prediction in predictions:
             before = state.row(CLICK, prediction.key)
-            if before is None or (before[-1] and self.even_deleted):
+            if before is None or (before[-1] and even_deleted):
                 outside = prediction.visibility == Visibility.OUTSIDE
                 position = None if outside else prediction.position
                 click = Click(*prediction.key, position, prediction.visibility, origin=ACCEPTED)
                 yield Change(CLICK, prediction.key, before, _values(click, stamp))
+
+    words = f"accept {_place_text([one.key for one in predictions])}"
+    return Edit("accept predictions", f"{words}; {left_open}" if left_open else words, changes)

@@ -1,8 +1,7 @@
 """Connections to the database of a project: the one way to a file that anybody may have made."""
 
-import os
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, RLock, Thread, current_thread, main_thread
@@ -10,97 +9,56 @@ from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.database import (
+    beside,
     check_header,
+    check_schema,
     check_version,
+    code_of,
     is_in_place,
-    leave_behind,
     speaking,
     transaction,
 )
 from stereotrack_core.project.schema import Row, Table
-from stereotrack_core.project.validity import check_schema
 
 BUSY_SECONDS = 5.0
 _PATIENCE_SECONDS = 0.1  # that the window's thread waits for another one's edit
-_PAUSE_SECONDS = 1.0  # after an edit, before the log is written: edits follow one another
-_MOST_PAUSES = 30  # while edits go on, before the log is brought into the file all the same
+_PAUSE_SECONDS = 1.0  # without an edit, after which the log is brought into the file
 
 
 def connect(path: Path) -> sqlite3.Connection:
     """Connection for reading and writing.
 
-    Every commit is on the drive, in the one file, when it returns (``synchronous = FULL``). The
-    rollback journal stays beside it while it is open, overwritten with zeros: to make and delete it
-    for every edit takes several times as long. Raises InputError where the file is no project of
-    this program; ProjectDamaged.
+    Raises InputError where the file is no project of this program; ProjectDamaged.
     """
-    database = _checked(path, "rw", ("synchronous = FULL", "foreign_keys = ON"))
+    database = _checked(path, "rw")
+    database.execute("PRAGMA foreign_keys = ON")
+    return database
+
+
+def set_log(database: sqlite3.Connection, *, log: bool) -> None:
+    """Append edits to a log beside the file (``-wal``): no edit waits for the drive or for readers.
+
+    A killed program loses nothing. :class:`LogWriter` brings the log onto the drive. Drives of a
+    network cannot share a log; there an edit is on the drive at once.
+    """
     with suppress(sqlite3.OperationalError):  # somebody still reads what was left with a log
-        database.execute("PRAGMA journal_mode = PERSIST")
-    return database
-
-
-def connect_for_reading(path: Path) -> sqlite3.Connection:
-    """Connection that cannot write. Sees what another program writes meanwhile.
-
-    Raises sqlite3.OperationalError where an unfinished edit would have to be taken back first;
-    InputError, ProjectDamaged.
-    """
-    return _checked(path, "ro")
-
-
-def _checked(path: Path, mode: str, pragmas: Iterable[str] = ()) -> sqlite3.Connection:
-    check_header(path)
-    database = _connected(path, mode)
-    try:
+        database.execute(f"PRAGMA journal_mode = {'WAL' if log else 'DELETE'}")
+    database.execute(f"PRAGMA synchronous = {'NORMAL' if log else 'FULL'}")
+    if log:
+        database.execute("PRAGMA wal_autocheckpoint = 0")
+        # A connection that has not read since cannot bring the log in ("table is locked").
         database.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
-        with speaking(path):
-            check_version(path, database.execute("PRAGMA user_version").fetchone()[0])
-            check_schema(database, path)
-        for pragma in pragmas:
-            database.execute(f"PRAGMA {pragma}")
-    except BaseException:
-        database.close()
-        raise
-    return database
-
-
-def _connected(path: Path, mode: str) -> sqlite3.Connection:
-    database = sqlite3.connect(
-        f"{path.absolute().as_uri()}?mode={mode}",
-        uri=True,
-        isolation_level=None,
-        timeout=BUSY_SECONDS,
-        check_same_thread=False,
-    )
-    for pragma in ("trusted_schema = OFF", "cell_size_check = ON"):
-        database.execute(f"PRAGMA {pragma}")
-    return database
-
-
-def log_edits(database: sqlite3.Connection) -> bool:
-    """Append edits to a log beside the file, without waiting for the drive (0.4 ms, not 13).
-
-    A killed program loses nothing; after a power failure the edits since :class:`LogWriter` has
-    last written are missing. False where the drive cannot do this.
-    """
-    if database.execute("PRAGMA journal_mode = WAL").fetchone()[0] != "wal":
-        return False
-    pragmas = ("synchronous = NORMAL", "wal_autocheckpoint = 0", "journal_size_limit = 4194304")
-    for pragma in pragmas:
-        database.execute(f"PRAGMA {pragma}")
-    return True
 
 
 class LogWriter:
-    """Writes the log of a project to the drive, and then into its file, in a thread.
+    """Brings the log of a project into its file, in a thread: no edit waits for the drive.
 
-    Into the file when no edit is made for a moment, as the next one has to wait for the drive then.
+    That takes 20 to 100 ms, an edit of the log 0.1. A killed program loses nothing, a power failure
+    what was edited since the last pause.
     """
 
     def __init__(self, path: Path) -> None:
-        self._database = _connected(path, "rw")
-        self._log = path.with_name(f"{path.name}-wal")
+        self._database = _checked(path, "rw")
         self._edited, self._end = Event(), Event()
         self._thread = Thread(target=self._work, name="project log", daemon=True)
         self._thread.start()
@@ -118,27 +76,57 @@ class LogWriter:
 
     def _work(self) -> None:
         while self._edited.wait() and not self._end.is_set():
-            pauses = 0
-            while self._edited.is_set() and pauses < _MOST_PAUSES:
-                self._edited.clear()
-                if self._end.wait(_PAUSE_SECONDS):
-                    return
-                pauses += 1
-                with suppress(OSError):  # it was moved; who writes next is told
-                    file = os.open(self._log, os.O_RDWR)
-                    try:
-                        os.fsync(file)
-                    finally:
-                        os.close(file)
-            with suppress(sqlite3.Error):  # the log still has it, and is tried again
-                self._database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+            self._edited.clear()
+            # In a pause: the first edit after it has to wait for the drive.
+            if not self._edited.wait(_PAUSE_SECONDS):
+                with suppress(sqlite3.Error):  # the log still has it, and is tried again
+                    self._database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
+
+def connect_for_reading(path: Path) -> sqlite3.Connection:
+    """Connection that cannot write. Sees what another program writes meanwhile.
+
+    Raises InputError, also where an unfinished edit cannot be taken back first; ProjectDamaged.
+    """
+    try:
+        return _checked(path, "ro")
+    except sqlite3.OperationalError as error:
+        if code_of(error) not in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
+            raise
+        if beside(path):
+            what = "its newest edits are beside it and cannot be read here"
+            remedy = "Open it for writing once, or copy these files to a folder of your own."
+            raise InputError(what, where=str(path), remedy=remedy) from error
+    return _checked(path, "ro&immutable=1")  # in a folder where no log can be made
+
+
+def _checked(path: Path, mode: str) -> sqlite3.Connection:
+    check_header(path)
+    database = sqlite3.connect(
+        f"{path.absolute().as_uri()}?mode={mode}",
+        uri=True,
+        isolation_level=None,
+        timeout=BUSY_SECONDS,
+        check_same_thread=False,
+    )
+    try:
+        for pragma in ("trusted_schema = OFF", "cell_size_check = ON"):
+            database.execute(f"PRAGMA {pragma}")
+        database.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
+        with speaking(path):
+            check_version(path, database.execute("PRAGMA user_version").fetchone()[0])
+            check_schema(database, path)
+    except BaseException:
+        database.close()
+        raise
+    return database
 
 
 class Access:
     """One thread at a time; what the database complains about becomes an ``InputError``.
 
-    `identity`: device and number of the file; `reader`: a second connection, where edits go to a
-    log.
+    `identity`: device and number of the file; `reader`, `log`: where edits go to a log, a second
+    connection and who brings it into the file.
     """
 
     def __init__(
@@ -158,15 +146,10 @@ class Access:
     def alone(self, seconds: float = -1.0) -> Iterator[sqlite3.Connection]:
         """The database, for this thread alone; InputError after waiting so long, -1: for ever."""
         if not self._lock.acquire(timeout=seconds):
-            raise InputError(
-                "the project is being written to",
-                where=str(self.path),
-                remedy="Repeat this in a moment; the status line says what is being written.",
-            )
+            remedy = "Repeat this in a moment; the status line says what is being written."
+            raise InputError("the project is being written to", where=str(self.path), remedy=remedy)
         try:
             with speaking(self.path):
-                if not is_in_place(self.path, self._identity):
-                    leave_behind(self.path)
                 yield self._database
         finally:
             self._lock.release()
@@ -180,20 +163,16 @@ class Access:
     @contextmanager
     def at_once(self) -> Iterator[sqlite3.Connection]:
         """The database; the window's thread does not wait for a long edit of another one."""
-        waits = self._log is None or current_thread() is not main_thread()
+        waits = current_thread() is not main_thread()
         with self.alone(-1.0 if waits else _PATIENCE_SECONDS) as database:
             yield database
 
     @contextmanager
     def reading(self) -> Iterator[sqlite3.Connection]:
         """The database to be read; waits for no edit where there is a second connection."""
-        if self._reader is None or self._lock.acquire(blocking=False):
-            try:
-                with self.alone() as database:
-                    yield database
-            finally:
-                if self._reader is not None:
-                    self._lock.release()
+        if self._reader is None:
+            with self.alone() as database:
+                yield database
         else:
             with self._reading, speaking(self.path):
                 yield self._reader

@@ -1,4 +1,8 @@
-"""The database of a project as a file: made, known by its first bytes, copied, changed at once."""
+"""The database of a project as a file: made, known by its first bytes, checked, copied.
+
+A project can come from a stranger. It is plain SQLite: other tables, triggers and views do things
+unasked, so a file that has any is refused before anything else of it is used.
+"""
 
 import glob
 import os
@@ -6,6 +10,7 @@ import sqlite3
 import struct
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import cache
 from pathlib import Path
 
 from stereotrack_core.atomic import make_folder, replacing
@@ -34,19 +39,10 @@ _SENTENCES: dict[int, tuple[str, str]] = {
         "it is write-protected",
         "Change the permissions of the file, or open it read-only.",
     ),
-    sqlite3.SQLITE_CANTOPEN: (
-        "it cannot be opened",
-        "Check that the drive is connected and that you may read the file.",
-    ),
-    sqlite3.SQLITE_IOERR: (
-        "the drive reports an error",
-        "Check the drive. All edits before the last one are saved.",
-    ),
-    sqlite3.SQLITE_NOMEM: (
-        "there is not enough memory",
-        "Close other programs. All edits before the last one are saved.",
-    ),
 }
+
+_TROUBLE = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_NOMEM)
+"""Further result codes that no program error gives."""
 
 _NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
 """Exceptions raised by senseless values."""
@@ -61,27 +57,18 @@ _DAMAGE = (
 def how_to_restore(path: Path) -> str:
     """Remedy for a damaged project: the backup beside it, and how to open it."""
     kept = sorted(path.parent.glob(f"{glob.escape(path.stem)}.format*{path.suffix}"))
-    if not kept:
-        return (
-            "Open a copy made with File, Project, Save a copy, or one from a backup of the drive. "
-            "This file is not changed."
-        )
-    return (
-        f"Open its backup with File, Open a project, or `stereotrack open {kept[-1]}`: the "
-        "project as it was before it got the present format. This file is not changed."
-    )
+    remedy = "Open a copy made with File, Project, Save a copy, or one from a backup of the drive."
+    if kept:
+        remedy = f"Open its backup with File, Open a project, or `stereotrack open {kept[-1]}`."
+    return f"{remedy} This file is not changed."
 
 
 class ProjectDamaged(InputError):
-    """The project cannot be read; `detail` says why, `first` what to do before a backup is used."""
+    """The project cannot be read; `detail` says why."""
 
-    def __init__(self, path: Path, detail: str, first: str = "") -> None:
-        super().__init__(
-            f"the project file is damaged ({detail})",
-            where=str(path),
-            remedy=f"{first} {how_to_restore(path)}".strip(),
-        )
-        self.detail = detail
+    def __init__(self, path: Path, detail: str) -> None:
+        what, remedy = f"the project file is damaged ({detail})", how_to_restore(path)
+        super().__init__(what, where=str(path), remedy=remedy)
 
 
 class ProjectInUse(InputError):
@@ -98,15 +85,14 @@ def speaking(path: Path) -> Iterator[None]:
     """Turn failures of the database into sentences about `path`: ProjectDamaged, InputError."""
     try:
         yield
-    except UnicodeDecodeError as error:  # in a message about a list of tables that is rubbish
-        raise ProjectDamaged(path, "its list of tables cannot be read") from error
     except sqlite3.Error as error:
         kind = code_of(error)
         if kind in _DAMAGE or (not kind and "decode" in str(error)):
             raise ProjectDamaged(path, str(error)) from error
-        if kind not in _SENTENCES:
+        if kind not in (*_SENTENCES, *_TROUBLE):
             raise
-        what, remedy = _SENTENCES[kind]
+        usual = str(error), "Check the drive. All edits before the last one are saved."
+        what, remedy = _SENTENCES.get(kind, usual)
         raise InputError(what, where=str(path), remedy=remedy) from error
 
 
@@ -118,9 +104,8 @@ def making_sense(path: Path, *also: type[InputError]) -> Iterator[None]:
         try:
             yield
         except kinds as error:
-            said = shortened(error.what if isinstance(error, InputError) else str(error))
-            what = f"{said} is missing" if isinstance(error, KeyError) else said
-            raise ProjectDamaged(path, what) from error
+            said = error.what if isinstance(error, InputError) else str(error)
+            raise ProjectDamaged(path, shortened(said)) from error
 
 
 _MAGIC = b"SQLite format 3\0"
@@ -135,11 +120,8 @@ def make_database(path: Path, recording: Row | None = None) -> None:
     `recording` has the name, relative path, absolute path and fingerprint.
     """
     if path.exists():
-        raise InputError(
-            "a file of this name already exists",
-            where=str(path),
-            remedy="Open it, or choose another name for the new project.",
-        )
+        remedy = "Open it, or choose another name for the new project."
+        raise InputError("a file of this name already exists", where=str(path), remedy=remedy)
     _check_nothing_beside(path)
     make_folder(path.parent)
     with (
@@ -157,32 +139,18 @@ def make_database(path: Path, recording: Row | None = None) -> None:
             database.execute(f"PRAGMA application_id = {APPLICATION}")
 
 
-def beside(path: Path) -> tuple[Path, ...]:
-    """Files beside a project of an unfinished edit: a log, a journal not begun by zero."""
-    sidecars = [path.with_name(path.name + suffix) for suffix in ("-journal", "-wal")]
-
-    def begins_with_text(path: Path) -> bool:
-        with path.open("rb") as file:
-            return file.read(1) not in (b"", b"\0")
-
-    return tuple(one for one in sidecars if one.is_file() and begins_with_text(one))
-
-
-def leave_behind(path: Path) -> None:
-    """Part from the journal of a file that was moved away; SQLite would look for the file there."""
-    journal = path.with_name(f"{path.name}-journal")
-    if journal.exists() and journal not in beside(path):
-        journal.unlink()
+def beside(path: Path) -> list[Path]:
+    """Files beside a project that an unfinished edit, or a crash, has left: log or journal."""
+    left = [path.with_name(path.name + suffix) for suffix in ("-journal", "-wal")]
+    return [one for one in left if one.is_file() and one.stat().st_size]
 
 
 def _check_nothing_beside(path: Path) -> None:
     """See that a new file of that name is not taken for one that has gone from there."""
     for left in beside(path):
-        raise InputError(
-            "it belongs to an earlier project of this name",
-            where=str(left),
-            remedy="Move it back beside that project, which needs it, or choose another name.",
-        )
+        what = "it belongs to an earlier project of this name"
+        remedy = "Move it back beside that project, which needs it, or choose another name."
+        raise InputError(what, where=str(left), remedy=remedy)
 
 
 def check_header(path: Path) -> None:
@@ -205,24 +173,9 @@ def check_header(path: Path) -> None:
     if ours and len(header) < _HEADER:
         raise ProjectDamaged(path, f"the file ends after {len(header)} bytes")
     if not ours or struct.unpack_from(">i", header, _APPLICATION_AT) != (APPLICATION,):
-        raise InputError(
-            "this is not a stereotrack project",
-            where=str(path),
-            remedy="Open a file that ends in .stereotrack.",
-        )
+        what = "this is not a stereotrack project"
+        raise InputError(what, where=str(path), remedy="Open a file that ends in .stereotrack.")
     check_version(path, struct.unpack_from(">i", header, _VERSION_AT)[0])
-
-
-def resolved(path: Path) -> Path:
-    """The file itself, to which links may lead: log and lock lie beside that."""
-    try:
-        return Path(path).resolve()
-    except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a zero in the name
-        raise InputError(
-            f"the link cannot be followed ({error})",
-            where=str(path),
-            remedy="Open the project file itself.",
-        ) from error
 
 
 def check_version(path: Path, version: int) -> None:
@@ -237,8 +190,7 @@ def check_version(path: Path, version: int) -> None:
 
 def version_of(database: sqlite3.Connection) -> int:
     """Format of a project."""
-    version: int = database.execute("PRAGMA user_version").fetchone()[0]
-    return version
+    return int(database.execute("PRAGMA user_version").fetchone()[0])
 
 
 def _missing(database: sqlite3.Connection) -> list[str]:
@@ -282,11 +234,9 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
             target.execute("DELETE FROM owner")
             whole = target.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
         if not whole:
-            raise InputError(
-                "the copy of the project is incomplete",
-                where=str(path),
-                remedy="Copy it to another drive. The project itself was not changed.",
-            )
+            what = "the copy of the project is incomplete"
+            remedy = "Copy it to another drive. The project itself was not changed."
+            raise InputError(what, where=str(path), remedy=remedy)
 
 
 def is_in_place(path: Path, identity: tuple[int, int] | None) -> bool:
@@ -309,3 +259,47 @@ def transaction(database: sqlite3.Connection) -> Iterator[None]:
         if database.in_transaction:
             database.execute("ROLLBACK")
         raise
+
+
+def _new_project(version: int) -> sqlite3.Connection:
+    """An empty project of a format, in memory."""
+    later = {s for number, added in ADDED_STATEMENTS.items() if number > version for s in added}
+    database = sqlite3.connect(":memory:")
+    for statement in STATEMENTS:
+        if statement not in later:
+            database.execute(statement)
+    return database
+
+
+def _objects(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
+    """Kind, name, table and statement (without spaces) of all that a database consists of."""
+    rows = database.execute("SELECT type, name, tbl_name, ifnull(sql, '') FROM sqlite_schema")
+    return frozenset((*names, "".join(str(sql).split()).lower()) for *names, sql in rows)
+
+
+@cache
+def _expected(version: int) -> frozenset[tuple[str, ...]]:
+    with closing(_new_project(version)) as database:
+        return _objects(database)
+
+
+def check_schema(database: sqlite3.Connection, path: Path) -> None:
+    """See that there are a project's tables and no others. Raises InputError, ProjectDamaged."""
+    expected, found = _expected(version_of(database)), _objects(database)
+    for kind, name, *_ in sorted(found - expected):
+        raise InputError(
+            f"it was modified by another program: the {kind} {shortened(repr(name))} is not as "
+            "this program creates it",
+            where=str(path),
+            remedy=f"It could be harmful, so nothing of it is used. {how_to_restore(path)}",
+        )
+    for kind, name, *_ in sorted(expected - found):
+        if kind == "table":  # an index that earlier versions did not make may be missing
+            raise ProjectDamaged(path, f"the table {name} is missing")
+
+
+def check_whole(database: sqlite3.Connection, path: Path) -> None:
+    """See that the pages of the file are whole. Raises ProjectDamaged."""
+    verdict = str(database.execute("PRAGMA integrity_check(1)").fetchone()[0])
+    if verdict != "ok":
+        raise ProjectDamaged(path, verdict.splitlines()[-1])

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,19 +43,13 @@ def keypoints_in(
         source = KeypointSource(path, recording, layout=named)
         return of_chosen_person(read_keypoints(source), person)
     if layout is not None:
-        raise InputError(
-            "the keypoints of a project have names",
-            where="--layout",
-            remedy="Omit it, or import the file again with this layout.",
-        )
+        remedy = "Omit it, or import the file again with this layout."
+        raise InputError("the keypoints of a project have names", where="--layout", remedy=remedy)
     with Project.open(path, read_only=True) as project:
         keypoints = project.keypoints.all()
     if not len(keypoints):
-        raise InputError(
-            "the project has no keypoints",
-            where=str(path),
-            remedy="Import them with `stereotrack import predictions`.",
-        )
+        remedy = "Import them with `stereotrack import predictions`."
+        raise InputError("the project has no keypoints", where=str(path), remedy=remedy)
     return of_chosen_person(FoundKeypoints(keypoints), person)
 
 
@@ -108,24 +102,20 @@ def plan_import(
     recording's number. Raises InputError.
     """
     every = joined([read_keypoints(source, frames) for source in sources])
-    people = [
-        every.people.get(number, str(number))
-        for number in np.unique(every.keypoints.person).tolist()
-    ]
+    numbers = np.unique(every.keypoints.person).tolist()
+    people = [every.people.get(number, str(number)) for number in numbers]
     found = every if all_people else of_chosen_person(every, person)
     kept = found.keypoints
     if all_people and len(people) > 1:
-        numbers = ", ".join(f"{number} is {name}" for number, name in every.people.items())
-        note = f"all {len(people)} people are kept" + (f" ({numbers})" if numbers else "")
+        named = ", ".join(f"{number} is {name}" for number, name in every.people.items())
+        note = f"all {len(people)} people are kept" + (f" ({named})" if named else "")
         found = replace(found, notes=(*found.notes, note))
     names = tuple(sorted(set(kept.source.tolist())))
     for name in names:
         if name in _TAKEN:
-            raise InputError(
-                f"the detector cannot be called {name!r}",
-                where=str(sources[0].path),
-                remedy="Give another name of the detector.",
-            )
+            what = f"the detector cannot be called {name!r}"
+            remedy = "Give another name of the detector."
+            raise InputError(what, where=str(sources[0].path), remedy=remedy)
     before = project.keypoints.state(names)
     new = landmark_predictions(of_one_person(kept), project.landmark_set().names)
     after = _joined(before, kept, new if propose else None)
@@ -142,8 +132,7 @@ def removal(project: Project, source: str) -> tuple[DetectorState, DetectorState
     return before, DetectorState((source,), keypoints_of(()), ())
 
 
-@dataclass(frozen=True, eq=False)
-class DetectorFill:
+class DetectorFill(NamedTuple):
     """Change of a project by a detection in some of its frames."""
 
     before: DetectorState
@@ -184,10 +173,10 @@ def _joined(
     keypoints = keypoints_of([*rows_of(old[stays]), *rows_of(new)])
     if proposed is None:
         return DetectorState(before.sources, keypoints, before.proposed)
-    kept = [
+    kept = (
         one
         for one in before.proposed
         if not goes(one.source, one.camera, one.frame)
         or (selection is not None and not selection.has(one.landmark))
-    ]
+    )
     return DetectorState(before.sources, keypoints, (*kept, *proposed))

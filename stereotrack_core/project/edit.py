@@ -2,10 +2,10 @@
 
 import json
 import sqlite3
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from itertools import chain
+from typing import Any
 
 from stereotrack_core.project.schema import Row, Table
 from stereotrack_core.reading import parsed_json
@@ -25,13 +25,10 @@ class Change:
 
 def change_of(table: Table, key: str, before: str | None, after: str | None) -> Change:
     """The change that the history keeps as JSON; ValueError where that is none of this table."""
-    rows = [_from_json(text) for text in (key, before, after)]
-    lengths = [len(table.key), len(table.values), len(table.values)]
-    if rows[0] is None or any(
-        row is not None and len(row) != length for row, length in zip(rows, lengths, strict=True)
-    ):
+    own, *both = (_from_json(text) for text in (key, before, after))
+    if own is None or any(row is not None and len(row) != len(table.values) for row in both):
         raise ValueError(f"this is not a row of {table.name}")
-    return Change(table, rows[0], rows[1], rows[2])
+    return Change(table, own, *both)
 
 
 def as_json(row: Row | None) -> str | None:
@@ -40,12 +37,9 @@ def as_json(row: Row | None) -> str | None:
 
 
 def _from_json(text: str | None) -> Row | None:
-    if text is None:
+    row = None if text is None else json.loads(text)
+    if row is None:
         return None
-    try:
-        row = json.loads(text)
-    except RecursionError as error:
-        raise ValueError("this is not a row") from error
     if not isinstance(row, list) or not all(isinstance(one, _VALUES) for one in row):
         raise ValueError("this is not a row")
     return tuple(row)
@@ -93,45 +87,22 @@ class State:
         return Change(table, key, self.row(table, key), after)
 
 
-class Edit(ABC):
-    """A command; subclasses are frozen dataclasses.
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """A command, made by a function; the rows before and after it are kept in the history."""
 
-    An edit is asked for its changes once; the rows before and after are kept in the history.
-    """
-
-    kind: ClassVar[str]  # a word for edits of this kind, kept in the history
-
-    @abstractmethod
-    def words(self) -> str:
-        """Description, as a menu shows it after "Undo:"."""
-
-    @abstractmethod
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows that it changes. Raises InputError where it makes no sense."""
-
-    def contents(self) -> Iterable[bytes]:
-        """Large immutable data that its rows name by :func:`entries.hash_of`."""
-        return ()
+    kind: str  # a word for edits of this kind, kept in the history
+    words: str  # description, as a menu shows it after "Undo:"
+    changes: Callable[[State, Stamp], Iterable[Change]]
+    """The rows that it changes; called once. Raises InputError where it makes no sense."""
+    contents: tuple[bytes, ...] = ()  # large data that its rows name by :func:`entries.hash_of`
 
 
-@dataclass(frozen=True)
-class Together(Edit):
+def together(words: str, edits: Sequence[Edit]) -> Edit:
     """Several edits as one; later ones must not depend on earlier ones."""
 
-    kind: ClassVar[str] = "together"
-    text: str
-    edits: tuple[Edit, ...] = ()
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        return chain.from_iterable(edit.changes(state, stamp) for edit in edits)
 
-    def words(self) -> str:
-        """The text that it was given."""
-        return self.text
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The changes of all of them."""
-        for edit in self.edits:
-            yield from edit.changes(state, stamp)
-
-    def contents(self) -> Iterable[bytes]:
-        """The contents of all of them."""
-        for edit in self.edits:
-            yield from edit.contents()
+    contents = chain.from_iterable(edit.contents for edit in edits)
+    return Edit("together", words, changes, tuple(contents))

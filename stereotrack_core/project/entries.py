@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from math import inf
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark_set_of
 from stereotrack_core.annotation.reference import Reference
@@ -18,7 +18,6 @@ from stereotrack_core.project.database import ProjectDamaged, making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State, facts_of
 from stereotrack_core.project.schema import (
     CHOICE,
-    EDITED_TABLES,
     LANDMARK_SET,
     PARAMETER_SET,
     REFERENCE,
@@ -95,89 +94,53 @@ class Entries:
         """The large data of the one of that name. Raises InputError without any."""
         entry = self.get(name)
         if entry.content is None:
-            raise InputError(
-                "its data are missing",
-                where=f"{self.table.word} {name}",
-                remedy="Delete it and save it again.",
-            )
+            what = "its data are missing"
+            remedy = "Delete it and save it again."
+            raise InputError(what, where=f"{self.table.word} {name}", remedy=remedy)
         with self._access.reading() as database:
             return fetch(database, self.path, entry.content)
 
 
-@dataclass(frozen=True)
-class SaveEntry(Edit):
+def save_entry(
+    table: Table, name: str, facts: str, data: bytes | None = None, *, replacing: bool = False
+) -> Edit:
     """Save a named thing; one of that name is replaced only where that is said."""
+    content = None if data is None else hash_of(data)
 
-    kind: ClassVar[str] = "save"
-    table: str
-    name: str
-    facts: str
-    data: bytes | None = None
-    replacing: bool = False
-
-    def words(self) -> str:
-        """``save run accurate``."""
-        return f"save {EDITED_TABLES[self.table].word} {self.name}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Its row."""
-        table = EDITED_TABLES[self.table]
-        if not self.name.strip():
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        if not name.strip():
             raise InputError(f"the {table.word} has no name", remedy="Give it one.")
-        before = state.row(table, (self.name,))
-        if before is not None and not before[-1] and not self.replacing:
-            raise InputError(
-                f"there is a {table.word} {self.name!r} already",
-                remedy="Choose another name, or confirm that it is to be replaced.",
-            )
-        content = None if self.data is None else hash_of(self.data)
-        if before is not None and (*before[:2], before[-1]) == (self.facts, content, 0):
-            return
-        yield Change(table, (self.name,), before, (self.facts, content, stamp.who, stamp.at, 0))
+        before = state.row(table, (name,))
+        if before is not None and not before[-1] and not replacing:
+            remedy = "Choose another name, or confirm that it is to be replaced."
+            raise InputError(f"there is a {table.word} {name!r} already", remedy=remedy)
+        if before is None or (*before[:2], before[-1]) != (facts, content, 0):
+            yield Change(table, (name,), before, (facts, content, stamp.who, stamp.at, 0))
 
-    def contents(self) -> Iterable[bytes]:
-        """Its data."""
-        return () if self.data is None else (self.data,)
+    contents = () if data is None else (data,)
+    return Edit("save", f"save {table.word} {name}", changes, contents)
 
 
-@dataclass(frozen=True)
-class DeleteEntry(Edit):
+def delete_entry(table: Table, name: str) -> Edit:
     """Take a named thing away; its data stay in the file, so that it can come back."""
 
-    kind: ClassVar[str] = "delete"
-    table: str
-    name: str
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        before = row_of(state, table, name)
+        yield Change(table, (name,), before, (*before[:2], stamp.who, stamp.at, 1))
 
-    def words(self) -> str:
-        """``delete run accurate``."""
-        return f"delete {EDITED_TABLES[self.table].word} {self.name}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Its row."""
-        table = EDITED_TABLES[self.table]
-        before = row_of(state, table, self.name)
-        yield Change(table, (self.name,), before, (*before[:2], stamp.who, stamp.at, 1))
+    return Edit("delete", f"delete {table.word} {name}", changes)
 
 
-@dataclass(frozen=True)
-class Choose(Edit):
+def choose(table: Table, name: str | None) -> Edit:
     """Say which of a table's named things is used, or with None that none is."""
 
-    kind: ClassVar[str] = "choose"
-    table: str
-    name: str | None
+    def changes(state: State, _stamp: Stamp) -> Iterable[Change]:
+        if name is not None:
+            row_of(state, table, name)
+        yield state.change(CHOICE, (table.name,), None if name is None else (name,))
 
-    def words(self) -> str:
-        """``use subject P2``."""
-        word = EDITED_TABLES[self.table].word
-        return f"use no {word}" if self.name is None else f"use {word} {self.name}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """The choice."""
-        table = EDITED_TABLES[self.table]
-        if self.name is not None:
-            row_of(state, table, self.name)
-        yield state.change(CHOICE, (self.table,), None if self.name is None else (self.name,))
+    words = f"use no {table.word}" if name is None else f"use {table.word} {name}"
+    return Edit("choose", words, changes)
 
 
 def row_of(state: State, table: Table, name: str) -> Row:
@@ -195,18 +158,13 @@ def facts_as_json(facts: Mapping[str, Any]) -> str:
 
 def _entry(name: Any, values: Row) -> Entry:
     facts, content, who, at, deleted = values
-    data = None if content is None else str(content)
-    return Entry(str(name), facts_of(str(facts)), data, str(who), str(at), bool(deleted))
+    return Entry(name, facts_of(str(facts)), content, who, at, bool(deleted))  # type: ignore[arg-type]
 
 
 def _missing(table: Table, name: str) -> InputError:
     return InputError(
         f"the project has no {table.word} {name!r}", remedy="Choose one of those listed."
     )
-
-
-def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is not a number")
 
 
 class ViewSettings:
@@ -219,8 +177,8 @@ class ViewSettings:
         """Value of that name; `default` where there is none of its kind."""
         row = self._access.row("SELECT value FROM view_setting WHERE name = ?", (name,))
         try:
-            value = None if row is None else json.loads(row[0], parse_constant=_refuse)
-        except (ValueError, RecursionError):
+            value = None if row is None else json.loads(row[0])
+        except ValueError:
             value = None
         kinds = (int, float) if isinstance(default, float) else type(default)
         return value if default is None or isinstance(value, kinds) else default
@@ -246,11 +204,11 @@ class ParameterSet:
 _META_SHOWN = ("program", "version", "preset", "seed", "recording", "fingerprint", "views")
 
 
-def save_reference(name: str, reference: Reference, *, replacing: bool = False) -> SaveEntry:
+def save_reference(name: str, reference: Reference, *, replacing: bool = False) -> Edit:
     """The edit that puts a reference into the project."""
     shown = {key: reference.meta[key] for key in _META_SHOWN if key in reference.meta}
     facts = facts_as_json({"frames": len(reference.frame), **shown})
-    return SaveEntry(REFERENCE.name, name, facts, reference_bytes(reference), replacing)
+    return save_entry(REFERENCE, name, facts, reference_bytes(reference), replacing=replacing)
 
 
 def load_reference(references: Entries, name: str) -> Reference:
@@ -260,28 +218,21 @@ def load_reference(references: Entries, name: str) -> Reference:
         return reference_of_bytes(data, name)
 
 
-def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
+def save_subject(subject: Subject, *, origin: str = "entered") -> Edit:
     """The edit that keeps a subject; `origin`: ``measured from clicks``, ``personalised`` ..."""
     facts = {**asdict(subject), "origin": origin}
-    return SaveEntry(SUBJECT.name, subject.name, facts_as_json(facts), replacing=True)
+    return save_entry(SUBJECT, subject.name, facts_as_json(facts), replacing=True)
 
 
-@dataclass(frozen=True, eq=False)
-class UseSubject(Edit):
+def use_subject(subject: Subject, origin: str) -> Edit:
     """Keep a subject under its name, and let the project use it, as one edit."""
+    saved = save_subject(subject, origin=origin)
 
-    kind: ClassVar[str] = "use subject"
-    subject: Subject
-    origin: str
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        yield from saved.changes(state, stamp)
+        yield state.change(CHOICE, (SUBJECT.name,), (subject.name,))
 
-    def words(self) -> str:
-        """``use subject P2, personalised``."""
-        return f"use subject {self.subject.name}, {self.origin}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The subject's row, and the choice."""
-        yield from save_subject(self.subject, origin=self.origin).changes(state, stamp)
-        yield state.change(CHOICE, (SUBJECT.name,), (self.subject.name,))
+    return Edit("use subject", f"use subject {subject.name}, {origin}", changes)
 
 
 def load_subject(subjects: Entries, name: str) -> Subject:
@@ -299,10 +250,10 @@ def _length(value: Any) -> float | None:
     return None if value is None else float(value)
 
 
-def save_landmark_set(landmarks: LandmarkSet) -> SaveEntry:
+def save_landmark_set(landmarks: LandmarkSet) -> Edit:
     """The edit that keeps a set of landmarks under its name."""
     facts = facts_as_json(landmarks.facts())
-    return SaveEntry(LANDMARK_SET.name, landmarks.name, facts, replacing=True)
+    return save_entry(LANDMARK_SET, landmarks.name, facts, replacing=True)
 
 
 def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
@@ -314,10 +265,10 @@ def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
         return landmark_set_of(facts)
 
 
-def save_parameters(name: str, parameters: ParameterSet) -> SaveEntry:
+def save_parameters(name: str, parameters: ParameterSet) -> Edit:
     """The edit that keeps parameters under a name."""
     facts = facts_as_json({"preset": parameters.preset, "values": dict(parameters.values)})
-    return SaveEntry(PARAMETER_SET.name, name, facts, replacing=True)
+    return save_entry(PARAMETER_SET, name, facts, replacing=True)
 
 
 def load_parameters(sets: Entries, name: str) -> ParameterSet:

@@ -28,7 +28,7 @@ from stereotrack_core.evaluation.joint_angles import (
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.json_files import write_results
-from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.keypoints.reading import write_table
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_run, write_trajectory
@@ -200,7 +200,6 @@ _PROPERTIES: Mapping[str, tuple[str, Callable[[Click], bool]]] = {
 
 _NOTES = frozenset({"sigma", "flag", "annotator"})
 _SIGMA_AND_SOURCE = "standard deviations, and which frames are interpolated"
-
 _TRAJECTORIES = (_frames(write_run), _frames(write_trajectory), _frames(_landmarks_of_reference))
 
 FORMATS: tuple[ExportFormat, ...] = (
@@ -278,11 +277,8 @@ def format_of_file(path: Path) -> ExportFormat:
     found = next((one for one in FORMATS if suffix in one.suffixes), None)
     if found is None:
         every = sorted({one for form in FORMATS for one in form.suffixes})
-        raise InputError(
-            f"the suffix {suffix!r} means no format",
-            where=str(path),
-            remedy=f"Give --format, or a name that ends in one of {', '.join(every)}.",
-        )
+        remedy = f"Give --format, or a name that ends in one of {', '.join(every)}."
+        raise InputError(f"the suffix {suffix!r} means no format", where=str(path), remedy=remedy)
     return found
 
 
@@ -294,9 +290,6 @@ def writer(form: ExportFormat, kind: Kind) -> Callable[..., Exported]:
     """
     found: Callable[..., Exported] | None = getattr(form, kind)
     if found is None:
-        raise InputError(
-            f"this cannot be exported as {form.name}",
-            where="--format",
-            remedy=f"Use one of {', '.join(one.name for one in formats_of(kind))}.",
-        )
+        remedy = f"Use one of {', '.join(one.name for one in formats_of(kind))}."
+        raise InputError(f"this cannot be exported as {form.name}", where="--format", remedy=remedy)
     return found

@@ -35,7 +35,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
 from stereotrack_core.geometry.camera_agreement import Disagreement
-from stereotrack_core.project.entries import Choose, load_reference, save_reference
+from stereotrack_core.project.entries import choose, load_reference, save_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.selection import gaps_of, landmark_gaps_of
@@ -88,7 +88,7 @@ def keep_fitted(project: Project, reference: Reference, frames: range | None) ->
         reference = merged_reference(old, reference, frames)
     project.apply(save_reference(FITTED, reference, replacing=True))
     if project.chosen(project.references) != FITTED:
-        project.apply(Choose(REFERENCE.name, FITTED))
+        project.apply(choose(REFERENCE, FITTED))
 
 
 def frames_around(frames: range, clicked: tuple[int, ...], last: int) -> range:

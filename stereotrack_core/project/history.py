@@ -1,7 +1,6 @@
 """Every edit that was ever made, from which undo and redo work without limit.
 
-Runs are not noted: they come when they are complete, and are restored after a removal. Earlier
-versions have noted them, which is passed over.
+Runs are not noted: they come when they are complete, and are restored after a removal.
 """
 
 import sqlite3
@@ -9,7 +8,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.database import ProjectDamaged, making_sense
 from stereotrack_core.project.edit import (
@@ -23,7 +21,6 @@ from stereotrack_core.project.edit import (
 )
 from stereotrack_core.project.entries import store
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
-from stereotrack_core.project.validity import makes_sense
 
 How: TypeAlias = Literal["done", "undone", "dropped"]  # in effect, taken back, or then dropped
 
@@ -62,13 +59,10 @@ class Changed:
         )
 
 
-_EDITS = (
-    "SELECT number, kind, words, who, at, state FROM edit WHERE NOT EXISTS"  # noqa: S608 - constants
-    f" (SELECT 1 FROM edit_change WHERE edit = number AND changed_table = '{RUN.name}')"
-)
+_EDITS = "SELECT number, kind, words, who, at, state FROM edit"
 _NEXT = {
-    "undone": f"{_EDITS} AND state = 'undone' ORDER BY number LIMIT 1",
-    "done": f"{_EDITS} AND state = 'done' ORDER BY number DESC LIMIT 1",
+    "undone": f"{_EDITS} WHERE state = 'undone' ORDER BY number LIMIT 1",
+    "done": f"{_EDITS} WHERE state = 'done' ORDER BY number DESC LIMIT 1",
 }
 _DROP = "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
 
@@ -116,22 +110,16 @@ class History:
                 changes = without_idle(edit.changes(State(database), stamp))
             if not changes:
                 return None
-            store(database, edit.contents())
+            store(database, edit.contents)
             for change in changes:
                 change.table.write(database, change.key, change.after)
-                if not makes_sense(database, change.table, change.key):
-                    raise InputError(
-                        f"this cannot be saved: a value of {change.table.name} is out of range",
-                        where=edit.words(),
-                        remedy="Nothing was changed; enter another value.",
-                    )
             if any(change.table is not RUN for change in changes):
                 dropped = database.execute(_DROP).rowcount
                 joined = continues and not dropped
                 if not (joined and self._continued(database, edit.kind, changes, stamp)):
                     self._note(database, edit, changes, stamp)
             database.execute("INSERT OR IGNORE INTO annotator VALUES (?, ?)", (stamp.who, stamp.at))
-        return Changed(edit.words(), "done", changes)
+        return Changed(edit.words, "done", changes)
 
     def undo(self) -> Changed | None:
         """Take back the last edit that is in effect; None where there is none."""
@@ -148,8 +136,9 @@ class History:
                 return None
             changes = self.changes_of(entry.number)
             if undoing:
-                reverse = (Change(c.table, c.key, c.after, c.before) for c in reversed(changes))
-                changes = tuple(reverse)
+                changes = tuple(
+                    Change(c.table, c.key, c.after, c.before) for c in reversed(changes)
+                )
             for change in changes:
                 if change.table.read(database, change.key) != change.before:
                     raise ProjectDamaged(
@@ -157,10 +146,6 @@ class History:
                         f"the history of {change.table.name} is inconsistent with its rows",
                     )
                 change.table.write(database, change.key, change.after)
-                if not makes_sense(database, change.table, change.key):
-                    raise ProjectDamaged(
-                        self._access.path, f"the history has an invalid row of {change.table.name}"
-                    )
             database.execute(
                 "UPDATE edit SET state = ? WHERE number = ?",
                 ("undone" if undoing else "done", entry.number),
@@ -173,18 +158,13 @@ class History:
     ) -> None:
         number = database.execute(
             "INSERT INTO edit (kind, words, who, at, state) VALUES (?, ?, ?, ?, 'done')",
-            (edit.kind, edit.words(), stamp.who, stamp.at),
+            (edit.kind, edit.words, stamp.who, stamp.at),
         ).lastrowid
-        database.executemany(
-            "INSERT INTO edit_change VALUES (?, ?, ?, ?, ?, ?)",
-            (
-                (
-                    *(number, place, change.table.name, as_json(change.key)),
-                    *(as_json(change.before), as_json(change.after)),
-                )
-                for place, change in enumerate(changes)
-            ),
+        rows = (
+            (number, place, c.table.name, as_json(c.key), as_json(c.before), as_json(c.after))
+            for place, c in enumerate(changes)
         )
+        database.executemany("INSERT INTO edit_change VALUES (?, ?, ?, ?, ?, ?)", rows)
 
     def _continued(
         self, database: sqlite3.Connection, kind: str, changes: tuple[Change, ...], stamp: Stamp

@@ -1,8 +1,7 @@
 """Flags on frames, and frames that shall be annotated."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
@@ -53,57 +52,41 @@ class Marks:
         return tuple(Keyframe(frame, bool(done)) for frame, done in rows)
 
 
-@dataclass(frozen=True)
-class SetFlags(Edit):
+def flag_frames(flags: Sequence[FrameFlag], *, off: bool = False) -> Edit:
     """Flag frames or landmarks of them; or, with `off`, take these flags away."""
 
-    kind: ClassVar[str] = "flag"
-    flags: tuple[FrameFlag, ...]
-    off: bool = False
-
-    def words(self) -> str:
-        """``flag left elbow, frame 213, as gap``."""
-        first = self.flags[0]
-        what = f"{first.landmark.replace('_', ' ')}, " if first.landmark else ""
-        more = f" and {len(self.flags) - 1} more" if len(self.flags) > 1 else ""
-        verb = "unflag" if self.off else "flag"
-        return f"{verb} {what}frame {first.frame}{more}, as {first.kind}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The flags' rows."""
-        for flag in self.flags:
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        for flag in flags:
             key: Row = (flag.frame, flag.landmark, flag.kind)
             before = state.row(FRAME_FLAG, key)
-            if self.off and (before is None or before[-1]):
+            if off and (before is None or before[-1]):
                 continue
-            if not self.off and before is not None and (before[0], before[-1]) == (flag.note, 0):
+            if not off and before is not None and (before[0], before[-1]) == (flag.note, 0):
                 continue
-            note = before[0] if self.off and before is not None else flag.note
-            after = (note, flag.who or stamp.who, flag.at or stamp.at, int(self.off))
+            note = before[0] if off and before is not None else flag.note
+            after = (note, flag.who or stamp.who, flag.at or stamp.at, int(off))
             yield Change(FRAME_FLAG, key, before, after)
 
+    first = flags[0]
+    what = f"{first.landmark.replace('_', ' ')}, " if first.landmark else ""
+    more = f" and {len(flags) - 1} more" if len(flags) > 1 else ""
+    verb = "unflag" if off else "flag"
+    return Edit("flag", f"{verb} {what}frame {first.frame}{more}, as {first.kind}", changes)
 
-@dataclass(frozen=True)
-class SetKeyframes(Edit):
+
+def mark_keyframes(frames: Sequence[int], state: str = "wanted") -> Edit:
     """Say of frames that they shall be annotated (``wanted``), are ``done``, or ``none``."""
+    done, deleted = int(state == "done"), int(state == "none")
 
-    kind: ClassVar[str] = "keyframes"
-    frames: tuple[int, ...]
-    state: str = "wanted"
-
-    def words(self) -> str:
-        """``say of 3 frames: done``."""
-        what = f"frame {self.frames[0]}" if len(self.frames) == 1 else f"{len(self.frames)} frames"
-        said = {"wanted": "to annotate", "done": "done", "none": "not a keyframe"}[self.state]
-        return f"mark {what}: {said}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The keyframes' rows."""
-        done, deleted = int(self.state == "done"), int(self.state == "none")
-        for frame in self.frames:
-            before = state.row(KEYFRAME, (frame,))
+    def changes(project: State, stamp: Stamp) -> Iterable[Change]:
+        for frame in frames:
+            before = project.row(KEYFRAME, (frame,))
             if before is None and deleted:
                 continue
             if before is not None and (before[0], before[-1]) == (done, deleted):
                 continue
             yield Change(KEYFRAME, (frame,), before, (done, stamp.who, stamp.at, deleted))
+
+    what = f"frame {frames[0]}" if len(frames) == 1 else f"{len(frames)} frames"
+    said = {"wanted": "to annotate", "done": "done", "none": "not a keyframe"}[state]
+    return Edit("keyframes", f"mark {what}: {said}", changes)

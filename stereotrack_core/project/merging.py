@@ -10,10 +10,11 @@ from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.database import resolved
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 
+_MEAN = "merged"  # origin of a click between two others
 Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 
 
@@ -32,7 +33,7 @@ def _mean_click(conflict: Difference) -> Click | None:
         visibility=min(mine.visibility, theirs.visibility),
         flag=mine.flag or theirs.flag,
         sigma=sigma,
-        origin="merged",
+        origin=_MEAN,
     )
 
 
@@ -48,8 +49,8 @@ class Incoming:
     same: tuple[Click, ...]
     conflicts: tuple[Difference, ...]
 
-    def edit(self, decision: Decision | None = None, *, with_new: bool = True) -> PlaceClicks:
-        """The one edit that takes in what is new, and for all conflicts what was decided.
+    def taken(self, decision: Decision | None = None, *, with_new: bool = True) -> list[Click]:
+        """Clicks to take in: what is new, and for all conflicts what was decided.
 
         Where there is no mean, the project's click stays. Raises InputError without a decision.
         """
@@ -62,16 +63,21 @@ class Incoming:
                 where=self.source,
                 remedy="Choose whether to keep the project's clicks or to use the others.",
             )
-        taken = list(self.new) if with_new else []
-        between = ""
+        decided: list[Click | None] = []
         if decision == "theirs":
-            taken += [one.second for one in self.conflicts if one.second is not None]
+            decided = [one.second for one in self.conflicts]
         elif decision == "mean":
-            means = [mean for one in self.conflicts if (mean := _mean_click(one)) is not None]
-            taken += means
-            between = f", {len(means)} of them mean positions," if means else ""
+            decided = [_mean_click(one) for one in self.conflicts]
+        new = self.new if with_new else ()
+        return [*new, *(click for click in decided if click is not None)]
+
+    def edit(self, decision: Decision | None = None, *, with_new: bool = True) -> Edit:
+        """The one edit that takes in :meth:`taken`."""
+        taken = self.taken(decision, with_new=with_new)
+        means = sum(click.origin == _MEAN for click in taken)
+        between = f", {means} of them mean positions," if decision == "mean" and means else ""
         words = f"merge {counted(len(taken), 'click')}{between} from {self.source}"
-        return PlaceClicks(tuple(taken), words)
+        return place_clicks(taken, words)
 
 
 def incoming(
@@ -112,16 +118,13 @@ def clicks_of_project(
     path: Path, project: Project
 ) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
     """All clicks of another project of the recording, and notes about it. Raises InputError."""
-    if resolved(path) == project.path:
+    if path.resolve() == project.path:
         raise InputError(
             "this project is already open", where=str(path), remedy="Choose another project."
         )
     with Project.open(path, read_only=True) as other:
         theirs, ours = other.recording_place(), project.recording_place()
         if theirs.fingerprint != ours.fingerprint:
-            raise InputError(
-                f"this project is of a different recording ({theirs.name})",
-                where=str(path),
-                remedy=f"Choose a project of {ours.name}.",
-            )
+            what = f"this project is of a different recording ({theirs.name})"
+            raise InputError(what, where=str(path), remedy=f"Choose a project of {ours.name}.")
         return other.clicks.all(with_deleted=True), other.notes

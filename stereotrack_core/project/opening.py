@@ -2,31 +2,33 @@
 
 import ctypes
 import os
-import shutil
 import sqlite3
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.locks import FileLock, Owner, is_held, lock_path
-from stereotrack_core.project.connection import connect, connect_for_reading, log_edits
+from stereotrack_core.locks import FileLock, Owner, is_held, lock_owner, lock_path
+from stereotrack_core.project.connection import (
+    Access,
+    LogWriter,
+    connect,
+    connect_for_reading,
+    set_log,
+)
 from stereotrack_core.project.database import (
     ProjectInUse,
-    beside,
     bring_up_to_date,
     check_header,
-    code_of,
+    check_whole,
     is_in_place,
     lend_missing,
     making_sense,
     transaction,
 )
-from stereotrack_core.project.validity import check_whole
 
 
 def owner_of(database: sqlite3.Connection) -> Owner | None:
@@ -43,20 +45,10 @@ def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
             database.execute("INSERT INTO owner VALUES (1, ?, ?, ?, ?)", astuple(owner))
 
 
-def in_use(path: Path, owner: Owner | None = None, remedy: str = "") -> ProjectInUse:
+def _in_use(path: Path, owner: Owner | None, remedy: str) -> ProjectInUse:
     """The complaint of the second program, which names the first one."""
-    if owner is None:
-        with (
-            suppress(InputError, sqlite3.Error),
-            closing(connect_for_reading(path)) as database,
-            making_sense(path),
-        ):
-            owner = owner_of(database)
-    who = "it is open in another program"
-    if owner is not None:
-        who = f"it is already open: {owner}"
-    remedy = remedy or "Close it there, or open it read-only."
-    return ProjectInUse(who, where=str(path), remedy=remedy)
+    what = f"it is already open: {owner or 'another program'}"
+    return ProjectInUse(what, where=str(path), remedy=remedy)
 
 
 _MOUNTS = Path("/proc/self/mounts")
@@ -74,20 +66,20 @@ _NETWORK_TYPES = frozenset(
 Mount = tuple[str, str]  # where a file system is mounted, and its type
 
 
-def network_type(path: Path, mounts: Sequence[Mount] | None = None) -> str | None:
-    """Type of the network file system of a path, by `mounts`; None for the machine's own."""
+def network_type(path: Path) -> str | None:
+    """Type of the network file system of a path; None for the machine's own."""
     place = os.path.realpath(path)
-    if mounts is None and sys.platform == "win32":
+    if sys.platform == "win32":
         return _windows_type(place)
     found = ("", "")
-    for mounted, kind in _machine_mounts() if mounts is None else mounts:
+    for mounted, kind in machine_mounts():
         inside = place == mounted or place.startswith(mounted.rstrip("/") + "/")
         if inside and len(mounted) >= len(found[0]):
             found = (mounted, kind)
     return found[1] if found[1] in _NETWORK_TYPES else None
 
 
-def _machine_mounts() -> tuple[Mount, ...]:
+def machine_mounts() -> tuple[Mount, ...]:
     """Mounts of this machine; none if it does not tell."""
     try:
         if sys.platform == "darwin":
@@ -141,26 +133,16 @@ _UNCERTAIN = (
 class Opened:
     """An open project file."""
 
-    path: Path
-    database: sqlite3.Connection
+    access: Access
     read_only: bool
     notes: tuple[Finding, ...]  # what the person should know
     resources: ExitStack  # closes everything
-    identity: tuple[int, int] | None = None  # device and number; None on network drives
-    logs: bool = False  # whether edits go to a log beside it
 
 
-def open_for_writing(
-    path: Path,
-    *,
-    take_over: bool = False,
-    interactive: bool = False,
-    mounts: Sequence[Mount] | None = None,
-) -> Opened:
+def open_for_writing(path: Path, *, take_over: bool = False) -> Opened:
     """Open the file as its only writer. Raises InputError, ProjectDamaged.
 
-    With `take_over`, also a project on a network drive that another machine has not given back;
-    with `interactive` edits go to a log (:func:`log_edits`) if the drive is of this machine.
+    With `take_over`, also a project on a network drive that another machine has not given back.
     """
     check_header(path)
     locked = lock_path(path).exists()
@@ -168,64 +150,50 @@ def open_for_writing(
         try:
             lock = FileLock(path)
         except BlockingIOError:
-            raise in_use(path) from None
+            raise _in_use(path, lock_owner(path), "Close it there, or open it read-only.") from None
         except OSError as error:
-            raise InputError(
-                f"cannot write beside the project ({error.strerror})",
-                where=str(path.parent),
-                remedy="Open the project read-only, or copy it elsewhere.",
-            ) from error
+            what = f"cannot write beside the project ({error.strerror})"
+            remedy = "Open the project read-only, or copy it elsewhere."
+            raise InputError(what, where=str(path.parent), remedy=remedy) from error
         stack.callback(lock.release)
-        network = network_type(path, mounts)
+        network = network_type(path)
         with making_sense(path):
-            if beside(path):  # an edit is taken back in a copy first: it may be of another file
-                with (
-                    tempfile.TemporaryDirectory() as folder,
-                    closing(connect(_copy(path, Path(folder)))) as tried,
-                ):
-                    check_whole(tried, path, closed=False)
-            database = connect(path)
-            stack.callback(database.close)
+            database = stack.enter_context(closing(connect(path)))
             left = owner_of(database)
             if left is not None:
                 ours = lock.holds and (network is None or left.host == Owner.myself().host)
                 if not (take_over or ours):  # else it is gone for certain
-                    raise in_use(path, left, _UNCERTAIN)
-            check_whole(database, path, closed=left is None)
+                    raise _in_use(path, left, _UNCERTAIN)
+            check_whole(database, path)
             status = path.stat()
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
             earlier = bring_up_to_date(database, path)
-            write_owner(database, Owner.myself())
-            logs = interactive and network is None and log_edits(database)
+            write_owner(database, Owner.myself())  # into the file: a copy without its log says so
+            set_log(database, log=network is None)
+            reader = log = None
+            if network is None:
+                reader = stack.enter_context(closing(connect_for_reading(path)))
+                log = stack.enter_context(closing(LogWriter(path)))
         notes = tuple(_notes(path, left, locked, earlier))
-        return Opened(path, database, False, notes, stack.pop_all(), identity, logs)
+        access = Access(database, path, identity, reader, log)
+        return Opened(access, False, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 
 def open_for_reading(path: Path) -> Opened:
     """Open the file without a way to write to it, also while another program writes.
 
-    Of an unfinished edit a temporary copy is read. Raises InputError, ProjectDamaged.
+    Raises InputError, ProjectDamaged.
     """
-    check_header(path)
     locked, held = lock_path(path).exists(), is_held(path, unsure=True)
     with ExitStack() as stack, making_sense(path):
-        closed = held or not beside(path)
-        try:
-            database = connect_for_reading(path)
-        except sqlite3.OperationalError as error:
-            if code_of(error) not in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
-                raise
-            folder = stack.enter_context(tempfile.TemporaryDirectory())
-            copy = _copy(path, Path(folder))
-            connect(copy).close()  # takes the edit back
-            database = connect_for_reading(copy)
-        stack.callback(database.close)
+        database = stack.enter_context(closing(connect_for_reading(path)))
         left = None if held else owner_of(database)
         lend_missing(database)
-        check_whole(database, path, closed=closed and left is None)
-        return Opened(path, database, True, tuple(_notes(path, left, locked)), stack.pop_all())
+        check_whole(database, path)
+        notes = tuple(_notes(path, left, locked))
+        return Opened(Access(database, path), True, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 
@@ -233,32 +201,14 @@ def _give_back(database: sqlite3.Connection, path: Path, identity: tuple[int, in
     """Say that nobody has it, and leave a single file.
 
     Where that fails nothing is lost: the next program takes it for a crash. A file that was moved
-    away is left alone, as the journal would lie where it was.
+    away is left alone, as its journal would lie where it was.
     """
     if not is_in_place(path, identity):
         return
     with suppress(sqlite3.Error):
         database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
         database.execute("PRAGMA journal_mode = DELETE")
-        database.execute("PRAGMA synchronous = FULL")
         write_owner(database, None)
-
-
-def _copy(path: Path, folder: Path) -> Path:
-    """Copy a project with what lies beside it of an unfinished edit; the copy's path."""
-    copy = folder / path.name
-    try:
-        for one in (path, *beside(path)):
-            shutil.copyfile(one, folder / one.name)
-    except OSError as error:
-        raise InputError(
-            f"it cannot be copied for reading ({error.strerror})",
-            where=str(path),
-            remedy="Check that you may read it, and that the drive of temporary files has free "
-            "space.",
-        ) from error
-    copy.chmod(0o600)
-    return copy
 
 
 def _notes(
@@ -270,8 +220,8 @@ def _notes(
         what = f"{who} did not close it; all edits are saved"
         remedy = "No action is needed. Undo works as before."
         if not locked:
-            what = f"it was copied or moved while {who} had it open; all edits until then are saved"
-            remedy = "No action is needed. Later edits made elsewhere are not in this file."
+            what = f"it was copied or moved while {who} had it open"
+            remedy = f"Its newest edits may be missing: they were in {path.name}-wal beside it."
         yield Finding("note", str(path), what, remedy)
     if earlier is not None:
         what = "it was made by an earlier version of the program and now has the present format"

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.annotation.click import ClickKey, Prediction
+from stereotrack_core.annotation.click import FARTHEST, ClickKey, Prediction
 from stereotrack_core.project.connection import Access
+from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.schema import KEYPOINT, Row, Value
-from stereotrack_core.project.validity import LARGEST_REAL
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of, rows_of
 
 
@@ -20,22 +20,18 @@ class Predictions:
         """Predictions of all sources at a frame."""
         return self._predictions("WHERE frame = ?", frame)
 
-    def of_source(self, source: str) -> tuple[Prediction, ...]:
-        """All predictions of a source, by frame."""
-        return self.of_sources((source,))
-
-    def of_sources(self, sources: Sequence[str]) -> tuple[Prediction, ...]:
-        """The same of several sources."""
+    def of_source(self, *sources: str) -> tuple[Prediction, ...]:
+        """All predictions of a source, or of several, by frame."""
         marks = ", ".join("?" * len(sources))
         return self._predictions(f"WHERE source IN ({marks}) ORDER BY frame", *sources)
 
     def places(self) -> dict[int, frozenset[str]]:
         """Landmarks that something is predicted of, by frame."""
         rows = self._access.rows("SELECT DISTINCT frame, landmark FROM prediction")
-        found: dict[int, set[str]] = {}
+        found: dict[int, frozenset[str]] = {}
         for frame, landmark in rows:
-            found.setdefault(int(frame), set()).add(str(landmark))
-        return {frame: frozenset(names) for frame, names in found.items()}
+            found[frame] = found.get(frame, frozenset()) | {landmark}
+        return found
 
     def replace(
         self, source: str, predictions: Iterable[Prediction], *, frames: range | None = None
@@ -44,11 +40,8 @@ class Predictions:
 
         None is kept where a person has said anything, or far from an image. Raises InputError.
         """
-        rows = [
-            _row(one)
-            for one in self.unclicked(predictions)
-            if all(abs(value) <= LARGEST_REAL for value in one.position)
-        ]
+        new = self.unclicked(predictions)
+        rows = [_row(one) for one in new if max(map(abs, one.position)) <= FARTHEST]
         low, high = (0, 2**62) if frames is None else (frames.start, frames.stop)
         with self._access.writing() as database:
             database.execute(
@@ -115,7 +108,7 @@ class StoredKeypoints:
     def state(self, sources: Sequence[str]) -> DetectorState:
         """Content by these detectors, to be put back by :meth:`put`."""
         rows = self._rows(f"source IN ({', '.join('?' * len(sources))})", *sources)
-        proposed = Predictions(self._access).of_sources(sources)
+        proposed = Predictions(self._access).of_source(*sources)
         return DetectorState(tuple(sources), rows, proposed)
 
     def put(self, state: DetectorState) -> None:
@@ -144,7 +137,8 @@ class StoredKeypoints:
             f"SELECT {_COLUMNS} FROM {KEYPOINT} WHERE {condition} ORDER BY frame",  # noqa: S608
             values,
         )
-        return keypoints_of(rows)
+        with making_sense(self._access.path):
+            return keypoints_of(rows)
 
 
 _COLUMNS = "frame, camera, keypoint, x, y, confidence, source, person"

@@ -28,18 +28,19 @@ from stereotrack_core.annotation.propose import PROPOSED, Proposer
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.counting import counted
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.project.clicks import AcceptPredictions
+from stereotrack_core.project.clicks import accept_points
+from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection, gaps_of, outside_gaps
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run
+from stereotrack_core.work import NO_WORK, Work
 
 FIT = "fit"
-
 _LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by one radian
 
 
@@ -70,8 +71,6 @@ def source_of_run(name: str) -> str:
     """The source of predictions from a run of the project."""
     return f"run {name}"
 
-
-OnProgress = Callable[[float, str], None]
 
 _AT_ONCE, _FITTED_AT_ONCE = 100, 4  # frames between two looks at whether it shall stop
 _SIDE = 10  # clicked frames on each side that a proposal is made of
@@ -118,13 +117,7 @@ def detector_filling(
     return Filling(sources, "the keypoints", make, _FITTED_AT_ONCE)
 
 
-def fill_in(
-    project: Project,
-    filling: Filling,
-    selection: Selection,
-    on_progress: OnProgress,
-    cancelled: Callable[[], bool],
-) -> str:
+def fill_in(project: Project, filling: Filling, selection: Selection, work: Work = NO_WORK) -> str:
     """Keep predictions for what is selected and not clicked, outside gaps; in words.
 
     Raises InputError; Cancelled, with nothing kept.
@@ -132,9 +125,7 @@ def fill_in(
     frames = selection.frames
     found: list[Prediction] = []
     for first in range(frames.start, frames.stop, filling.at_once):
-        if cancelled():
-            raise Cancelled
-        on_progress((first - frames.start) / len(frames), f"frame {first}")
+        work.step((first - frames.start) / len(frames), f"frame {first}")
         part = range(first, min(first + filling.at_once, frames.stop))
         found += (one for one in filling.make(part) if one.frame in part)
     found = outside_gaps(project, found)
@@ -187,7 +178,7 @@ def accept_predictions(
     selection: Selection,
     called: str,
     cameras: Mapping[str, Camera] = MappingProxyType({}),
-) -> AcceptPredictions:
+) -> Edit:
     """The edit that makes clicks of what sources, `called` so, have found in the selection.
 
     The surest of several counts; uncertain ones stay open. Raises InputError without any.
@@ -198,26 +189,18 @@ def accept_predictions(
         here = guessed_if_hidden([one for one in every if one.frame in selection.frames], cameras)
         found += project.predictions.unclicked(one for one in here if selection.has(one.landmark))
     if not found:
-        raise InputError(
-            f"there are no {called} in {selection.words()}",
-            remedy="Predict points for this selection first, then accept them.",
-        )
+        what = f"there are no {called} in {selection.words()}"
+        raise InputError(what, remedy="Predict points for this selection first, then accept them.")
     found.sort(key=lambda one: np.inf if one.sigma is None else one.sigma, reverse=True)
     accepted = accept(project, tuple({one.key: one for one in found}.values()), cameras)
     if not accepted.predictions:
-        raise InputError(
-            f"none of the {called} in {selection.words()} is certain enough",
-            remedy=accepted.words(),
-        )
-    return AcceptPredictions(accepted.predictions, left_open=accepted.words().removesuffix("."))
+        what = f"none of the {called} in {selection.words()} is certain enough"
+        raise InputError(what, remedy=accepted.words())
+    return accept_points(accepted.predictions, left_open=accepted.words().removesuffix("."))
 
 
 def propose_selection(
-    project: Project,
-    recording: Recording,
-    selection: Selection,
-    on_progress: OnProgress,
-    cancelled: Callable[[], bool],
+    project: Project, recording: Recording, selection: Selection, work: Work = NO_WORK
 ) -> str:
     """Propose what is not clicked in the selection, from clicks in and around it; in words.
 
@@ -226,25 +209,21 @@ def propose_selection(
     frames = selection.frames
     near = project.clicks.between(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)
     if not near:
-        raise InputError(
-            f"there is no click near {selection.words()} to propose anything from",
-            remedy="Click landmarks in the first frame of the selection first.",
-        )
+        what = f"there is no click near {selection.words()} to propose anything from"
+        raise InputError(what, remedy="Click landmarks in the first frame of the selection first.")
     gaps = gaps_of(project)
     wanted = [frame for frame in frames if not any(frame in gap for gap in gaps)]
     followed: list[Prediction] = []
     for count, view in enumerate(recording.views):
-        on_progress(0.5 * count / len(recording.views), f"view {view.name}")
+        work.tell(0.5 * count / len(recording.views), f"view {view.name}")
         with FrameReader(recording, views=[view.name], colour=False) as reader:
-            followed += follow_clicks(reader, near, wanted, cancelled=cancelled)
+            followed += follow_clicks(reader, near, wanted, cancelled=work.stopped)
     proposer, found = Proposer(), list[Prediction]()
     names, sigmas = project.landmark_set().names, project.click_sigmas()
     clicked = {click.camera for click in near} | {view.image.camera for view in recording.views}
     cameras = {name: one for name, one in recording.cameras.items() if name in clicked}
     for frame in wanted:
-        if cancelled():
-            raise Cancelled
-        on_progress(0.5 + 0.5 * (frame - frames.start) / len(frames), f"frame {frame}")
+        work.step(0.5 + 0.5 * (frame - frames.start) / len(frames), f"frame {frame}")
         own, around = clicks_around(project, frame, gaps)
         there = tuple(one for one in followed if one.frame == frame)
         question = ProposalQuestion(

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import astuple
 from pathlib import Path
 
 from stereotrack_core.annotation.agreement import click_sigmas
 from stereotrack_core.annotation.click import USUAL_SIGMA, Progress
-from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import now, user
 from stereotrack_core.project.clicks import Clicks
-from stereotrack_core.project.connection import Access, LogWriter, connect_for_reading
-from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_database, resolved
+from stereotrack_core.project.database import copy_whole, make_database
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries, ViewSettings, load_landmark_set, load_subject
 from stereotrack_core.project.history import Changed, History
 from stereotrack_core.project.marks import Marks
-from stereotrack_core.project.opening import Mount, Opened, open_for_reading, open_for_writing
+from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
 from stereotrack_core.project.predictions import Predictions, StoredKeypoints
 from stereotrack_core.project.schema import (
     CHOICE,
-    DESCRIPTION,
     LANDMARK_SET,
     PARAMETER_SET,
     REFERENCE,
@@ -55,16 +53,9 @@ class Project:
     """
 
     def __init__(self, opened: Opened, who: str = "") -> None:
-        self.path = opened.path
-        self.read_only = opened.read_only
+        self._access, self._resources = opened.access, opened.resources
+        self.path, self.read_only, self.notes = self._access.path, opened.read_only, opened.notes
         self.who = who or user()
-        self._resources = opened.resources
-        reader, log = None, None
-        if opened.logs:
-            reader, log = connect_for_reading(opened.path), LogWriter(opened.path)
-            self._resources.callback(reader.close)
-            self._resources.callback(log.close)
-        self._access = Access(opened.database, opened.path, opened.identity, reader, log)
         self.history = History(self._access)
         self._listeners: list[Listener] = []
         self.clicks = Clicks(self._access)
@@ -77,59 +68,26 @@ class Project:
         self.subjects = Entries(SUBJECT, self._access)
         self.landmark_sets = Entries(LANDMARK_SET, self._access)
         self.parameter_sets = Entries(PARAMETER_SET, self._access)
-        self.descriptions = Entries(DESCRIPTION, self._access)
-        self.notes: tuple[Finding, ...] = (*opened.notes, *self._unusable())
-
-    def _unusable(self) -> Iterable[Finding]:
-        if (name := self.chosen(self.descriptions)) is not None:
-            what = f"it corrects the recording's description ({name}), which is not done any more"
-            remedy = "Correct the recording's own files, or the clicks may not fit its cameras."
-            yield Finding("warning", str(self.path), what, remedy)
-        for entries, load in (
-            (self.subjects, load_subject),
-            (self.landmark_sets, load_landmark_set),
-        ):
-            if (name := self.chosen(entries)) is not None:
-                try:
-                    load(entries, name)
-                except ProjectDamaged as error:
-                    where = f"{self.path}, {entries.table.word} {name}"
-                    remedy = "It is not used. Choose another one, or save it again."
-                    yield Finding("warning", where, error.detail, remedy)
+        self.subject()  # refuses one that makes no sense, and the set likewise
+        self.landmark_set()
 
     @staticmethod
-    def create(
-        path: Path,
-        recording: Path,
-        *,
-        who: str = "",
-        interactive: bool = False,
-        mounts: Sequence[Mount] | None = None,
-    ) -> Project:
+    def create(path: Path, recording: Path, *, who: str = "") -> Project:
         """Make a project of a recording folder and open it. Raises InputError."""
-        path = resolved(path)
+        path = path.resolve()
         place = place_of(recording, path)
         make_database(path, astuple(place))
-        return Project.open(path, who=who, interactive=interactive, mounts=mounts)
+        return Project.open(path, who=who)
 
     @staticmethod
     def open(
-        path: Path,
-        *,
-        read_only: bool = False,
-        take_over: bool = False,
-        interactive: bool = False,
-        who: str = "",
-        mounts: Sequence[Mount] | None = None,
+        path: Path, *, read_only: bool = False, take_over: bool = False, who: str = ""
     ) -> Project:
         """Open a project; see :func:`open_for_writing` and :func:`open_for_reading`."""
-        path = resolved(path)
-        if read_only:
-            opened = open_for_reading(path)
-        else:
-            opened = open_for_writing(
-                path, take_over=take_over, interactive=interactive, mounts=mounts
-            )
+        path = path.resolve()
+        opened = (
+            open_for_reading(path) if read_only else open_for_writing(path, take_over=take_over)
+        )
         try:
             return Project(opened, who)
         except BaseException:
@@ -187,19 +145,13 @@ class Project:
         return name if name in entries.names() else None
 
     def subject(self) -> Subject | None:
-        """The subject that was chosen; None as well where it makes no sense (see :attr:`notes`)."""
+        """The subject that was chosen."""
         name = self.chosen(self.subjects)
-        try:
-            return None if name is None else load_subject(self.subjects, name)
-        except ProjectDamaged:
-            return None
+        return None if name is None else load_subject(self.subjects, name)
 
     def landmark_set(self) -> LandmarkSet:
-        """The set of landmarks that was chosen; the nine where none was, or it makes no sense."""
-        try:
-            return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
-        except ProjectDamaged:
-            return NINE
+        """The set of landmarks that was chosen; the nine where none was."""
+        return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
 
     def click_sigmas(self, usual: float = USUAL_SIGMA) -> dict[str, float]:
         """Sigma of a click, pixels per axis, by landmark, measured by repeats, else `usual`."""
@@ -216,11 +168,8 @@ class Project:
         """Where the project saw its recording last. Raises InputError without one."""
         place = self._place()
         if place is None:
-            raise InputError(
-                "the project does not state its recording",
-                where=str(self.path),
-                remedy="Choose the recording's folder.",
-            )
+            what = "the project does not state its recording"
+            raise InputError(what, where=str(self.path), remedy="Choose the recording's folder.")
         return place
 
     def _place(self) -> RecordingPlace | None:
@@ -246,32 +195,24 @@ class Project:
         place = place_of(folder, self.path)
         known = self._place()
         if not (even_another or known is None or place.fingerprint == known.fingerprint):
-            raise InputError(
-                "this is not the recording of the project",
-                where=str(folder),
-                remedy="Choose another folder, or confirm that this one is to be used anyway.",
-            )
+            what = "this is not the recording of the project"
+            remedy = "Choose another folder, or confirm that this one is to be used anyway."
+            raise InputError(what, where=str(folder), remedy=remedy)
         self._remember(place)
 
     def save_copy(self, path: Path) -> None:
         """Write the project to another file, even if its own has vanished. Raises InputError."""
-        path = resolved(path)
+        path = path.resolve()
         if path == self.path:
-            raise InputError(
-                "this is the project itself",
-                where=str(path),
-                remedy="It is already saved. Choose another file for a copy.",
-            )
+            remedy = "It is already saved. Choose another file for a copy."
+            raise InputError("this is the project itself", where=str(path), remedy=remedy)
         with self._access.alone() as database:
             copy_whole(database, path)
 
     def _changing(self, change: Callable[[], Changed | None]) -> Changed | None:
         if self.read_only:
-            raise InputError(
-                "the project is open read-only",
-                where=str(self.path),
-                remedy="Open it for writing, or work on a copy of it.",
-            )
+            remedy = "Open it for writing, or work on a copy of it."
+            raise InputError("the project is open read-only", where=str(self.path), remedy=remedy)
         with self._access.at_once():
             changed = change()
             if changed is not None:

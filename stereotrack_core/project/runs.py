@@ -4,8 +4,9 @@ import contextlib
 import glob
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import chain, count
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, NamedTuple
 
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.errors import InputError
@@ -15,7 +16,13 @@ from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.locks import take_lock
 from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
-from stereotrack_core.project.entries import DeleteEntry, Entries, SaveEntry, facts_as_json, row_of
+from stereotrack_core.project.entries import (
+    Entries,
+    delete_entry,
+    facts_as_json,
+    row_of,
+    save_entry,
+)
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import Run
@@ -101,15 +108,15 @@ class KeptRun:
     facts: RunFacts
 
 
-def keep_run(name: str, run: Run, *, replacing: bool = False) -> SaveEntry:
+def keep_run(name: str, run: Run, *, replacing: bool = False) -> Edit:
     """The edit that puts a complete run into the project, under a :func:`free_name` if wanted."""
     facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
-    return SaveEntry(RUN.name, name, facts_as_json(facts), run_bytes(run), replacing)
+    return save_entry(RUN, name, facts_as_json(facts), run_bytes(run), replacing=replacing)
 
 
-def delete_run(name: str) -> DeleteEntry:
-    """The edit that takes a run out of the list; :class:`RestoreRun` brings it back."""
-    return DeleteEntry(RUN.name, name)
+def delete_run(name: str) -> Edit:
+    """The edit that takes a run out of the list; :func:`restore_run` brings it back."""
+    return delete_entry(RUN, name)
 
 
 def removed_runs(runs: Entries) -> tuple[str, ...]:
@@ -117,23 +124,16 @@ def removed_runs(runs: Entries) -> tuple[str, ...]:
     return tuple(one.name for one in runs.all(with_deleted=True) if one.deleted)
 
 
-@dataclass(frozen=True)
-class RestoreRun(Edit):
+def restore_run(name: str) -> Edit:
     """Bring back a run that was removed."""
 
-    kind: ClassVar[str] = "restore"
-    name: str
-
-    def words(self) -> str:
-        """``restore run accurate``."""
-        return f"restore run {self.name}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Its row."""
-        row = state.row(RUN, (self.name,))
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        row = state.row(RUN, (name,))
         if row is None or not row[-1]:
-            raise InputError(f"no run {self.name!r} was removed", remedy="Choose another one.")
-        yield Change(RUN, (self.name,), row, (*row[:2], stamp.who, stamp.at, 0))
+            raise InputError(f"no run {name!r} was removed", remedy="Choose another one.")
+        yield Change(RUN, (name,), row, (*row[:2], stamp.who, stamp.at, 0))
+
+    return Edit("restore", f"restore run {name}", changes)
 
 
 def load_run(runs: Entries, name: str) -> Run:
@@ -157,59 +157,45 @@ def free_name(runs: Entries, wanted: str) -> str:
     """`wanted`, or with a number where a run has that name, or had it before it was deleted."""
     taken = {entry.name for entry in runs.all(with_deleted=True)}
     stem = wanted.strip() or "run"
-    name, number = stem, 2
-    while name in taken:
-        name, number = f"{stem} ({number})", number + 1
-    return name
+    names = chain([stem], (f"{stem} ({number})" for number in count(2)))
+    return next(name for name in names if name not in taken)
 
 
-@dataclass(frozen=True)
-class RenameRun(Edit):
-    """Give a run another name."""
+def rename_run(name: str, new: str) -> Edit:
+    """Give a run another name; who kept it and when stay."""
 
-    kind: ClassVar[str] = "rename"
-    name: str
-    new: str
-
-    def words(self) -> str:
-        """``rename run accurate to before the haircut``."""
-        return f"rename run {self.name} to {self.new}"
-
-    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """The row under its old and under its new name; who kept it and when stay."""
-        row = row_of(state, RUN, self.name)
-        if not self.new.strip():
+    def changes(state: State, _stamp: Stamp) -> Iterable[Change]:
+        row = row_of(state, RUN, name)
+        if not new.strip():
             raise InputError("the run has no name", remedy="Give it one.")
-        if self.new == self.name:
+        if new == name:
             return
-        there = state.row(RUN, (self.new,))
+        there = state.row(RUN, (new,))
         if there is not None and not there[-1]:
-            raise InputError(f"there already is a run {self.new!r}", remedy="Choose another name.")
-        yield Change(RUN, (self.name,), row, None)
-        yield Change(RUN, (self.new,), there, row)
+            raise InputError(f"there already is a run {new!r}", remedy="Choose another name.")
+        yield Change(RUN, (name,), row, None)
+        yield Change(RUN, (new,), there, row)
+
+    return Edit("rename", f"rename run {name} to {new}", changes)
 
 
 def place_for_run(project: Path) -> Path:
     """A new file beside a project, for the frames of a run that is being tracked."""
-    number = 1
-    while (path := project.with_name(f"{project.name}.run{number}{PART_SUFFIX}")).exists():
-        number += 1
-    return path
+    places = (project.with_name(f"{project.name}.run{k}{PART_SUFFIX}") for k in count(1))
+    return next(path for path in places if not path.exists())
 
 
 def unfinished_runs(project: Path) -> tuple[Path, ...]:
     """Files of runs that nobody is tracking any more, by their names."""
-    pattern = f"{glob.escape(project.name)}.run*{PART_SUFFIX}"
     left = []
-    for path in sorted(project.parent.glob(pattern)):
+    for path in sorted(project.parent.glob(f"{glob.escape(project.name)}.run*{PART_SUFFIX}")):
         with contextlib.suppress(OSError), path.open("r+b") as file:
             take_lock(file)
             left.append(path)
     return tuple(left)
 
 
-@dataclass(frozen=True)
-class TakenIn:
+class TakenIn(NamedTuple):
     """A run that the project keeps now, and its last frame."""
 
     name: str
@@ -224,8 +210,7 @@ def take_in(project: Project, path: Path) -> TakenIn | None:
     if not has_frames(path):  # killed before the first one
         path.unlink(missing_ok=True)
         return None
-    run = read_run(path)
-    taken = None
+    run, taken = read_run(path), None
     known = [kept.facts for kept in kept_runs(project.runs)]
     # the program may have been killed just after keeping it
     kept = any(one.made == run.meta["made"] and one.frames >= len(run.frame) for one in known)

@@ -87,7 +87,6 @@ APPLICATION = 0x53745470  # ``application_id``, which tells what a database is f
 _STAMP = ("who", "at", "deleted")
 _CLICK_VALUES = ("x", "y", "visibility", "flag", "sigma", "origin", *_STAMP)
 _ENTRY = (("name",), ("facts", "content", *_STAMP))
-
 CLICK = Table("click", ("frame", "camera", "landmark"), _CLICK_VALUES)
 REPEAT_CLICK = Table("repeat_click", ("round", *CLICK.key), _CLICK_VALUES)
 FRAME_FLAG = Table("frame_flag", ("frame", "landmark", "kind"), ("note", *_STAMP))

@@ -9,9 +9,9 @@ from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.arrays import stretches_of
 from stereotrack_core.counting import frames_in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import DeleteClicks
+from stereotrack_core.project.clicks import delete_clicks
 from stereotrack_core.project.edit import Edit
-from stereotrack_core.project.marks import GAP, REVIEW, FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.marks import GAP, REVIEW, FrameFlag, flag_frames, mark_keyframes
 from stereotrack_core.project.project import Project
 
 
@@ -41,13 +41,13 @@ def clear_clicks(project: Project, selection: Selection) -> Edit:
     keys = tuple(click.key for click in clicks if selection.has(click.landmark))
     if not keys:
         raise _nothing(f"there are no clicks in {selection.words()}")
-    return DeleteClicks(keys)
+    return delete_clicks(keys)
 
 
 def set_flags(_project: Project, selection: Selection, kind: str = REVIEW) -> Edit:
     """Flag the selection: to be looked at again, or as a gap over which nothing is interpolated."""
     names = selection.landmarks or ("",)
-    return SetFlags(tuple(FrameFlag(k, name, kind) for k in selection.frames for name in names))
+    return flag_frames(tuple(FrameFlag(k, name, kind) for k in selection.frames for name in names))
 
 
 def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
@@ -62,7 +62,7 @@ def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
     if not found:
         what = "marked as a gap" if kind == GAP else "flagged"
         raise _nothing(f"nothing is {what} in {selection.words()}")
-    return SetFlags(found, off=True)
+    return flag_frames(found, off=True)
 
 
 def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
@@ -75,7 +75,7 @@ def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
         frames = (selection.frames.start,)
     if not frames:
         raise _nothing(f"there are no keyframes in {frames_in_words(selection.frames)}")
-    return SetKeyframes(frames, state)
+    return mark_keyframes(frames, state)
 
 
 def gaps_of(project: Project) -> tuple[range, ...]:

@@ -48,11 +48,9 @@ def place_of(folder: Path, project: Path) -> RecordingPlace:
     try:
         "".join(astuple(place)).encode()
     except UnicodeEncodeError as error:
-        raise InputError(
-            "its path contains invalid characters",
-            where=str(folder),
-            remedy="Rename the folder with these characters in its name.",
-        ) from error
+        what = "its path contains invalid characters"
+        remedy = "Rename the folder with these characters in its name."
+        raise InputError(what, where=str(folder), remedy=remedy) from error
     return place
 
 

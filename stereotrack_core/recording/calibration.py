@@ -1,6 +1,6 @@
 """Read and write ``calibration.toml``: the cameras and their places in the world."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -76,24 +76,53 @@ def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[In
     return 1.0
 
 
+_NUMBERS: Mapping[str, tuple[tuple[int, ...] | None, str]] = {
+    "size": ((2,), "[width, height] in pixels"),
+    "matrix": ((3, 3), "three rows of three numbers in pixels"),
+    "distortions": (None, "4, 5, 8, 12 or 14 coefficients in OpenCV's order, 4 of a fisheye lens"),
+    "rotation": ((3,), "a rotation vector of three numbers in radians"),
+    "translation": ((3,), "three numbers"),
+}
+"""Shape of a camera's numbers (None: any row of them), and what they are."""
+
+
 def _camera(table: Table, metres: float) -> Camera | None:
     before = len(table.complaints)
     name = table.text("name", required=True)
-    size = _size(table)
-    matrix = _matrix(table)
     fisheye = table.values.get("fisheye", False)
     if not isinstance(fisheye, bool):
         table.complain("fisheye", f"{fisheye!r} is not true or false", "Write fisheye = true.")
-    distortions = _distortions(table, fisheye is True)
-    rotation = _numbers(table, "rotation", (3,), "a rotation vector of three numbers in radians")
-    translation = _numbers(table, "translation", (3,), "three numbers")
-    if len(table.complaints) > before or name is None or size is None or matrix is None:
+    read = {key: _numbers(table, key, *wanted) for key, wanted in _NUMBERS.items()}
+    found = {key: numbers for key, numbers in read.items() if numbers is not None}
+    for key, what, remedy in _mistakes(found, fisheye is True):
+        table.complain(key, what, remedy)
+    if len(table.complaints) > before or name is None:
         return None
-    assert rotation is not None  # noqa: S101 - without a complaint everything was read
-    assert translation is not None  # noqa: S101
-    assert distortions is not None  # noqa: S101
-    placed = RigidTransform(rotation_from_vector(rotation), translation * metres)
-    return Camera(name, size[0], size[1], matrix, distortions, fisheye, placed)
+    rotation = rotation_from_vector(found["rotation"])
+    placed = RigidTransform(rotation, found["translation"] * metres)
+    width, height = found["size"].astype(int).tolist()
+    return Camera(name, width, height, found["matrix"], found["distortions"], fisheye, placed)
+
+
+def _mistakes(found: Mapping[str, FloatArray], fisheye: bool) -> Iterator[tuple[str, str, str]]:
+    """Keys of numbers that no camera has, what is wrong about them, and what would be right."""
+    size, matrix, coefficients = (found.get(key) for key in ("size", "matrix", "distortions"))
+    if size is not None and ((size < 1).any() or (size != np.round(size)).any()):
+        yield "size", f"{size.tolist()} is not an image size", "Write [width, height]."
+    if matrix is not None and not (np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0):
+        what = "the last row is not 0, 0, 1 or there is a number below fx"
+        if np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
+            what = "the matrix is transposed: the principal point is in its last row"
+        yield "matrix", what, "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]."
+    elif matrix is not None and (matrix[0, 0] < 1 or matrix[1, 1] < 1):
+        lengths = f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px"
+        what = f"{lengths} are invalid: the matrix is singular or mirrors the image"
+        yield "matrix", what, "Give positive ones in pixels, or calibrate this camera again."
+    if coefficients is not None and coefficients.size not in (
+        (4,) if fisheye else _DISTORTION_COUNTS
+    ):
+        remedy = f"Write {_NUMBERS['distortions'][1]}. Use zeros if there is no distortion."
+        yield "distortions", f"it has {coefficients.size} coefficients", remedy
 
 
 def _numbers(
@@ -115,46 +144,6 @@ def _numbers(
     wrong = "too large" if np.isfinite(array).all() else "not finite"
     table.complain(key, f"it contains a value that is {wrong}", "Calibrate this camera again.")
     return None
-
-
-def _size(table: Table) -> tuple[int, int] | None:
-    size = _numbers(table, "size", (2,), "[width, height] in pixels")
-    if size is None:
-        return None
-    if (size < 1).any() or (size != np.round(size)).any():
-        table.complain("size", f"{size.tolist()} is not an image size", "Write [width, height].")
-        return None
-    return int(size[0]), int(size[1])
-
-
-def _matrix(table: Table) -> FloatArray | None:
-    matrix = _numbers(table, "matrix", (3, 3), "three rows of three numbers in pixels")
-    if matrix is None:
-        return None
-    if not (np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0):
-        what = "the last row is not 0, 0, 1 or there is a number below fx"
-        if np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
-            what = "the matrix is transposed: the principal point is in its last row"
-        table.complain("matrix", what, "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].")
-        return None
-    if matrix[0, 0] < 1 or matrix[1, 1] < 1:
-        lengths = f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px"
-        what = f"{lengths} are invalid: the matrix is singular or mirrors the image"
-        remedy = "Focal lengths are positive and in pixels. Calibrate this camera again."
-        table.complain("matrix", what, remedy)
-        return None
-    return matrix
-
-
-def _distortions(table: Table, fisheye: bool) -> FloatArray | None:
-    allowed = (4,) if fisheye else _DISTORTION_COUNTS
-    text = "4 coefficients" if fisheye else "4, 5, 8, 12 or 14 coefficients in OpenCV's order"
-    coefficients = _numbers(table, "distortions", None, text)
-    if coefficients is not None and coefficients.size not in allowed:
-        what = f"it has {coefficients.size} coefficients"
-        table.complain("distortions", what, f"Write {text}. Use zeros if there is no distortion.")
-        return None
-    return coefficients
 
 
 def is_guess(path: Path) -> bool:

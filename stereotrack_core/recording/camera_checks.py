@@ -1,7 +1,7 @@
-"""Checks of the cameras: intrinsics, places, stereo pairs, gaze, units."""
+"""Checks of the cameras: intrinsics, places, stereo pairs, gaze, units, and which axis is up."""
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +13,53 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
 from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
+
+_STILL_UP = 0.6
+"""Cosine between up in the images and z from which the world is as it should be: a camera may look
+down steeply."""
+
+_AGREED = 0.6
+"""Cosine between another axis and up in the images without which the cameras tell nothing: they
+look straight down, or are turned differently."""
+
+_APART = np.cos(np.radians(30.0))
+"""Cosine of the angle between optical axes from which cameras look from different sides."""
+
+
+@dataclass(frozen=True)
+class LikelyUp:
+    """The axis that points up in the images, and whether the cameras alone are proof of it.
+
+    Cameras that look the same way may all have been mounted on their side.
+    """
+
+    axis: str
+    sure: bool
+
+
+def up_of_cameras(recording: Recording, views: Sequence[str] | None = None) -> LikelyUp:
+    """The axis that points up in the images of views, turned as ``display_rotation`` says; or z."""
+    names = [view.name for view in recording.views] if views is None else list(views)
+    chosen = [recording.view(name) for name in names]
+    chosen = [view for view in chosen if view.image.camera in recording.cameras]
+    usual = LikelyUp(UP_AXES[0], True)
+    if not chosen:
+        return usual
+    turns = np.radians([view.display_rotation for view in chosen])
+    in_image = np.stack([-np.sin(turns), -np.cos(turns), np.zeros(len(turns))], axis=1)
+    from_world = [recording.reference_camera(one).camera_from_world.rotation for one in chosen]
+    ups = np.einsum("vji,vj->vi", from_world, in_image)  # as the images are looked at
+    mean = ups.mean(axis=0)
+    axis = max(UP_AXES, key=lambda name: float(Upright(name).up @ mean))
+    up = Upright(axis).up
+    if mean[2] > _STILL_UP or axis == usual.axis or up @ mean < _AGREED:
+        return usual
+    gazes = np.array(from_world)[:, 2]
+    apart = float((gazes @ gazes.T).min()) < _APART
+    upside_down = axis == "-z"  # cameras below a ceiling are often mounted so
+    agreed = bool((ups @ up > 0.0).all())
+    return LikelyUp(axis, bool(apart) and agreed and not upside_down)
+
 
 CALIBRATION = "calibration.toml"
 _BASELINE_M = (0.01, 2.0)
@@ -21,8 +67,7 @@ _FARTHEST_CAMERA_M = 100.0
 _LEAST_SPAN_M = 0.05
 _USUAL_DISTANCE_M, _USUAL_DISTANCES_M = 3.0, (0.3, 30.0)
 _WIDEST_STEREO_TURN = np.radians(20.0)
-_MOST_FOLDED = 0.1
-"""Share of the border; polynomials of good calibrations may turn in the very corners."""
+_MOST_FOLDED = 0.1  # share of the border; polynomials of good calibrations may turn in the corners
 IMAGE_SIZES = (0.5, 2.0, 2.0 / 3.0, 1.5, 0.75, 4.0 / 3.0)
 """Factors between image sizes that cameras are calibrated and used with."""
 _NEAR_MIDDLE = 0.06  # of the width, by which a principal point misses the middle of its image

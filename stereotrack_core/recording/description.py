@@ -101,8 +101,7 @@ class Recording:
     views: tuple[View, ...]
     cameras: Mapping[str, Camera]  # mapping from camera name to Camera
     subject: Subject | None = None
-    reference: LandmarkTrajectory | None = None
-    """Taken as truth by ``evaluate``; the tracker never sees it."""
+    reference: LandmarkTrajectory | None = None  # truth for ``evaluate``; never tracked with
     segments: tuple[Segment, ...] = field(default=())
     guessed: bool = False
     """Whether the cameras are guessed, so that nothing in space may be concluded from them."""

@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import Finding, InputError, Severity
 from stereotrack_core.geometry.upright import UP_AXES
-from stereotrack_core.recording.camera_checks import check_cameras, view_cameras
+from stereotrack_core.recording.camera_checks import check_cameras, up_of_cameras, view_cameras
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.detections import own_detections
@@ -17,7 +17,6 @@ from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.image_checks import check_images
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, unknown_landmarks
 from stereotrack_core.recording.stream_files import open_stream
-from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.recording.video import VideoStream
 
 __all__ = ["Finding", "Severity", "by_severity", "examine", "examine_described"]
@@ -195,14 +194,13 @@ def _check_subject(recording: Recording) -> Iterator[Finding]:
         return
     for key, (low, high) in PLAUSIBLE_LENGTHS_M.items():
         length = getattr(recording.subject, key)
-        if length is None or low <= length <= high:
-            continue
-        severity: Severity = "warning"
-        remedy = f"Measure it again. Usual values are {low} to {high} m."
-        if low <= length / 1000 <= high:
-            severity, remedy = "error", f"Lengths are in metres: write {length / 1000:g}."
-        what = f"{length:g} m is not a body length"
-        yield Finding(severity, f"subject.toml, {key}", what, remedy)
+        if length is not None and not low <= length <= high:
+            severity: Severity = "warning"
+            remedy = f"Measure it again. Usual values are {low} to {high} m."
+            if low <= length / 1000 <= high:
+                severity, remedy = "error", f"Lengths are in metres: write {length / 1000:g}."
+            what = f"{length:g} m is not a body length"
+            yield Finding(severity, f"subject.toml, {key}", what, remedy)
 
 
 def _check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
@@ -244,7 +242,7 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
         yield wrong
     else:
         has_north = up_of_cameras(recording).axis == UP_AXES[0]
-        yield from _check_sides(_by_name(reference), has_north=has_north)
+        yield from _check_sides(reference, has_north=has_north)
         yield from _check_visible(recording, reference)
 
 
@@ -253,13 +251,9 @@ def _median(values: FloatArray) -> float:
     return float(np.median(known)) if known.size else float("nan")
 
 
-def _by_name(reference: LandmarkTrajectory) -> Mapping[str, FloatArray]:
-    return {name: reference.points[:, i] for i, name in enumerate(LANDMARKS)}
-
-
 def wrong_size(reference: LandmarkTrajectory) -> Finding | None:
     """The finding that the person is of no possible size, as in other units than metres."""
-    points = _by_name(reference)
+    points = reference.by_name()
     hips = (points["left_hip"] + points["right_hip"]) / 2
     shoulders = (points["left_shoulder"] + points["right_shoulder"]) / 2
     across = points["left_shoulder"] - points["right_shoulder"]
@@ -276,7 +270,8 @@ def wrong_size(reference: LandmarkTrajectory) -> Finding | None:
     return None
 
 
-def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterator[Finding]:
+def _check_sides(reference: LandmarkTrajectory, *, has_north: bool) -> Iterator[Finding]:
+    points = reference.by_name()
     across = points["right_shoulder"] - points["left_shoulder"]
     at_hips = points["right_hip"] - points["left_hip"]
     if _median(np.einsum("ij,ij->i", across, at_hips)) < 0:

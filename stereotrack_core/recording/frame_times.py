@@ -21,9 +21,7 @@ _SAME = 0.5  # frames by which times and numbers may differ: times are often pri
 _ON_FRAME = 0.1  # frames by which an instant may miss a whole frame and still belong to it
 _ON_SAMPLE = 1e-3  # frames by which a frame may miss a sample and still take its values as they are
 
-_CLOCK_SECONDS = 1e6
-"""Seconds beyond which a time is that of a clock and not since the start of a recording."""
-
+_CLOCK_SECONDS = 1e6  # seconds beyond which a time is a clock's and not since a recording's start
 _SHORTEST_BRIDGE, _LONGEST_BRIDGE = 0.05, 0.1
 """Seconds between known samples over which is interpolated: always, and where samples are so far
 apart. A hand that accelerates with 30 m/s² is 9 mm off in the first and 37 mm in the other.
@@ -66,8 +64,7 @@ class RowTimes:
         after = np.clip(np.searchsorted(self.position, frame), 0, len(self.position) - 1)
         before = np.maximum(after - 1, 0)
         is_before = abs(self.position[before] - frame) <= abs(self.position[after] - frame)
-        nearest: list[int] = np.where(is_before, before, after).tolist()
-        return nearest
+        return list(np.where(is_before, before, after).tolist())
 
 
 def row_times(number: IntArray, time: FloatArray, fps: float | None, where: str) -> RowTimes:
@@ -143,7 +140,7 @@ def on_frames(rows: RowTimes, points: FloatArray, where: str) -> tuple[IntArray,
     even = (abs(rows.position - frame) <= _ON_FRAME).all() and (np.diff(frame) > 0).all()
     if even or rows.fps is None:
         return frame, points
-    return _at_frames(rows.position, points, _bridge(rows.fps, rows.fps), where)
+    return at_rate(rows.position, points, rows.fps, rows.fps, where)
 
 
 def same_rate(fps: float, other: float, frame: IntArray) -> bool:
@@ -152,24 +149,52 @@ def same_rate(fps: float, other: float, frame: IntArray) -> bool:
 
 
 def at_rate(
-    frame: IntArray, points: FloatArray, own: float, fps: float, where: str
+    frame: IntArray | FloatArray, points: FloatArray, own: float, fps: float, where: str
 ) -> tuple[IntArray, FloatArray]:
     """Frames of the rate `fps` near known samples of the rate `own`, and the landmarks (F, K, 3).
 
     Between samples landmarks are interpolated linearly, but neither over gaps nor beyond the ends.
     InputError if the rates are too different; `where` names the source.
     """
-    return _at_frames(np.asarray(frame * (fps / own)), points, _bridge(own, fps), where)
+    position = np.asarray(frame * (fps / own))
+    near = np.rint(position)
+    near = near[abs(position - near) <= _ON_SAMPLE]
+    first, last = np.ceil(position[:-1]), np.floor(position[1:])
+    bridged = np.diff(position) <= _bridge(own, fps)
+    count = np.where(bridged, np.maximum(last - first + 1.0, 0.0), 0.0)
+    if not count.sum() <= _MOST_FRAMES or not (abs(position) <= LARGEST).all():
+        what = f"its frame rate makes more than {_MOST_FRAMES:,} frames"
+        remedy = "Correct the frame rate or the times that the file states."
+        raise InputError(what, where=where, remedy=remedy)
+    counts = count.astype(np.int64)
+    start = np.repeat(np.cumsum(counts) - counts, counts)
+    between = np.repeat(first, counts) + np.arange(counts.sum()) - start
+    at = np.unique(np.concatenate([near, between])).astype(np.int64)
+    return at, values_at(frame, points, own, fps, at)
 
 
 def values_at(
-    frame: IntArray, values: FloatArray, own: float, fps: float, at: IntArray
+    frame: IntArray | FloatArray, values: FloatArray, own: float, fps: float, at: IntArray
 ) -> FloatArray:
     """Values (F, K, C) of the rate `own` at the frames `at` of the rate `fps`; NaN where unknown.
 
     As :func:`at_rate` interpolates; a value is known if all of its C numbers are.
     """
-    return _columns_at(np.asarray(frame * (fps / own)), values, at, _bridge(own, fps))
+    position, longest = np.asarray(frame * (fps / own)), _bridge(own, fps)
+    result: FloatArray = np.full((len(at), *values.shape[1:]), np.nan)
+    for k in range(values.shape[1]):
+        known: BoolArray = np.asarray(np.isfinite(values[:, k]).all(axis=1))
+        if not known.any():
+            continue
+        own_places = position[known]
+        ends = np.concatenate([[-np.inf], own_places, [np.inf]])
+        after = np.searchsorted(own_places, at)
+        before, next_one = ends[after], ends[after + 1]
+        hit = np.minimum(at - before, next_one - at) <= _ON_SAMPLE
+        inside = hit | (next_one - before <= longest)
+        for axis, column in enumerate(values[known, k].T):
+            result[inside, k, axis] = np.interp(at[inside], own_places, column)
+    return result
 
 
 def resampled_note(own: float, fps: float, where: str) -> Finding:
@@ -181,45 +206,6 @@ def resampled_note(own: float, fps: float, where: str) -> Finding:
 def _bridge(own: float, fps: float) -> float:
     """Frames of the rate `fps` over which samples of the rate `own` are interpolated."""
     return fps * min(max(1.01 / own, _SHORTEST_BRIDGE), _LONGEST_BRIDGE)
-
-
-def _at_frames(
-    position: FloatArray, points: FloatArray, longest: float, where: str
-) -> tuple[IntArray, FloatArray]:
-    """Whole frames near known samples, and landmarks; `position` (R,), `longest` in frames."""
-    near = np.rint(position)
-    near = near[abs(position - near) <= _ON_SAMPLE]
-    first, last = np.ceil(position[:-1]), np.floor(position[1:])
-    count = np.where(np.diff(position) <= longest, np.maximum(last - first + 1.0, 0.0), 0.0)
-    if not count.sum() <= _MOST_FRAMES or not (abs(position) <= LARGEST).all():
-        what = f"its frame rate makes more than {_MOST_FRAMES:,} frames"
-        remedy = "Correct the frame rate or the times that the file states."
-        raise InputError(what, where=where, remedy=remedy)
-    counts = count.astype(np.int64)
-    start = np.repeat(np.cumsum(counts) - counts, counts)
-    between = np.repeat(first, counts) + np.arange(counts.sum()) - start
-    frame = np.unique(np.concatenate([near, between])).astype(np.int64)
-    return frame, _columns_at(position, points, frame, longest)
-
-
-def _columns_at(
-    position: FloatArray, values: FloatArray, at: IntArray, longest: float
-) -> FloatArray:
-    """Values (R, K, C) at positions `at`, between known ones that are at most `longest` apart."""
-    result: FloatArray = np.full((len(at), *values.shape[1:]), np.nan)
-    for k in range(values.shape[1]):
-        known: BoolArray = np.asarray(np.isfinite(values[:, k]).all(axis=1))
-        if not known.any():
-            continue
-        own = position[known]
-        ends = np.concatenate([[-np.inf], own, [np.inf]])
-        after = np.searchsorted(own, at)
-        before, next_one = ends[after], ends[after + 1]
-        hit = np.minimum(at - before, next_one - at) <= _ON_SAMPLE
-        inside = hit | (next_one - before <= longest)
-        for axis, column in enumerate(values[known, k].T):
-            result[inside, k, axis] = np.interp(at[inside], own, column)
-    return result
 
 
 def outside_notes(frame: IntArray, count: int, where: str) -> Iterator[Finding]:

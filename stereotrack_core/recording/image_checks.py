@@ -13,13 +13,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader, ViewImages
 
 _DARK_SHARE = 0.35  # of what is usual in the view
-_DARK_LEVEL = 40.0
-"""Grey value that 98 percent of a dark image do not reach; empty borders do not make it dark."""
-
+_DARK_LEVEL = 40.0  # grey value that 98 % of a dark image do not reach; empty borders do not count
 _BRIGHT_LEVEL = 250.0  # mean grey value of an image that shows nothing any more
-_FOREIGN_BACKGROUND = 40.0
-"""Median difference in grey values to a picture that cannot be of the same scene."""
-
+_FOREIGN_BACKGROUND = 40.0  # median difference in grey values to a picture of another scene
 _FROZEN_FRAMES = 5
 _GAIN_RATIO = 1.2
 STEP = 4  # only every so many pixels in each direction are looked at

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import ImageArray
+from stereotrack_core.arrays import Float32Array, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import PICTURE_BYTES, read_bytes
 
@@ -149,6 +149,13 @@ def read_metres(path: Path) -> NDArray[np.float32]:
     return picture
 
 
+def counts_of(metres: Float32Array, unit: float) -> NDArray[np.uint16]:
+    """Depth counts (H, W) of metres; 0 where it is NaN or more than 16 bits hold."""
+    counts = np.round(np.nan_to_num(metres, nan=0.0, posinf=0.0, neginf=0.0) / unit)
+    counts[(counts < 0) | (counts > np.iinfo(np.uint16).max)] = 0
+    return counts.astype(np.uint16)
+
+
 def decoded(content: bytes, flags: int) -> NDArray[Any] | None:
     """Pixels of an image of any format, by OpenCV's flags; None where it is damaged or none."""
     if not content or _is_cut_off(content):
@@ -200,12 +207,20 @@ def spread(count: int, most: int) -> list[int]:
 
 
 class NumberedImages:
-    """Image files of a pattern by number, from the lowest one; a gap is a damaged frame. Brightness
-    of 16 bits is reduced to 8 alike in all of them.
+    """Image files of a pattern by number, from the lowest one; a gap is a damaged frame.
+
+    Brightness of 16 bits is reduced to 8 alike in all of them; with a `unit` in metres, depth maps
+    of floating-point metres are given as counts.
     """
 
-    def __init__(self, files: Mapping[int, Path], pattern: str, kind: PictureKind) -> None:
-        self._files = files
+    def __init__(
+        self,
+        files: Mapping[int, Path],
+        pattern: str,
+        kind: PictureKind,
+        unit: float | None = None,
+    ) -> None:
+        self._files, self._unit = files, unit
         self._lowest = min(files)
         self._count = max(files) - self._lowest + 1
         self._pattern = pattern
@@ -230,6 +245,8 @@ class NumberedImages:
         if file is None:
             missing = _NUMBER.sub(lambda _: "%d", self._pattern) % (self._lowest + k)
             raise DamagedFrame(f"file number {self._lowest + k} is missing ({missing})")
+        if self._unit is not None:
+            return counts_of(read_metres(file), self._unit)
         if self._kind in ("grey", "colour") and self._white:
             picture = brightness_of(read_image(file, "stored"), self._white)
             in_colour = self._kind == "grey" and picture.ndim == 3

@@ -205,10 +205,15 @@ def keypoint_name(theirs: str) -> str:
     >>> keypoint_name("RWrist"), keypoint_name("elbow_L"), keypoint_name("Left Hip")
     ('right_wrist', 'left_elbow', 'left_hip')
     """
-    words = [word.lower() for word in _WORD.findall(theirs)]
-    sides = [_SIDES[word] for word in words if word in _SIDES]
-    name = "_".join((*sides, *(word for word in words if word not in _SIDES)))
+    name = "_".join(words_of(theirs))
     return _SAME.get(name, name)
+
+
+def words_of(name: str) -> tuple[str, ...]:
+    """Words of a name with the side first: ``Elbow_L`` becomes ``left``, ``elbow``."""
+    words = [word.lower() for word in _WORD.findall(name)]
+    sides = [_SIDES[word] for word in words if word in _SIDES]
+    return (*sides, *(word for word in words if word not in _SIDES))
 
 
 def layouts_of(count: int) -> tuple[str, ...]:

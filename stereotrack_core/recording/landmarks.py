@@ -56,9 +56,12 @@ class LandmarkTrajectory:
     frame: IntArray  # (F,), frames since time 0, ascending; need not be contiguous
     points: FloatArray
     """(F, 9, 3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known."""
-    fps: float | None = None
-    """Frames per second that the source states; without it, frames are the recording's."""
+    fps: float | None = None  # frames per second; without it, frames are the recording's
     notes: tuple[Finding, ...] = ()  # decisions made while reading that the user should know
+
+    def by_name(self) -> dict[str, FloatArray]:
+        """Points (F, 3) of each landmark."""
+        return {name: self.points[:, i] for i, name in enumerate(LANDMARKS)}
 
     def at_rate(self, fps: float, where: str) -> LandmarkTrajectory:
         """The trajectory at the frames of a recording of another rate, by time, with a note.

@@ -91,7 +91,8 @@ class FrameReader:
         self._streams: dict[tuple[str, str], _OpenStream] = {}
         try:
             for view in self.views:
-                self._open_view(view)
+                for key, stream in view.streams().items():
+                    self._streams[view.name, key] = self._opened(view, key, stream)
         except InputError:
             self._close_streams()
             raise
@@ -126,16 +127,13 @@ class FrameReader:
         for opened in self._streams.values():
             opened.source.close()
 
-    def _open_view(self, view: View) -> None:
-        for key, stream in view.streams().items():
-            kind = KINDS.get(key, self._image_kind)
-            where = f"{self.recording.folder / 'recording.toml'}, view {view.name}, {key}.frames"
-            source = open_stream(self.recording.folder, stream.frames, kind, where)
-            shift = stream.shift(self.recording.fps)
-            name = f"{view.name} {key}"
-            camera = self.recording.cameras[stream.camera or view.image.camera]
-            shape = camera.height, camera.width
-            self._streams[view.name, key] = _OpenStream(name, stream, source, shift, shape)
+    def _opened(self, view: View, key: str, stream: Stream) -> _OpenStream:
+        kind, folder = KINDS.get(key, self._image_kind), self.recording.folder
+        where = f"{folder / 'recording.toml'}, view {view.name}, {key}.frames"
+        source = open_stream(folder, stream.frames, kind, where)
+        camera = self.recording.cameras[stream.camera or view.image.camera]
+        shift, shape = stream.shift(self.recording.fps), (camera.height, camera.width)
+        return _OpenStream(f"{view.name} {key}", stream, source, shift, shape)
 
     @property
     def frame_count(self) -> int:
@@ -175,7 +173,14 @@ class FrameReader:
                     else self._picture(self._streams[place], k)
                     for key, place in places.items()
                 }
-                views[view.name] = _view_images(view, pictures, k)
+                depth, mask = pictures.get("depth"), pictures.get("mask")
+                views[view.name] = ViewImages(
+                    image=pictures["right" if view.kind == "stereo" else "image"],
+                    left=pictures.get("left"),
+                    depth=None if depth is None else metres_of(depth, view.depth_unit),
+                    mask=None if mask is None else mask > _MASK_THRESHOLD,
+                    frame=k,
+                )
             except DamagedFrame as problem:
                 problems[view.name] = f"View {view.name}, frame {k}: {problem}."
         if problems:
@@ -268,18 +273,6 @@ def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]
     if not views:
         raise InputError("no view is selected", where=recording.name, remedy="Select at least one.")
     return [known[name] for name in dict.fromkeys(views)]
-
-
-def _view_images(view: View, pictures: Mapping[str, NDArray[Any]], k: int) -> ViewImages:
-    depth = pictures.get("depth")
-    mask = pictures.get("mask")
-    return ViewImages(
-        image=pictures["right" if view.kind == "stereo" else "image"],
-        left=pictures.get("left"),
-        depth=None if depth is None else metres_of(depth, view.depth_unit),
-        mask=None if mask is None else mask > _MASK_THRESHOLD,
-        frame=k,
-    )
 
 
 def metres_of(counts: NDArray[Any], unit: float) -> Float32Array:

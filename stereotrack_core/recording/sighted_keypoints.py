@@ -41,8 +41,7 @@ class SightedKeypoints:
     """K keypoints in V cameras at one instant, in pixels from the principal point, undistorted."""
 
     names: tuple[str, ...]  # (K,). Of the keypoints; a name stands once for each detector.
-    other_side: IntArray
-    """(K,). Place of the same keypoint of the other side; its own where it has none."""
+    other_side: IntArray  # (K,). Place of the same keypoint of the other side, or its own.
     cameras: tuple[str, ...]  # (V,)
     pixel: FloatArray  # (K, V, 2). NaN where not predicted.
     confidence: FloatArray  # (K, V). 0 where not predicted.

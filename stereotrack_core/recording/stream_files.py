@@ -26,6 +26,17 @@ VIDEO_SUFFIXES = frozenset(
 )
 """Endings of videos, the last ones of streams without a container."""
 
+
+def is_image(path: Path) -> bool:
+    """Whether a name is that of an image."""
+    return path.suffix.lower() in IMAGE_SUFFIXES
+
+
+def is_video(path: Path) -> bool:
+    """Whether a name is that of a video."""
+    return path.suffix.lower() in VIDEO_SUFFIXES
+
+
 _WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
 
 
@@ -64,16 +75,16 @@ def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
     if images.is_pattern(frames):
         files = _files(folder, frames, where)
         return image_size(files[min(files)], where)
-    if path.suffix.lower() in IMAGE_SUFFIXES:
+    if is_image(path):
         return image_size(path, where)
     try:
         with open_container(path) as container:
             context = video_stream(container).codec_context
             width, height = int(context.width), int(context.height)
+        if width < 1 or height < 1:
+            raise IndexError
     except (av.FFmpegError, OSError, IndexError) as error:
-        raise _no_video(frames, where, error) from None
-    if width < 1 or height < 1:
-        raise _no_video(frames, where, ValueError())
+        raise no_video(error, where, repr(frames)) from None
     return width, height
 
 
@@ -96,7 +107,7 @@ def open_stream(folder: Path, frames: str, kind: images.PictureKind, where: str)
     try:
         return VideoStream(path, kind)
     except (av.FFmpegError, OSError, IndexError) as error:
-        raise _no_video(frames, where, error) from None
+        raise no_video(error, where, repr(frames)) from None
 
 
 def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
@@ -120,17 +131,16 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
     return files
 
 
-def _no_video(frames: str, where: str, error: Exception) -> InputError:
-    cause = "it contains no image" if isinstance(error, IndexError | ValueError) else reason(error)
-    what = f"{frames!r} cannot be opened as a video ({cause})"
-    remedy = readable(
-        error, "Copy it again from the source, or convert it to a common format such as MP4."
-    )
-    return InputError(what, where=where, remedy=remedy)
+def no_video(error: Exception, where: str, name: str = "it") -> InputError:
+    """The error for a file that is no video."""
+    empty = isinstance(error, IndexError | StopIteration)
+    cause = "it contains no image" if empty else reason(error)
+    remedy = "Copy it again from the source, or convert it to a common format such as MP4."
+    what = f"{name} cannot be opened as a video ({cause})"
+    return InputError(what, where=where, remedy=readable(error, remedy))
 
 
-_FRAMES_OF_A_VIDEO = 15
-"""Frames whose median is the background where it is a video; spread over its length."""
+_FRAMES_OF_A_VIDEO = 15  # frames, spread over a video, whose median is the background
 
 
 def background_picture(
@@ -152,7 +162,7 @@ def _picture(
     file = stream.background or ""
     path = inside(folder, file, where)
     try:
-        if not images.is_pattern(file) and path.suffix.lower() in IMAGE_SUFFIXES:
+        if not images.is_pattern(file) and is_image(path):
             return images.read_image(path, kind)
         with closing(open_stream(folder, file, kind, where)) as source:
             numbers = images.spread(source.count(), _FRAMES_OF_A_VIDEO)

@@ -28,9 +28,7 @@ from numpy.typing import NDArray
 from stereotrack_core.reading import MB, reason
 from stereotrack_core.recording.images import DamagedFrame, Keep, PictureKind, picture_of
 
-_REORDER_DEPTH = 32
-"""More packets than any codec holds back for reordering (H.264 and H.265 allow 16)."""
-
+_REORDER_DEPTH = 32  # more packets than any codec holds back for reordering (H.264, H.265: 16)
 _OPEN_OPTIONS = {"fflags": "genpts"}
 """AVI and others store decoding times only; the demuxer can deduce the presentation times."""
 
@@ -207,9 +205,7 @@ class FrameTimes:
             self._grown.notify_all()
 
 
-_KEPT_ON_THE_WAY = 24
-"""Pictures before the wanted one that are handed on too, which makes going backwards fast."""
-
+_KEPT_ON_THE_WAY = 24  # pictures before the wanted one that are handed on: going backwards is fast
 _NEVER = 2**62  # A time stamp after all others
 
 

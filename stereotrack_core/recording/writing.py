@@ -15,9 +15,8 @@ import av
 import cv2
 import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 
-from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
+from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling, replacing, write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
@@ -29,7 +28,6 @@ from stereotrack_core.recording.video import FrameTimes, open_container, video_s
 
 __all__ = [
     "VideoWriter",
-    "counts_of",
     "keep_beside",
     "remuxed",
     "write_png",
@@ -85,21 +83,11 @@ def _view(view: description.View) -> dict[str, Any]:
     if view.display_rotation:
         content["display_rotation"] = view.display_rotation
     for key, stream in view.streams().items():
-        content[key] = _stream(stream)
+        stated = {name: value for name, value in asdict(stream).items() if value}
+        content[key] = {"frames": stream.frames} | stated
     if view.depth is not None:
         content["depth"]["unit"] = view.depth_unit
     return content
-
-
-def _stream(stream: description.Stream) -> dict[str, Any]:
-    return {"frames": stream.frames} | {k: v for k, v in asdict(stream).items() if v}
-
-
-def counts_of(metres: Float32Array, unit: float) -> NDArray[np.uint16]:
-    """Depth counts (H, W) of metres; 0 where it is NaN or more than 16 bits hold."""
-    counts = np.round(np.nan_to_num(metres, nan=0.0, posinf=0.0, neginf=0.0) / unit)
-    counts[(counts < 0) | (counts > np.iinfo(np.uint16).max)] = 0
-    return counts.astype(np.uint16)
 
 
 _KEY_FRAME_EVERY = 10  # frames; keeps steps backwards and jumps fast

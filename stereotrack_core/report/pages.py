@@ -25,8 +25,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 from stereotrack_core.evaluation.summary import LOST_ANGLE, LimbErrors
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.report import run_tables
-from stereotrack_core.report.reported import Reported, ShownFailure
+from stereotrack_core.report.reported import Reported, ShownFailure, tables
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
 
@@ -204,7 +203,7 @@ def run_page(reported: Reported) -> str:
             doubts=None if accuracy is None else accuracy.doubts,
             recording=source.recording,
             findings=[_finding(one) for one in reported.findings],
-            **run_tables.tables(reported),
+            **tables(reported),
         )
     )
 

@@ -1,31 +1,40 @@
-"""What a report is about, and everything that it tells, gathered in one place."""
+"""What a report is about, everything that it tells, and its tables."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.errors import Cancelled, Finding, InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
 from stereotrack_core.evaluation.failure_segments.drawing import strip_of
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
-from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.evaluation.failure_segments.segment import (
+    CAUSE_WORDS,
+    FailureSegment,
+    limbs_words,
+)
+from stereotrack_core.evaluation.joint_angles import RANGES, StretchRanges
+from stereotrack_core.evaluation.summary import Summary
+from stereotrack_core.recording.description import LENGTHS, Recording, Segment
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.repeating import what_differs
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.repeating import changed_parameters, what_differs
+from stereotrack_core.tracking.run_checks import HEADING, heading_words
 from stereotrack_core.tracking.stored import fps_of_run
+from stereotrack_core.work import NO_WORK, Work
 
 MOST_STRIPS = 8  # failures that are shown in pictures: the longest ones
-
 _QUALITY = 80
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +79,7 @@ class Reported:
     differs: tuple[str, ...]  # why tracking again may come out otherwise
 
 
-def gathered(
-    source: Source,
-    *,
-    on_progress: Progress = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> Reported:
+def gathered(source: Source, work: Work = NO_WORK) -> Reported:
     """Measure, find failures, draw strips; InputError if the run lacks frames, Cancelled."""
     source = dataclasses.replace(source, run=_cut(source.run, source.frames))
     run, recording = source.run, source.recording
@@ -85,7 +89,7 @@ def gathered(
         for s in (() if recording is None else recording.segments)
         if s.first < end and s.end > first
     )
-    on_progress(0.02, "reading the recording")
+    work.tell(0.02, "reading the recording")
     findings = () if recording is None else examine(recording.folder, compare=True)
     accuracy = _accuracy(source, segments)
     return Reported(
@@ -93,7 +97,7 @@ def gathered(
         segments=segments,
         findings=findings,
         accuracy=accuracy,
-        failures=_failures(source, on_progress, cancelled),
+        failures=_failures(source, work),
         differs=() if recording is None else what_differs(run, recording),
     )
 
@@ -125,13 +129,9 @@ def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
     return found if len(found.errors.frame) else None
 
 
-def _failures(
-    source: Source, on_progress: Progress, cancelled: Callable[[], bool]
-) -> tuple[ShownFailure, ...]:
+def _failures(source: Source, work: Work) -> tuple[ShownFailure, ...]:
     searched = FailureSearch(source.run, source.fps, source.reference, source.recording)
-    found = find_failures(
-        searched, lambda share, words: on_progress(0.05 + 0.55 * share, words), cancelled
-    )
+    found = find_failures(searched, work.part(0.05, 0.6))
     if source.reference is not None:
         found = tuple(failure for failure in found if failure.found == "truth")
     recording = source.recording
@@ -141,9 +141,7 @@ def _failures(
     shown = []
     with FrameReader(recording, read_ahead=0) as reader:
         for i, failure in enumerate(found):
-            if cancelled():
-                raise Cancelled
-            on_progress(0.6 + 0.4 * i / len(found), "rendering failures")
+            work.step(0.6 + 0.4 * i / len(found), "rendering failures")
             strip = None
             if failure in longest:
                 picture = strip_of(searched, recording, failure, reader)
@@ -151,3 +149,143 @@ def _failures(
                 strip = data.tobytes() if done else None
             shown.append(ShownFailure(failure, strip))
     return tuple(shown)
+
+
+def error_table(
+    accuracy: Accuracy, title: str = "", frames_per_second: float | None = None
+) -> Table:
+    """Mean, median and 95th percentile of every measure, and the share that is lost."""
+    summary, doubts, quality = accuracy.summary, accuracy.doubts, accuracy.quality
+    rows = measure_rows(summary)
+    facts = {"lost (arm segments over 45 deg off) [%]": number(100.0 * summary.lost)}
+    if doubts is not None:
+        facts["failures flagged by the run that are real"] = f"{doubts.both} of {doubts.called}"
+        facts["real failures flagged by the run"] = f"{doubts.both} of {doubts.lost}"
+    facts |= {"frames": str(summary.frames), "frames not tracked": str(summary.not_tracked)}
+    if frames_per_second is not None:
+        facts["frames per second"] = number(frames_per_second)
+    headings: tuple[str, ...] = ("measure", ">mean", ">median", ">95 %")
+    if quality:
+        headings = (*headings, ">reference uncertainty")
+        good = [number(quality.get(measure.name, math.nan)) for measure in summary.measures]
+        rows = [(*row, cell) for row, cell in zip(rows, good, strict=True)]
+    blank = [""] * (len(headings) - 2)
+    return Table(title, headings, [*rows, *((what, text, *blank) for what, text in facts.items())])
+
+
+def measure_rows(summary: Summary) -> list[tuple[str, ...]]:
+    """Label, mean, median and 95th percentile of every measure."""
+    rows: list[tuple[str, ...]] = []
+    for measure in summary.measures:
+        figures = measure.statistics
+        values = (figures.mean, figures.median, figures.p95)
+        rows.append((f"{measure.label} [{measure.unit}]", *(number(value) for value in values)))
+    return rows
+
+
+def segment_table(summaries: Sequence[Summary]) -> Table:
+    """Means of every segment, one row each."""
+    headings = (
+        *("segment", ">frames", ">torso mm", ">long", ">cross", ">upper arms", ">forearms"),
+        *(">left upper", ">right upper", ">left fore", ">right fore", ">lost %"),
+    )
+    rows = [
+        (
+            summary.name,
+            str(summary.frames),
+            *(number(measure.statistics.mean) for measure in summary.measures),
+            number(100.0 * summary.lost),
+        )
+        for summary in summaries
+    ]
+    return Table("Means per segment, degrees unless stated otherwise", headings, rows)
+
+
+def range_table(stretch: StretchRanges) -> Table:
+    """Range and mean of every angle that is known."""
+    headings = ("angle", ">frames", ">from", ">to", ">range", ">mean")
+    rows = [
+        (name.replace("_", " "), str(count), *(number(stretch.degrees[name][k]) for k in RANGES))
+        for name, count in stretch.frames.items()
+        if count
+    ]
+    where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
+    title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"
+    return Table(title, headings, rows)
+
+
+def tables(reported: Reported) -> dict[str, Table | None]:
+    """All of them by their name in the template; None for those that there is nothing to tell."""
+    run, accuracy = reported.source.run, reported.accuracy
+    stored: dict[str, Any] = dict(run.meta.get("parameters") or {})
+    return {
+        "lengths": _lengths(run),
+        "errors": None if accuracy is None else error_table(accuracy),
+        "segments": None if accuracy is None else segment_table(accuracy.segments),
+        "failures": _failure_table(reported),
+        "parameters": _parameters(stored),
+        "changed": _changed(stored, str(run.meta.get("preset") or "")),
+        "versions": _versions(reported),
+    }
+
+
+def _lengths(run: Run) -> Table:
+    stated = run.meta.get("subject") or {}
+    known = {name.replace("_", " "): stated[name] for name in LENGTHS if name in stated}
+    values = ["average" if value is None else f"{1000.0 * value:.0f}" for value in known.values()]
+    columns = ("", *(f">{key.removesuffix(' length')}" for key in known))
+    return Table("", columns, [("length [mm]", *values)])
+
+
+def _failure_table(reported: Reported) -> Table:
+    fps = reported.source.fps
+    rows = []
+    for shown in reported.failures:
+        failure = shown.failure
+        sure = failure.verdict.confidence
+        rows.append(
+            (
+                f"{failure.first}–{failure.last}",
+                f"{failure.first / fps:.1f}–{(failure.last + 1) / fps:.1f} s",
+                limbs_words(failure.limbs),
+                failure.peak_words,
+                CAUSE_WORDS[failure.verdict.cause] + (f" ({100.0 * sure:.0f} %)" if sure else ""),
+            )
+        )
+    return Table("", ("frames", "time", "limbs", ">peak", "probable cause"), rows)
+
+
+def _parameters(stored: dict[str, Any]) -> Table:
+    """All parameters; those that are not the default are set apart."""
+    known = {row.name: row for row in Settings.rows()}
+    rows, kinds = [], []
+    for key, value in stored.items():
+        row = known.get(key)
+        unit, default = ("", "-") if row is None else (row.unit, str(row.default))
+        rows.append((key, str(value), unit, default))
+        kinds.append("" if row is None or value == row.default else "given")
+    return Table("", ("parameter", ">value", "unit", ">default"), rows, kinds)
+
+
+def _changed(stored: dict[str, Any], preset: str) -> Table:
+    units = {row.name: row.unit for row in Settings.rows()}
+    rows = [
+        (key, str(value), units.get(key, ""), str(usual))
+        for key, (usual, value) in changed_parameters(stored, preset).items()
+    ]
+    return Table("", ("parameter", ">value", "unit", ">preset"), rows)
+
+
+def _versions(reported: Reported) -> Table:
+    meta = reported.source.run.meta
+    rows = [(key, str(value)) for key, value in dict(meta.get("versions") or {}).items()]
+    rows = rows or [("stereotrack", str(meta.get("version") or "unknown"))]
+    rows += [
+        ("tracked", str(meta.get("made") or "unknown time")),
+        ("seed", str(meta.get("seed", "unknown"))),
+        ("initial pose", str(meta.get("init", "unknown"))),
+    ]
+    if (words := heading_words(meta.get(HEADING))) is not None:
+        rows.append(("direction that the person faces", words.brief))
+    rows.append(("recording's fingerprint", str(meta.get("fingerprint") or "unknown")))
+    return Table("", ("", ""), rows)

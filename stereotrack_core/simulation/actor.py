@@ -1,12 +1,14 @@
-"""A person ready to be drawn: clothes, and a surface that follows the bones.
+"""A person ready to be drawn: flesh contoured once, clothes, and a surface that follows the bones.
 
-Weights are smooth, and blended by dual quaternions: Kavan et al., "Skinning with dual
-quaternions", I3D 2007, doi:10.1145/1230100.1230107. The surface is posed first as if the shoulder
-girdle only followed the arms. What the shoulders do beside that moves it once more: the arm goes
-along with its joint, and the flesh between arm, neck and chest turns about the clavicle's inner
-end, less and less towards head and ribs.
+Round cones along the bones, with muscles, are joined smoothly to one closed surface, which shares
+nothing with the tracker's own body. Weights are smooth, and blended by dual quaternions: Kavan et
+al., "Skinning with dual quaternions", I3D 2007, doi:10.1145/1230100.1230107. The surface is posed
+first as if the shoulder girdle only followed the arms. What the shoulders do beside that moves it
+once more: the arm goes along with its joint, and the flesh between arm, neck and chest turns about
+the clavicle's inner end, less and less towards head and ribs.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -14,10 +16,223 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.room import borders, material_table, worn
-from stereotrack_core.simulation.skeleton import BONE, BONES, SIDES, SIGN, PosedBones, rest_joints
-from stereotrack_core.simulation.surface import rest_surface
+from stereotrack_core.simulation.skeleton import (
+    BONE,
+    BONES,
+    SIDES,
+    SIGN,
+    Person,
+    PosedBones,
+    girth_scale,
+    head_centre,
+    rest_joints,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Flesh:
+    """A round cone from `a` to `b`, flattened along `flat` by the factor `by`."""
+
+    a: FloatArray
+    radius_a: float
+    b: FloatArray
+    radius_b: float
+    flat: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    by: float = 1.0
+    blend: float = 0.03
+
+
+def rest_surface(
+    person: Person, *, spacing: float = 0.012
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Closed surface of `person` at rest: its flesh contoured on a grid of `spacing` metres.
+
+    Vertices (V, 3) in metres, their normals outwards, from the field, so that the mesh's own facets
+    do not show in the light, and triangles (T, 3), counter-clockwise seen from outside.
+    """
+    pieces = tuple(flesh(person))
+    low = np.min([np.minimum(p.a - p.radius_a, p.b - p.radius_b) for p in pieces], axis=0) - 0.04
+    high = np.max([np.maximum(p.a + p.radius_a, p.b + p.radius_b) for p in pieces], axis=0) + 0.04
+    axes = [np.arange(lo, hi, spacing) for lo, hi in zip(low, high, strict=True)]
+    field = _distance_on_grid(pieces, axes)
+    # VTK takes its time to load, and a window that simulates nothing does without
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+
+    image = vtkImageData()
+    image.SetDimensions(*field.shape)
+    image.SetSpacing(spacing, spacing, spacing)
+    image.SetOrigin(*low)
+    values = np.ascontiguousarray(field.ravel(order="F"), dtype=np.float32)
+    image.GetPointData().SetScalars(numpy_to_vtk(values, deep=1))
+    contour = vtkFlyingEdges3D()
+    contour.SetInputData(image)
+    contour.SetValue(0, 0.0)
+    contour.ComputeNormalsOff()
+    contour.Update()
+    mesh = contour.GetOutput()
+    vertices = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
+    triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)[:, ::-1]
+    normals = _field_normals(field, (vertices - low) / spacing)
+    return vertices, normals, triangles.astype(np.int64)
+
+
+def _field_normals(field: FloatArray, cells: FloatArray) -> FloatArray:
+    """Directions (V, 3) in which the field grows at points (V, 3) in units of its grid."""
+    grown = [scipy.ndimage.gaussian_filter(field, 1.0, order=o) for o in np.eye(3, dtype=int)]
+    slopes = [scipy.ndimage.map_coordinates(one, cells.T, order=1) for one in grown]
+    normals = np.stack(slopes, axis=1)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None])
+
+
+def _distance_on_grid(pieces: tuple[Flesh, ...], axes: list[FloatArray]) -> FloatArray:
+    """Signed distance of the joined pieces on the grid of `axes`, negative inside.
+
+    Far from a piece only its own box is touched; the polynomial smooth minimum has no
+    effect further away than its width.
+    """
+    field = np.full([len(axis) for axis in axes], 0.2)
+    for piece in pieces:
+        reach = max(piece.radius_a, piece.radius_b) + 0.06
+        low = np.minimum(piece.a, piece.b) - reach
+        high = np.maximum(piece.a, piece.b) + reach
+        box = tuple(
+            slice(int(np.searchsorted(axis, lo)), int(np.searchsorted(axis, hi)))
+            for axis, lo, hi in zip(axes, low, high, strict=True)
+        )
+        grid = np.meshgrid(*(axis[s] for axis, s in zip(axes, box, strict=True)), indexing="ij")
+        distance = flesh_distance(piece, np.stack(grid, axis=-1))
+        h = np.maximum(piece.blend - np.abs(field[box] - distance), 0.0) / piece.blend
+        field[box] = np.minimum(field[box], distance) - h * h * piece.blend / 4
+    return field
+
+
+def flesh_distance(piece: Flesh, points: FloatArray) -> FloatArray:
+    """Signed distance (...,) of points (..., 3) to one piece."""
+    flat = np.asarray(piece.flat)
+
+    def stretched(p: FloatArray) -> FloatArray:
+        return np.asarray(p + (piece.by - 1.0) * (p @ flat)[..., None] * flat)
+
+    a, b = stretched(piece.a), stretched(piece.b)
+    p = stretched(points) - a
+    axis = b - a
+    squared = float(axis @ axis)
+    if squared < 1e-12:
+        return np.asarray(np.linalg.norm(p, axis=-1) - piece.radius_a)
+    along = np.clip(p @ axis / squared, 0.0, 1.0)
+    radius = piece.radius_a + along * (piece.radius_b - piece.radius_a)
+    return np.asarray(np.linalg.norm(p - along[..., None] * axis, axis=-1) - radius)
+
+
+def flesh(person: Person) -> Iterator[Flesh]:
+    """All pieces of a person at rest."""
+    yield from _trunk(person)
+    yield from _head(person)
+    for side in (0, 1):
+        yield from _arm(person, side)
+        yield from _leg(person, side)
+
+
+def _trunk(person: Person) -> Iterator[Flesh]:
+    joints = rest_joints(person)
+    hip_z = joints[0, 2]
+    length = person.torso_length
+    half = person.shoulder_width / 2
+    g = person.girth * girth_scale(person)
+
+    def bar(
+        width: float, y: float, z: float, radius: float, flat: float, blend: float = 0.08
+    ) -> Flesh:
+        ends = np.array([[-width, y, z], [width, y, z]])
+        return Flesh(ends[0], radius, ends[1], radius, (0.0, 1.0, 0.0), flat, blend)
+
+    hips = person.hips * person.hip_width / 2
+    yield bar(hips * 0.72, -0.005, hip_z + 0.02, 0.112 * g, 1.08)
+    yield bar(hips * 0.62, -0.050, hip_z - 0.03, 0.078 * g, 1.0, 0.06)
+    yield bar(0.045 * g, 0.0, hip_z + 0.22 * length, 0.108 * g, 1.12)
+    yield bar(0.045 * g, 0.0, hip_z + 0.42 * length, 0.105 * g, 1.12)
+    yield bar(half * 0.36, -0.005, hip_z + 0.66 * length, 0.116 * g, 1.12)
+    yield bar(half * 0.42, -0.005, hip_z + 0.80 * length, 0.110 * g, 1.10)
+    yield bar(half * 0.62, -0.010, hip_z + 0.94 * length, 0.066 * g, 1.0)
+    for s in SIGN:
+        chest = np.array([s * half * 0.42, 0.055 * g, hip_z + 0.78 * length])
+        yield Flesh(chest, 0.068 * g, chest, 0.068 * g, blend=0.06)
+        blade = np.array([s * half * 0.5, -0.065 * g, hip_z + 0.84 * length])
+        yield Flesh(blade, 0.060 * g, blade, 0.060 * g, blend=0.06)
+        shoulder = joints[BONE["upper_arm_right"]] * [s, 1, 1]
+        neck = joints[BONE["neck"]] + [s * 0.02, -0.005, 0.03]
+        yield Flesh(shoulder * [0.72, 1, 1] + [0, -0.012, 0.005], 0.046, neck, 0.045, blend=0.06)
+
+
+def _head(person: Person) -> Iterator[Flesh]:
+    centre = head_centre(person)
+    k = girth_scale(person)
+    neck = rest_joints(person)[BONE["neck"]]
+    skull_base = centre + [0, -0.005, -0.06]
+    yield Flesh(neck + [0, 0, -0.04], 0.062 * k, skull_base, 0.055 * k, blend=0.05)
+    crown, chin = centre + [0, -0.012, 0.028 * k], centre + [0, 0.038, -0.072 * k]
+    yield Flesh(crown, 0.094 * k, chin, 0.052 * k, (1.0, 0.0, 0.0), 1.16, 0.03)
+    nose = centre + [0, 0.098 * k, -0.022]
+    yield Flesh(nose + [0, -0.012, 0.03], 0.009, nose, 0.014, blend=0.02)
+    for s in SIGN:
+        ear = centre + [s * 0.080 * k, -0.010, -0.018]
+        yield Flesh(ear, 0.020, ear + [0, 0, 0.025], 0.020, (1.0, 0.0, 0.0), 2.0, 0.01)
+
+
+def _arm(person: Person, side: int) -> Iterator[Flesh]:
+    s = SIGN[side]
+    joints = rest_joints(person)
+    shoulder, elbow, wrist = (
+        joints[BONE[f"{b}_{SIDES[side]}"]] for b in ("upper_arm", "forearm", "hand")
+    )
+    m = person.muscle * girth_scale(person)
+
+    def on_upper(share: float) -> FloatArray:
+        return np.asarray(shoulder + share * (elbow - shoulder))
+
+    def on_fore(share: float) -> FloatArray:
+        return np.asarray(elbow + share * (wrist - elbow))
+
+    deltoid = on_upper(0.04) + [0, 0, 0.004]
+    yield Flesh(deltoid, 0.060 * m, on_upper(0.34), 0.050 * m, blend=0.05)
+    yield Flesh(shoulder, 0.054 * m, elbow, 0.041 * m)
+    front, back = np.array([0, 0.014, 0]), np.array([0, -0.012, 0])
+    yield Flesh(on_upper(0.40) + front, 0.043 * m, on_upper(0.66) + front, 0.042 * m)
+    yield Flesh(on_upper(0.30) + back, 0.043 * m, on_upper(0.58) + back, 0.043 * m)
+    yield Flesh(elbow, 0.041 * m, wrist, 0.027 * m)
+    yield Flesh(on_fore(0.14), 0.043 * m, on_fore(0.42), 0.041 * m)
+    hand = np.array([s * person.hand, 0.0, 0.0])
+    across = np.array([0.0, 1.0, 0.0])
+    thin = (0.0, 0.0, 1.0)
+    yield Flesh(wrist, 0.028 * m, wrist + 0.10 * hand, 0.029 * m, thin, 1.25, 0.02)
+    for offset, tip in ((0.026, 0.90), (0.009, 1.0), (-0.009, 0.96), (-0.026, 0.84)):
+        start = wrist + 0.22 * hand + offset * across
+        end = wrist + tip * hand + 1.1 * offset * across - np.array([s * 0.010, 0, 0])
+        yield Flesh(start, 0.019, end, 0.010, thin, 1.3, 0.016)
+    thumb = wrist + 0.12 * hand + 0.022 * across
+    yield Flesh(thumb, 0.018, wrist + 0.52 * hand + 0.068 * across, 0.011, blend=0.02)
+
+
+def _leg(person: Person, side: int) -> Iterator[Flesh]:
+    joints = rest_joints(person)
+    hip, knee, ankle = (joints[BONE[f"{b}_{SIDES[side]}"]] for b in ("thigh", "shank", "foot"))
+    g = (person.girth + person.muscle) / 2 * girth_scale(person)
+    upper = hip + [0, 0.0, -0.03]
+    yield Flesh(upper, 0.084 * g, knee, 0.056 * g, blend=0.04)
+    thigh = knee - hip
+    yield Flesh(hip + 0.3 * thigh + [0, 0.02, 0], 0.066 * g, hip + 0.6 * thigh, 0.066 * g)
+    yield Flesh(knee, 0.056 * g, ankle, 0.040 * g)
+    shank = ankle - knee
+    calf = np.array([0, -0.018, 0])
+    yield Flesh(knee + 0.18 * shank + calf, 0.050 * g, knee + 0.46 * shank + calf, 0.044 * g)
+    floor = ankle * [1, 1, 0]
+    heel = floor + [0, -0.040, 0.036]
+    ball = floor + [0, 0.085 * person.stature, 0.030]
+    yield Flesh(heel, 0.036, ball, 0.030, blend=0.02)
+    yield Flesh(ball + [-0.018, -0.03, 0], 0.028, ball + [0.018, -0.03, 0], 0.028, blend=0.02)
 
 
 def _skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
@@ -25,11 +240,29 @@ def _skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
     joints = rest_joints(person)
     weights = np.zeros((len(vertices), len(BONES)))
     trunk = np.ones(len(vertices))
-    for side in (0, 1):
-        arm = _arm_share(joints, vertices, side)
-        leg = _leg_share(joints, vertices, side)
-        _share_arm(person, joints, vertices, side, arm, weights)
-        _share_leg(joints, vertices, side, leg, weights)
+    x, y, z = vertices.T
+    for name, sign in zip(SIDES, SIGN, strict=True):
+        shoulder, elbow, wrist, hip, knee, ankle = (
+            joints[BONE[f"{bone}_{name}"]]
+            for bone in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
+        )
+        out = sign * x
+        # the border of the arm leans, so that the flank below the armpit stays trunk
+        below = np.minimum(0.0, z - (shoulder[2] - 0.05))
+        arm = _smooth_step(out + 0.6 * below, abs(shoulder[0]) - 0.004, 0.062)
+        twisted = np.clip((out - abs(shoulder[0])) / (0.75 * person.upper_arm), 0.0, 1.0)
+        past_elbow = _smooth_step(out, abs(elbow[0]), 0.042)
+        past_wrist = _smooth_step(out, abs(wrist[0]), 0.028)
+        weights[:, BONE[f"swing_{name}"]] = arm * (1 - past_elbow) * (1 - twisted)
+        weights[:, BONE[f"upper_arm_{name}"]] = arm * (1 - past_elbow) * twisted
+        weights[:, BONE[f"forearm_{name}"]] = arm * past_elbow * (1 - past_wrist)
+        weights[:, BONE[f"hand_{name}"]] = arm * past_elbow * past_wrist
+        leg = (1 - _smooth_step(z, hip[2] - 0.045, 0.075)) * _smooth_step(out, 0.0, 0.012)
+        past_knee = 1 - _smooth_step(z, knee[2], 0.055)
+        past_ankle = 1 - _smooth_step(z + 0.15 * (y - ankle[1]), ankle[2], 0.032)
+        weights[:, BONE[f"thigh_{name}"]] = leg * (1 - past_knee)
+        weights[:, BONE[f"shank_{name}"]] = leg * past_knee * (1 - past_ankle)
+        weights[:, BONE[f"foot_{name}"]] = leg * past_knee * past_ankle
         trunk -= arm + leg
     _share_trunk(joints, vertices, np.maximum(trunk, 0.0), weights)
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
@@ -39,54 +272,6 @@ def _smooth_step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
     """0 to 1 over `middle` +- `half_width`, smoothly."""
     t = np.clip((x - middle) / (2 * half_width) + 0.5, 0.0, 1.0)
     return t * t * (3 - 2 * t)
-
-
-def _arm_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
-    """Share of the arm; the border leans, so that the flank below the armpit stays trunk."""
-    shoulder = joints[BONE[f"upper_arm_{SIDES[side]}"]]
-    below = np.minimum(0.0, p[:, 2] - (shoulder[2] - 0.05))
-    out = SIGN[side] * p[:, 0] + 0.6 * below
-    return _smooth_step(out, abs(shoulder[0]) - 0.004, 0.062)
-
-
-def _share_arm(
-    person: Person,
-    joints: FloatArray,
-    p: FloatArray,
-    side: int,
-    arm: FloatArray,
-    weights: FloatArray,
-) -> None:
-    name = SIDES[side]
-    out = SIGN[side] * p[:, 0]
-    shoulder, elbow, wrist = (
-        abs(joints[BONE[f"{bone}_{name}"], 0]) for bone in ("upper_arm", "forearm", "hand")
-    )
-    twisted = np.clip((out - shoulder) / (0.75 * person.upper_arm), 0.0, 1.0)
-    past_elbow = _smooth_step(out, elbow, 0.042)
-    past_wrist = _smooth_step(out, wrist, 0.028)
-    weights[:, BONE[f"swing_{name}"]] = arm * (1 - past_elbow) * (1 - twisted)
-    weights[:, BONE[f"upper_arm_{name}"]] = arm * (1 - past_elbow) * twisted
-    weights[:, BONE[f"forearm_{name}"]] = arm * past_elbow * (1 - past_wrist)
-    weights[:, BONE[f"hand_{name}"]] = arm * past_elbow * past_wrist
-
-
-def _leg_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
-    hip = joints[BONE[f"thigh_{SIDES[side]}"]]
-    below = 1 - _smooth_step(p[:, 2], hip[2] - 0.045, 0.075)
-    return below * _smooth_step(SIGN[side] * p[:, 0], 0.0, 0.012)
-
-
-def _share_leg(
-    joints: FloatArray, p: FloatArray, side: int, leg: FloatArray, weights: FloatArray
-) -> None:
-    name = SIDES[side]
-    knee, ankle = joints[BONE[f"shank_{name}"]], joints[BONE[f"foot_{name}"]]
-    past_knee = 1 - _smooth_step(p[:, 2], knee[2], 0.055)
-    past_ankle = 1 - _smooth_step(p[:, 2] + 0.15 * (p[:, 1] - ankle[1]), ankle[2], 0.032)
-    weights[:, BONE[f"thigh_{name}"]] = leg * (1 - past_knee)
-    weights[:, BONE[f"shank_{name}"]] = leg * past_knee * (1 - past_ankle)
-    weights[:, BONE[f"foot_{name}"]] = leg * past_knee * past_ankle
 
 
 def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: FloatArray) -> None:

@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.motions import Chain, Part, motion_names, parts_of, scheduled
-from stereotrack_core.simulation.people import PEOPLE, Person, grown, person_named
 from stereotrack_core.simulation.postures import line_path, walk
 from stereotrack_core.simulation.render import CameraRenderer, DepthCamera, Posed, depth_view
 from stereotrack_core.simulation.rig import (
@@ -32,7 +31,15 @@ from stereotrack_core.simulation.rig import (
     view_names,
 )
 from stereotrack_core.simulation.room import noise_lattice, room
-from stereotrack_core.simulation.skeleton import JointState, landmarks, posed_bones
+from stereotrack_core.simulation.skeleton import (
+    PEOPLE,
+    JointState,
+    Person,
+    grown,
+    landmarks,
+    person_named,
+    posed_bones,
+)
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
 """Beyond the working volume, to and fro, on the floor."""
@@ -168,8 +175,7 @@ def build_scene(made: Simulation, workers: Executor) -> Scene:
 
 Progress = Callable[[int, int], None]
 _WORKERS = 2
-_CRF = 16
-"""Leaves the sensor's noise nearly as it is, at less than half the size of a lossless video."""
+_CRF = 16  # leaves the sensor's noise nearly as it is, at less than half the size of lossless
 
 
 def simulate(
@@ -205,22 +211,22 @@ def simulate(
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(made, workers)
         crf = int(made.disturbances.get("compress", 0 if o.lossless else _CRF))
-        form: dict[str, Any] = {
-            "fps": o.fps,
-            "width": o.width,
-            "height": o.height,
-            "colour": o.colour,
-            "crf": crf,
-        }
+        form = partial(
+            VideoWriter, fps=o.fps, width=o.width, height=o.height, colour=o.colour, crf=crf
+        )
         with ExitStack() as opened:
             videos = {
-                camera: opened.enter_context(VideoWriter(workplace / f"{camera}.mp4", **form))
+                camera: opened.enter_context(form(workplace / f"{camera}.mp4"))
                 for camera in scene.cameras
             }
             if o.background_images and o.kind == "stereo":
                 for camera, renderer in scene.renderers.items():
                     write_png(workplace / f"{camera}_background.png", renderer.background())
-            sensors = _depth_cameras(scene, workplace, made)
+            depth_cameras = scene.renderers if o.kind == "depth" else {}
+            sensors = {
+                name: DepthCamera(renderer, o.focal, workplace / name, (made.seed, ord(name)))
+                for name, renderer in depth_cameras.items()
+            }
             truth = []
             for frame in range(made.frames):
                 if cancelled is not None and cancelled():
@@ -229,16 +235,6 @@ def simulate(
                 if on_progress is not None:
                     on_progress(frame + 1, made.frames)
         _describe(workplace, folder.name, made, scene, np.array(truth))
-
-
-def _depth_cameras(scene: Scene, folder: Path, made: Simulation) -> dict[str, DepthCamera]:
-    """Those of depth views by their names; none for stereo views."""
-    if made.options.kind != "depth":
-        return {}
-    return {
-        name: DepthCamera(renderer, made.options.focal, folder / name, (made.seed, ord(name)))
-        for name, renderer in scene.renderers.items()
-    }
 
 
 def _make_frame(

@@ -10,7 +10,6 @@ import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
     STRETCHED,
     Arm,
@@ -21,7 +20,7 @@ from stereotrack_core.simulation.postures import (
     walk,
 )
 from stereotrack_core.simulation.rig import SceneOptions
-from stereotrack_core.simulation.skeleton import JointState, between, minimum_jerk
+from stereotrack_core.simulation.skeleton import JointState, Person, between, minimum_jerk
 
 T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()

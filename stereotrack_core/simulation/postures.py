@@ -2,18 +2,18 @@
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.skeleton import (
     BONE,
     SIDES,
     SIGN,
     JointState,
+    Person,
     between,
     clavicle_rotation,
     difference,
@@ -71,34 +71,30 @@ class Posture:
     forward: Pair = (0.0, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Stand:
-    """Where, (2,) world, metres, and in which direction somebody stands.
-
-    `heading` is in radians to the left of north; `ankles` (2, 3), world, metres, are beside each
-    other where they are not given.
-    """
-
-    place: FloatArray = field(default_factory=lambda: np.zeros(2))
-    heading: float = 0.0
-    ankles: FloatArray | None = None
-
-
 def _turn_about(axis: Triple, degrees: float) -> FloatArray:
     return rotation_from_vector(np.radians(degrees) * np.asarray(axis))
 
 
-def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> JointState:
-    """Joints of `person` in a posture; arms by inverse kinematics on the bent trunk."""
-    where = stand or Stand()
+def state_of(
+    person: Person,
+    posture: Posture,
+    place: FloatArray | None = None,
+    heading: float = 0.0,
+    ankles: FloatArray | None = None,
+) -> JointState:
+    """Joints of `person` in a posture; arms by inverse kinematics on the bent trunk.
+
+    `place` (2,), world, metres, is the origin if not given; `heading` is in radians to the left of
+    north; `ankles` (2, 3), world, metres, are beside each other if not given.
+    """
     rest = rest_joints(person)
-    facing = rotation_from_vector(np.array([0.0, 0.0, where.heading]))
-    ankles = where.ankles
+    facing = rotation_from_vector(np.array([0.0, 0.0, heading]))
+    x, y = (0.0, 0.0) if place is None else place
     if ankles is None:
         beside = rest[[BONE["foot_left"], BONE["foot_right"]]]
-        ankles = beside @ facing.T + np.array([*where.place, 0.0])
+        ankles = beside @ facing.T + np.array([x, y, 0.0])
     shift = np.array([posture.sway, -posture.back, -posture.drop]) * person.leg
-    position = np.array([*where.place, rest[0, 2]]) + facing @ shift
+    position = np.array([x, y, rest[0, 2]]) + facing @ shift
     identity = np.tile(np.eye(3), (2, 1, 1))
     bare = JointState(
         position, _trunk(posture, facing), identity, np.zeros(2), identity, ankles,
@@ -143,7 +139,7 @@ def _reach(
     for _ in range(4):
         shoulder = clavicle + girdle @ to_shoulder
         links = two_links(wrist - shoulder, person.upper_arm, person.forearm, elbow)
-        girdle = clavicle_rotation(side, links.first, own)
+        girdle = clavicle_rotation(side, links.first_frame[:, 0], own)
     return links.first_frame @ at_rest.T, links.flexion
 
 
@@ -161,15 +157,8 @@ def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
     up, ahead = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
     half_turn = _turn_about(up, posture.twist / 2) @ _turn_about(ahead, posture.side / 2)
     gaze = _turn_about(up, posture.look / 2) @ _turn_about(forward, posture.nod / 2)
-    return np.array(
-        [
-            facing @ _turn_about(forward, pelvis),
-            _turn_about(forward, waist) @ half_turn,
-            _turn_about(forward, chest) @ half_turn,
-            gaze,
-            gaze,
-        ]
-    )
+    bent = [_turn_about(forward, tilt) @ half_turn for tilt in (waist, chest)]
+    return np.array([facing @ _turn_about(forward, pelvis), *bent, gaze, gaze])
 
 
 _STRIDE = 0.62
@@ -231,7 +220,11 @@ def _walking(person: Person, path: Path, steps: int, time: float) -> JointState:
     place, heading = path.at(gone)
     ankles, feet = [], []
     for side in (0, 1):
-        before, after = _plants(step, side, steps)
+        # strides gone by the foot before and after the step: it swings in every second one
+        before, after = (
+            max((min(n + 1, steps) for n in range(count) if n % 2 == side), default=0)
+            for count in (step, step + 1)
+        )
         moving = minimum_jerk(swing) if after > before else 0.0
         distance = stride * (before + (after - before) * moving)
         lift = _LIFT * np.sin(np.pi * swing) ** 2 if after > before else 0.0
@@ -240,22 +233,11 @@ def _walking(person: Person, path: Path, steps: int, time: float) -> JointState:
         ankles.append(ankle)
         feet.append(foot)
     push = np.sin(np.pi * swing) * (1 if step % 2 else -1) * (0 < step < steps)
-    arms = [_swinging(-push), _swinging(push)]
-    posture = Posture(
-        arms[0], arms[1], (3.0, 1.0, 0.0), twist=5.0 * push, drop=0.02, sway=-0.012 * push
-    )
-    state = state_of(person, posture, Stand(place, heading, np.array(ankles)))
+    left, right = _swinging(-push), _swinging(push)
+    lean = (3.0, 1.0, 0.0)
+    posture = Posture(left, right, lean, twist=5.0 * push, drop=0.02, sway=-0.012 * push)
+    state = state_of(person, posture, place, heading, np.array(ankles))
     return replace(state, feet=np.array(feet))
-
-
-def _plants(step: int, side: int, steps: int) -> tuple[int, int]:
-    """Strides gone by one foot before and after a step."""
-
-    def planted(count: int) -> int:
-        moved = [n for n in range(count) if n % 2 == side]
-        return min(moved[-1] + 1, steps) if moved else 0
-
-    return planted(step), planted(step + 1)
 
 
 def _foot(

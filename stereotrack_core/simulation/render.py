@@ -10,20 +10,28 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Stream, View
-from stereotrack_core.recording.writing import counts_of, write_png
+from stereotrack_core.recording.images import counts_of
+from stereotrack_core.recording.writing import write_png
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.raster import SAMPLES, Raster, Samples, in_samples
 from stereotrack_core.simulation.rig import UNDISTURBED, Disturber, Sensor
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things, material_table
-from stereotrack_core.simulation.shading import Shadows, Stuff, clothing, shade
+from stereotrack_core.simulation.shading import (
+    SAMPLES,
+    Raster,
+    Samples,
+    Shadows,
+    Stuff,
+    clothing,
+    in_samples,
+    shade,
+)
 
 _NEAR = 0.15
 _WIDEST = 2.2
 """Points further out, as share of the image's half diagonal, are not projected: there a
 distortion model may fold back into the picture."""
 
-Projected = tuple[FloatArray, FloatArray]
-"""Raw pixels (V, 2), NaN where not to be drawn, and 1 / z (V,)."""
+Projected = tuple[FloatArray, FloatArray]  # raw pixels (V, 2), NaN if not drawn, and 1 / z (V,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,9 +182,7 @@ def _averaged(light: Float32Array) -> Float32Array:
     return np.asarray(blocks.mean(axis=(1, 3), dtype=np.float32))
 
 
-_SCALE = 43.5
-"""Focal length times base line (pixels, metres): 580 px and 75 mm, those of the first Kinect."""
-
+_SCALE = 43.5  # focal length (580 px) times base line (75 mm) of the first Kinect
 _STEP = 0.125  # pixels of disparity between two values that it distinguishes
 
 _NOISE = 0.062
@@ -225,7 +231,8 @@ class DepthCamera:
         lit = ~_in_shadow(shift.astype(np.float32))
         z = _frayed(np.where(lit, true, np.nan).astype(np.float32), rng)
         z[z > _FARTHEST] = np.nan
-        disparity = _SCALE / z + _NOISE * _smooth_noise(z.shape, rng)
+        noise = cv2.GaussianBlur(rng.standard_normal(z.shape, np.float32), (0, 0), _ALIKE)
+        disparity = _SCALE / z + _NOISE * (noise / noise.std()).astype(np.float32)
         ranges = _SCALE / (np.round(disparity / _STEP) * _STEP)
         with np.errstate(invalid="ignore"):
             person = ranges < self.empty - _BEFORE_ROOM
@@ -257,9 +264,3 @@ def _frayed(z: Float32Array, rng: np.random.Generator) -> Float32Array:
     column = np.clip(np.rint(x + off[0]), 0, width - 1).astype(np.int64)
     line = np.clip(np.rint(y + off[1]), 0, height - 1).astype(np.int64)
     return np.asarray(z[line, column])
-
-
-def _smooth_noise(shape: tuple[int, ...], rng: np.random.Generator) -> Float32Array:
-    """Noise (H, W) of unit standard deviation, alike in neighbouring pixels."""
-    noise = cv2.GaussianBlur(rng.standard_normal(shape, np.float32), (0, 0), _ALIKE)
-    return np.asarray((noise / noise.std()).astype(np.float32))

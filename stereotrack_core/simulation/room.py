@@ -6,8 +6,7 @@ from functools import cache
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray, IntArray
-from stereotrack_core.simulation.people import Person, girth_scale
-from stereotrack_core.simulation.skeleton import BONE, head_centre, rest_joints
+from stereotrack_core.simulation.skeleton import BONE, Person, girth_scale, head_centre, rest_joints
 
 PLAIN, STRONG, STRIPED, WOOD, TILES = range(5)
 _LATTICE = 64
@@ -45,46 +44,32 @@ def noise_lattice(seed: int) -> Float32Array:
 
 Colour = tuple[float, float, float]
 
-_SKIN: dict[str, Colour] = {
-    "P1": (0.66, 0.47, 0.37),
-    "P2": (0.72, 0.54, 0.44),
-    "P3": (0.42, 0.29, 0.22),
-    "P4": (0.76, 0.58, 0.49),
-}
-_HAIR: dict[str, Colour] = {
-    "P1": (0.13, 0.10, 0.08),
-    "P2": (0.30, 0.21, 0.12),
-    "P3": (0.07, 0.06, 0.06),
-    "P4": (0.42, 0.30, 0.15),
-}
-_SHIRT: dict[str, tuple[Colour, Colour]] = {
-    "P1": ((0.16, 0.30, 0.28), (0.36, 0.38, 0.40)),
-    "P2": ((0.20, 0.30, 0.42), (0.42, 0.37, 0.30)),
-    "P3": ((0.36, 0.20, 0.20), (0.44, 0.34, 0.20)),
-    "P4": ((0.24, 0.18, 0.32), (0.33, 0.26, 0.28)),
-}
-_TROUSERS: dict[str, tuple[Colour, Colour]] = {
-    "P1": ((0.15, 0.15, 0.17), (0.22, 0.21, 0.20)),
-    "P2": ((0.13, 0.17, 0.26), (0.20, 0.24, 0.32)),
-    "P3": ((0.20, 0.18, 0.15), (0.28, 0.26, 0.22)),
-    "P4": ((0.14, 0.14, 0.20), (0.20, 0.20, 0.28)),
-}
-"""Two colours each; in grey they differ by about a third, as prints on cloth do."""
+_COLOURS: dict[str, tuple[Colour, Colour, Colour, Colour, Colour, Colour]] = {
+    "P1": ((0.66, 0.47, 0.37), (0.13, 0.10, 0.08), (0.16, 0.30, 0.28), (0.36, 0.38, 0.40),
+           (0.15, 0.15, 0.17), (0.22, 0.21, 0.20)),
+    "P2": ((0.72, 0.54, 0.44), (0.30, 0.21, 0.12), (0.20, 0.30, 0.42), (0.42, 0.37, 0.30),
+           (0.13, 0.17, 0.26), (0.20, 0.24, 0.32)),
+    "P3": ((0.42, 0.29, 0.22), (0.07, 0.06, 0.06), (0.36, 0.20, 0.20), (0.44, 0.34, 0.20),
+           (0.20, 0.18, 0.15), (0.28, 0.26, 0.22)),
+    "P4": ((0.76, 0.58, 0.49), (0.42, 0.30, 0.15), (0.24, 0.18, 0.32), (0.33, 0.26, 0.28),
+           (0.14, 0.14, 0.20), (0.20, 0.20, 0.28)),
+}  # fmt: skip
+"""Of skin and hair, and two each of shirt and trousers; in grey these differ by about a third, as
+prints on cloth do."""
 
 
 def worn(person: Person, clothes: str) -> tuple[Material, ...]:
     """Materials in the order skin, hair, shirt, sleeve, trousers, shoe."""
-    skin, hair = _SKIN[person.name], _HAIR[person.name]
-    shirt, trousers = _SHIRT[person.name], _TROUSERS[person.name]
+    skin, hair, shirt, prints, trousers, patches = _COLOURS[person.name]
     if clothes == "strong":
-        upper = Material(STRONG, *shirt, 0.24, 0.01)
-        lower = Material(STRONG, *trousers, 0.21, 0.01)
+        upper = Material(STRONG, shirt, prints, 0.24, 0.01)
+        lower = Material(STRONG, trousers, patches, 0.21, 0.01)
     elif clothes == "striped":
-        upper = Material(STRIPED, shirt[1], _darker(shirt[0]), 0.085, 0.02)
-        lower = Material(STRONG, *trousers, 0.21, 0.01)
+        upper = Material(STRIPED, prints, _darker(shirt), 0.085, 0.02)
+        lower = Material(STRONG, trousers, patches, 0.21, 0.01)
     else:
-        upper = Material(PLAIN, shirt[0], shirt[0], 1.0, 0.0)
-        lower = Material(PLAIN, trousers[0], trousers[0], 1.0, 0.0)
+        upper = Material(PLAIN, shirt, shirt, 1.0, 0.0)
+        lower = Material(PLAIN, trousers, trousers, 1.0, 0.0)
     return (
         Material(PLAIN, skin, skin, 1.0, 0.05),
         Material(STRONG, hair, _darker(hair), 0.03, 0.20),
@@ -247,12 +232,7 @@ def _joined(sheets: list[_Sheet]) -> Things:
         triangles.append(corners + count)
         stuff.append(np.full(len(corners), _NUMBER[material]))
         count += len(points)
-    return Things(
-        np.concatenate(vertices),
-        np.concatenate(normals),
-        np.concatenate(triangles),
-        np.concatenate(stuff),
-    )
+    return Things(*(np.concatenate(parts) for parts in (vertices, normals, triangles, stuff)))
 
 
 def _split(
@@ -265,10 +245,5 @@ def _split(
     points = corner + u.reshape(-1, 1) * edge_1 + v.reshape(-1, 1) * edge_2
     i, j = np.meshgrid(np.arange(m), np.arange(n), indexing="ij")
     first = (i * (n + 1) + j).ravel()
-    corners = np.concatenate(
-        [
-            np.stack([first, first + n + 1, first + 1], axis=1),
-            np.stack([first + n + 1, first + n + 2, first + 1], axis=1),
-        ]
-    )
-    return points, corners
+    halves = (first, first + n + 1, first + 1), (first + n + 1, first + n + 2, first + 1)
+    return points, np.concatenate([np.stack(half, axis=1) for half in halves])

@@ -1,4 +1,7 @@
-"""Light on textured surfaces, what a person wears where, and the shadows that people cast.
+"""Triangles into a depth buffer, light on textured surfaces, clothes, and shadows that people cast.
+
+Vertices come projected by the true camera (distortion included), so that triangles of a few
+pixels give the picture of the distorted lens; every pixel is sampled 2 x 2.
 
 Both a shadow and a shade that wanders through the room are computed on the surfaces of the room and
 of the people, so that all cameras see the same. The shadow is a perspective shadow map (Williams,
@@ -18,8 +21,99 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from stereotrack_core.compiled import compiled
-from stereotrack_core.simulation.raster import Raster
 from stereotrack_core.simulation.rig import Disturber, looking_at
+
+SAMPLES = 2  # samples per pixel along each axis
+
+
+def in_samples(pixels: FloatArray, origin: tuple[int, int] = (0, 0)) -> FloatArray:
+    """Coordinates in samples of pixels (V, 2); `origin` is the pixel at the buffers' corner."""
+    return np.asarray((pixels - np.asarray(origin) + 0.5) * SAMPLES - 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """The nearest surface at each sample; `draw` adds to it."""
+
+    depth: Float32Array  # (h, w); 1 / z of the nearest surface so far
+    triangle: IntArray  # (h, w); number of the triangle seen, counted over all meshes, or -1
+    weights: Float32Array
+    """(h, w, 2); shares of the triangle's second and third corner, corrected for perspective."""
+
+    @staticmethod
+    def over(depth: Float32Array) -> Raster:
+        """An empty raster that draws only what is nearer than `depth`, which it changes."""
+        triangle: Any = np.full(depth.shape, -1, np.int32)
+        return Raster(depth, triangle, np.zeros((*depth.shape, 2), np.float32))
+
+    def draw(
+        self, samples: FloatArray, nearness: FloatArray, triangles: IntArray, first: int = 0
+    ) -> None:
+        """Draw a mesh of triangles (T, 3), the first of this number, where it is nearer.
+
+        `samples` (V, 2) as :func:`in_samples` makes them, NaN drops the triangle; `nearness` (V,)
+        is 1 / z in the camera.
+        """
+        buffers = self.depth, self.triangle, self.weights
+        _rasterise(buffers, samples, nearness, triangles, first)
+
+    def seen(self, triangles: IntArray, first: int = 0) -> Samples:
+        """The samples that show a mesh, once everything is drawn."""
+        numbers = self.triangle - first
+        where = np.nonzero((numbers >= 0) & (numbers < len(triangles)))
+        triangle = numbers[where]
+        second, third = self.weights[where].T
+        shares = np.stack([1.0 - second.astype(np.float64) - third, second, third])
+        return Samples(where, triangle, triangles[triangle], shares)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples (N) of a raster that show one mesh."""
+
+    where: tuple[Any, ...]  # rows and columns, as an index into pictures
+    triangle: IntArray  # (N,)
+    corners: IntArray  # (N, 3); vertices of each triangle
+    shares: FloatArray  # (3, N); of each corner in what is seen
+
+    def of(self, values: FloatArray) -> FloatArray:
+        """Interpolate values (V, C) of the vertices, (N, C)."""
+        a, b, c = (s[:, None] * values[k] for s, k in zip(self.shares, self.corners.T, strict=True))
+        return np.asarray(a + b + c)
+
+
+@compiled()
+def _rasterise(out_buffers: Any, samples: Any, nearness: Any, triangles: Any, first: int) -> None:
+    depth, ids, weights = out_buffers
+    height, width = depth.shape
+    for t in range(triangles.shape[0]):
+        i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ax, ay = samples[i, 0], samples[i, 1]
+        bx, by = samples[j, 0], samples[j, 1]
+        cx, cy = samples[k, 0], samples[k, 1]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if not abs(area) > 1e-12:
+            continue
+        left = max(0, int(min(ax, bx, cx)))
+        right = min(width - 1, int(max(ax, bx, cx)) + 1)
+        top = max(0, int(min(ay, by, cy)))
+        bottom = min(height - 1, int(max(ay, by, cy)) + 1)
+        na, nb, nc = nearness[i], nearness[j], nearness[k]
+        for y in range(top, bottom + 1):
+            for x in range(left, right + 1):
+                wb = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
+                wc = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+                wa = 1.0 - wb - wc
+                if wa < -1e-9 or wb < -1e-9 or wc < -1e-9:
+                    continue
+                near = wa * na + wb * nb + wc * nc
+                if near <= depth[y, x]:
+                    continue
+                depth[y, x] = near
+                ids[y, x] = first + t
+                weights[y, x, 0] = wb * nb / near
+                weights[y, x, 1] = wc * nc / near
+
 
 _LAMP = np.array([0.38, 0.52, 0.764])
 _SOFT_LAMP = np.array([-0.60, -0.48, 0.640])
@@ -42,13 +136,7 @@ class Stuff:
 
 
 def clothing(table: FloatArray, marks: FloatArray, points: FloatArray) -> Stuff:
-    """What a person wears at points (N, 3) at rest."""
-    row = region(points, marks)
-    return Stuff(table, row, np.where(row == SLEEVE, np.abs(points[:, 0]), points[:, 2]))
-
-
-def region(points: FloatArray, marks: FloatArray) -> IntArray:
-    """Rows (N,) of a person's materials at points (N, 3) at rest.
+    """What a person wears at points (N, 3) at rest.
 
     `marks`: height of the collar, height of the hair line, reach of the cuffs, reach of the
     shoulder seams, height of the belt, height of the shoes, height below which nothing is
@@ -63,7 +151,8 @@ def region(points: FloatArray, marks: FloatArray) -> IntArray:
         upper & (out > cuff), upper & (out > seam), upper & head & hair, upper & head,
         z > belt, z > shoe,
     )  # fmt: skip
-    return np.select(places, (SKIN, SLEEVE, HAIR, SKIN, SHIRT, TROUSERS), SHOE)
+    row = np.select(places, (SKIN, SLEEVE, HAIR, SKIN, SHIRT, TROUSERS), SHOE)
+    return Stuff(table, row, np.where(row == SLEEVE, out, z))
 
 
 def shade(
@@ -80,20 +169,16 @@ def shade(
     """
     colours = np.empty(points.shape)
     _reflectance(colours, stuff.table, stuff.row, stuff.stripe, lattice, points)
-    bright = _brightness(normals)
+    length = np.maximum(np.sqrt(along(normals**2, np.ones(3))), 1e-9)
+    strong = np.maximum(0.0, along(normals, _LAMP) / length)
+    soft = 0.5 + 0.5 * (along(normals, _SOFT_LAMP) / length)
+    bright = np.asarray(_EXPOSURE * (_AMBIENT + _LAMP_STRENGTH * strong + _SOFT_STRENGTH * soft))
     return np.stack([along(colours, channel) * bright for channel in response], axis=1)
 
 
 def along(vectors: FloatArray, axis: FloatArray) -> FloatArray:
     """Scalar products (N,), summed in a fixed order: pictures are the same on all machines."""
     return np.asarray(vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1] + vectors[:, 2] * axis[2])
-
-
-def _brightness(normals: FloatArray) -> FloatArray:
-    length = np.maximum(np.sqrt(along(normals**2, np.ones(3))), 1e-9)
-    strong = np.maximum(0.0, along(normals, _LAMP) / length)
-    soft = 0.5 + 0.5 * (along(normals, _SOFT_LAMP) / length)
-    return np.asarray(_EXPOSURE * (_AMBIENT + _LAMP_STRENGTH * strong + _SOFT_STRENGTH * soft))
 
 
 @compiled()
@@ -126,7 +211,7 @@ def _reflectance(out: Any, table: Any, rows: Any, stripes: Any, lattice: Any, po
 
 @compiled()
 def _second_share(kind: float, scale: float, lattice: Any, point: Any, stripe: float) -> float:
-    """Share of a material's second colour; kinds as :mod:`materials` numbers them."""
+    """Share of a material's second colour; kinds as :class:`.room.Material` numbers them."""
     x, y, z = point
     if kind == 1:
         coarse = _lattice_noise(lattice, x / scale, y / scale, z / scale)
@@ -157,9 +242,7 @@ _MAP_SIZE, _MAP_FOCAL = 768, 307.0  # pixels of the shadow map; 1 cm at the pers
 _LOOK_AT_HEIGHT, _NEAREST = 0.9, 0.3
 """Metres: the height at which the lamp is aimed, and the least distance of what casts a shadow."""
 
-_BIAS = 0.05
-"""Metres by which what casts a shadow must be nearer to the lamp, so that nothing shades itself."""
-
+_BIAS = 0.05  # metres by which a caster must be nearer to the lamp: nothing shades itself
 _REACH = 21  # pixels (odd) of the map in which things may cast a soft edge on a point
 
 _SHADE_SECONDS, _SHADE_WAY, _SHADE_EDGE = 12.0, 1.5, 0.8
@@ -173,8 +256,7 @@ class Shadows:
     shadow: float
     shade: float
     lamp: FloatArray  # (4, 3): rotation from world to lamp, whose z is its axis; place of the lamp
-    nearness: Float32Array
-    """(S, S): 1 / z of the nearest person seen by the lamp, 0 where nobody is."""
+    nearness: Float32Array  # (S, S): 1 / z of the nearest person seen by the lamp, or 0
     reached: Float32Array  # (S, S): greatest `nearness` around each pixel
     edge: FloatArray  # (4,): direction into the shade, and the distance along it at which it begins
 
@@ -192,7 +274,11 @@ class Shadows:
         lamp, nearness = _lamp(disturber), np.zeros((_MAP_SIZE, _MAP_SIZE), np.float32)
         if shadow > 0:
             for triangles, vertices in people:
-                _cast(lamp, triangles, vertices, nearness)
+                x, y, z = (lamp[:3] @ (vertices - lamp[3]).T).astype(np.float64)
+                safe = np.maximum(z, _NEAREST)
+                samples = np.column_stack([x, y]) / safe[:, None] * _MAP_FOCAL + (_MAP_SIZE - 1) / 2
+                samples[z < _NEAREST] = np.nan
+                Raster.over(nearness).draw(samples, 1.0 / safe, triangles)
         reached = np.asarray(cv2.dilate(nearness, np.ones((_REACH, _REACH), np.uint8)), np.float32)
         return Shadows(shadow, shade, lamp, nearness, reached, _edge(disturber, frame))
 
@@ -230,16 +316,6 @@ def _lamp(disturber: Disturber) -> FloatArray:
     angle, height = rng.uniform(0, 2 * np.pi), rng.uniform(*_LAMP_HEIGHTS)
     place = np.array([*(_LAMP_DISTANCE * np.array([np.cos(angle), np.sin(angle)])), height])
     return np.vstack([looking_at(place, np.array([0.0, 0.0, _LOOK_AT_HEIGHT])), place])
-
-
-def _cast(
-    lamp: FloatArray, triangles: IntArray, vertices: FloatArray, out_nearness: Float32Array
-) -> None:
-    x, y, z = (lamp[:3] @ (vertices - lamp[3]).T).astype(np.float64)
-    safe = np.maximum(z, _NEAREST)
-    samples = np.column_stack([x, y]) / safe[:, None] * _MAP_FOCAL + (_MAP_SIZE - 1) / 2
-    samples[z < _NEAREST] = np.nan
-    Raster.over(out_nearness).draw(samples, 1.0 / safe, triangles)
 
 
 def _edge(disturber: Disturber, frame: int) -> FloatArray:

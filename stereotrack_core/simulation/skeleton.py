@@ -1,42 +1,152 @@
-"""The skeleton under the surface: rest joints, the state of its joints, and where bones are.
+"""The people of the simulation: lengths and builds, rest joints, joint states, places of bones.
 
-Rest is a T pose that faces north (+y) with the palms down; the person's right is +x.
-The origin lies on the floor under the hips' midpoint.
+They differ from the tracker's own body. Rest is a T pose that faces north (+y) with the palms down;
+the person's right is +x. The origin lies on the floor under the hips' midpoint.
 """
 
-from dataclasses import dataclass, field
+import math
+import zlib
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
-from stereotrack_core.simulation.people import Person
+from stereotrack_core.recording.description import Subject
+
+_SHARES = {
+    "shoulder_width": 0.210,
+    "hip_width": 0.118,
+    "torso_length": 0.282,
+    "upper_arm": 0.168,
+    "forearm": 0.150,
+    "hand": 0.108,
+    "shoulder_to_head": 0.116,
+    "thigh": 0.246,
+    "shank": 0.244,
+    "ankle_height": 0.042,
+}
+"""Lengths between joint centres as shares of the stature, near the middle of the tables in
+Winter, Biomechanics and Motor Control of Human Movement (2009), chapter 4."""
+
+_UPRIGHT = ("ankle_height", "shank", "thigh", "torso_length", "shoulder_to_head")
+_SPREAD = 0.03  # standard deviation of a length as share of itself; cut at one and a half
+
+
+@dataclass(frozen=True)
+class Person:
+    """One person; lengths in metres between joint centres.
+
+    `shoulder_width` and `hip_width` and `torso_length` and `upper_arm` and `forearm` and `hand`: as
+    `Subject` names them; `hand` is wrist to fingertip.
+    """
+
+    name: str
+    stature: float
+    shoulder_width: float
+    hip_width: float
+    torso_length: float
+    upper_arm: float
+    forearm: float
+    hand: float
+    shoulder_to_head: float  # shoulder midpoint to the centre of the head
+    thigh: float
+    shank: float
+    ankle_height: float
+    girth: float  # factor on the radii of the trunk
+    muscle: float  # factor on the radii of the limbs
+    hips: float  # factor on the width of the pelvis
+
+    @property
+    def arm(self) -> float:
+        """Shoulder to wrist, stretched."""
+        return self.upper_arm + self.forearm
+
+    @property
+    def leg(self) -> float:
+        """Hip to ankle, stretched."""
+        return self.thigh + self.shank
+
+    def subject(self) -> Subject:
+        """The lengths as a person would measure them for ``subject.toml``."""
+        return Subject(
+            name=self.name,
+            shoulder_width=self.shoulder_width,
+            hip_width=self.hip_width,
+            torso_length=self.torso_length,
+            upper_arm_length=self.upper_arm,
+            forearm_length=self.forearm,
+            hand_length=self.hand,
+            shoulder_to_head=self.shoulder_to_head,
+        )
+
+
+def _person(name: str, stature: float, girth: float, muscle: float, hips: float) -> Person:
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    lengths = {
+        key: share * stature * (1 + _SPREAD * float(np.clip(rng.normal(), -1.5, 1.5)))
+        for key, share in _SHARES.items()
+    }
+    above_head_centre = 0.122 * math.sqrt(stature / 1.75)
+    tall = sum(lengths[key] for key in _UPRIGHT) + above_head_centre
+    lengths = {key: length * stature / tall for key, length in lengths.items()}
+    return Person(name, stature, **lengths, girth=girth, muscle=muscle, hips=hips)
+
+
+PEOPLE: dict[str, Person] = {
+    person.name: person
+    for person in (
+        _person("P1", 1.89, girth=0.96, muscle=0.97, hips=0.95),
+        _person("P2", 1.75, girth=1.04, muscle=1.06, hips=1.00),
+        _person("P3", 1.99, girth=1.12, muscle=1.10, hips=0.98),
+        _person("P4", 1.68, girth=0.93, muscle=0.90, hips=1.10),
+    )
+}
+"""The four people by name."""
+
+
+def person_named(name: str) -> Person:
+    """The person of that name; raises :class:`InputError` for an unknown one."""
+    try:
+        return PEOPLE[name]
+    except KeyError:
+        raise InputError(
+            f"unknown person {name!r}", where="--person", remedy=f"Use one of {', '.join(PEOPLE)}."
+        ) from None
+
+
+def grown(person: Person, stature: float) -> Person:
+    """The person scaled to another stature in metres; girth and muscle are factors and stay."""
+    factor = stature / person.stature
+    lengths = {
+        field.name: factor * getattr(person, field.name)
+        for field in fields(person)
+        if field.name not in {"name", "girth", "muscle", "hips"}
+    }
+    return replace(person, **lengths)
+
+
+def girth_scale(person: Person) -> float:
+    """Factor by which radii of the average body (1.75 m) grow with the stature."""
+    return math.sqrt(person.stature / 1.75)
+
 
 _STRETCH = 0.99985
 
 
-@dataclass(frozen=True, eq=False)
-class TwoLinks:
-    """Directions of two links, unit vectors (3,), and the angle between them in radians.
+class TwoLinks(NamedTuple):
+    """Two links from the origin, and the angle between them in radians.
 
-    The joint turns `first` towards `second` about `hinge`.
+    Columns of the frames (3, 3): the link's direction, the hinge about which the joint turns the
+    first link towards the second one, and what completes them.
     """
 
-    first: FloatArray
-    second: FloatArray
-    hinge: FloatArray
+    first_frame: FloatArray
+    second_frame: FloatArray
     flexion: float
-
-    @property
-    def first_frame(self) -> FloatArray:
-        """Columns: the first link, the hinge, and what completes them, (3, 3)."""
-        return _frame(self.first, self.hinge)
-
-    @property
-    def second_frame(self) -> FloatArray:
-        """Columns: the second link, the hinge, and what completes them, (3, 3)."""
-        return _frame(self.second, self.hinge)
 
 
 def two_links(target: FloatArray, length_1: float, length_2: float, pole: FloatArray) -> TwoLinks:
@@ -54,7 +164,9 @@ def two_links(target: FloatArray, length_1: float, length_2: float, pole: FloatA
     angle_1, angle_2 = np.arccos(np.clip([cosine_1, cosine_2], -1.0, 1.0))
     first = np.cos(angle_1) * d + np.sin(angle_1) * q
     second = np.cos(angle_2) * d - np.sin(angle_2) * q
-    return TwoLinks(first, second, np.cross(q, d), float(angle_1 + angle_2))
+    hinge = np.cross(q, d)
+    one, other = (np.stack([a, hinge, np.cross(a, hinge)], axis=1) for a in (first, second))
+    return TwoLinks(one, other, float(angle_1 + angle_2))
 
 
 def bend_rotation(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -67,10 +179,6 @@ def bend_rotation(a: FloatArray, b: FloatArray) -> FloatArray:
         return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     return np.asarray(np.eye(3) + k + k @ k / (1 + c))
-
-
-def _frame(link: FloatArray, hinge: FloatArray) -> FloatArray:
-    return np.stack([link, hinge, np.cross(link, hinge)], axis=1)
 
 
 BONES: tuple[str, ...] = (
@@ -177,7 +285,7 @@ def rest_joints(person: Person) -> FloatArray:
         joints[BONE[f"hand_{side}"]] = shoulder + [s * person.arm, 0, 0]
         joints[BONE[f"thigh_{side}"]] = hip
         knee = two_links(ankle - hip, person.thigh, person.shank, np.array([0, 1.0, 0]))
-        joints[BONE[f"shank_{side}"]] = hip + person.thigh * knee.first
+        joints[BONE[f"shank_{side}"]] = hip + person.thigh * knee.first_frame[:, 0]
         joints[BONE[f"foot_{side}"]] = ankle
     joints.flags.writeable = False
     return joints
@@ -223,7 +331,18 @@ def posed_bones(person: Person, state: JointState) -> PosedBones:
         joint[bone] = joint[bone - 1] + rotation[bone - 1] @ (rest[bone] - rest[bone - 1])
     for side in (0, 1):
         girdle[side] = _pose_arm(side, state, rest, rotation, joint)
-        _pose_leg(person, side, state, rest, rotation, joint)
+        thigh, shank, foot = (BONE[f"{b}_{SIDES[side]}"] for b in ("thigh", "shank", "foot"))
+        joint[thigh] = joint[0] + rotation[0] @ (rest[thigh] - rest[0])
+        forward = rotation[0] @ [0.0, 1.0, 0.0] + 2.0 * (state.feet[side] @ [0.0, 1.0, 0.0])
+        links = two_links(state.ankles[side] - joint[thigh], person.thigh, person.shank, forward)
+        at_rest = two_links(
+            rest[foot] - rest[thigh], person.thigh, person.shank, np.array([0, 1.0, 0])
+        )
+        rotation[thigh] = links.first_frame @ at_rest.first_frame.T
+        rotation[shank] = links.second_frame @ at_rest.second_frame.T
+        rotation[foot] = state.feet[side]
+        joint[shank] = joint[thigh] + rotation[thigh] @ (rest[shank] - rest[thigh])
+        joint[foot] = joint[shank] + rotation[shank] @ (rest[foot] - rest[shank])
     return PosedBones(rotation, joint, girdle)
 
 
@@ -267,26 +386,6 @@ def _pose_arm(
         return np.eye(3)
     following = clavicle_rotation(side, in_chest @ axis, np.zeros(2))
     return np.asarray(rotation[clavicle] @ (rotation[chest] @ following).T)
-
-
-def _pose_leg(
-    person: Person,
-    side: int,
-    state: JointState,
-    rest: FloatArray,
-    rotation: FloatArray,
-    joint: FloatArray,
-) -> None:
-    thigh, shank, foot = (BONE[f"{b}_{SIDES[side]}"] for b in ("thigh", "shank", "foot"))
-    joint[thigh] = joint[0] + rotation[0] @ (rest[thigh] - rest[0])
-    forward = rotation[0] @ [0.0, 1.0, 0.0] + 2.0 * (state.feet[side] @ [0.0, 1.0, 0.0])
-    links = two_links(state.ankles[side] - joint[thigh], person.thigh, person.shank, forward)
-    at_rest = two_links(rest[foot] - rest[thigh], person.thigh, person.shank, np.array([0, 1.0, 0]))
-    rotation[thigh] = links.first_frame @ at_rest.first_frame.T
-    rotation[shank] = links.second_frame @ at_rest.second_frame.T
-    rotation[foot] = state.feet[side]
-    joint[shank] = joint[thigh] + rotation[thigh] @ (rest[shank] - rest[thigh])
-    joint[foot] = joint[shank] + rotation[shank] @ (rest[foot] - rest[shank])
 
 
 def landmarks(person: Person, bones: PosedBones) -> FloatArray:

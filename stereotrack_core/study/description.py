@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
@@ -12,7 +12,7 @@ from typing import Any
 import tomli_w
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.errors import Cancelled, InputError, did_you_mean
+from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.project.whereabouts import projects_of
@@ -27,9 +27,9 @@ from stereotrack_core.study.points import (
     parsed_axis,
 )
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.work import NO_WORK, Work
 
 SUFFIX = ".study.toml"
-
 OWN_COLUMNS = ("recording", "project", "keypoints")
 """What the program knows of a recording; all else that a description says of it is a factor."""
 
@@ -180,11 +180,8 @@ def check_name(path: Path) -> None:
     """Refuse a name that no study file has. Raises InputError with one that would do."""
     if not path.name.endswith(SUFFIX) or path.name == SUFFIX:
         stem = path.name.split(".")[0] or "walks"
-        raise InputError(
-            f"the name of a study must end in {SUFFIX}",
-            where=str(path),
-            remedy=f"Use the name {stem}{SUFFIX}.",
-        )
+        what = f"the name of a study must end in {SUFFIX}"
+        raise InputError(what, where=str(path), remedy=f"Use the name {stem}{SUFFIX}.")
 
 
 def read_study(path: Path) -> Study:
@@ -226,11 +223,8 @@ def check_rows(study: Study) -> None:
         seen.add(place)
     taken = [name for name in study.factors if name in RESULT_COLUMNS]
     if taken:
-        raise InputError(
-            f"a factor is called {taken[0]!r}, which is a column of the results",
-            where=str(study.path),
-            remedy="Give it another name.",
-        )
+        what = f"a factor is called {taken[0]!r}, which is a column of the results"
+        raise InputError(what, where=str(study.path), remedy="Give it another name.")
 
 
 def write_study(study: Study) -> None:
@@ -262,17 +256,19 @@ def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
             if row.cell(name) in patterns or any(fnmatchcase(row.cell(name), p) for p in patterns)
         )
     if select and not rows:
-        raise InputError(
-            "no recording of the study agrees with this selection",
-            where=" ".join(f"--select {text}" for text in select),
-            remedy="See the values with `stereotrack study status`.",
-        )
+        what = "no recording of the study agrees with this selection"
+        remedy = "See the values with `stereotrack study status`."
+        raise InputError(what, where=" ".join(f"--select {text}" for text in select), remedy=remedy)
     return rows
 
 
+def cell_of(value: Value) -> str | float | int:
+    """A value as an option and a table take it, without rounding."""
+    return ("yes" if value else "no") if isinstance(value, bool) else value
+
+
 def _text(value: Value) -> str:
-    """A value as an option takes it, without rounding."""
-    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+    return str(cell_of(value))
 
 
 _DEEPEST = 8  # levels of folders below a given one that are looked through
@@ -286,9 +282,7 @@ class Listed:
     added: tuple[str, ...]
 
 
-def with_recordings(
-    study: Study, folders: Sequence[Path], *, cancelled: Callable[[], bool] = lambda: False
-) -> Listed:
+def with_recordings(study: Study, folders: Sequence[Path], work: Work = NO_WORK) -> Listed:
     """List all recordings in folders behind those listed, each with its newest project.
 
     Raises InputError, Cancelled.
@@ -296,8 +290,7 @@ def with_recordings(
     rows = {study.place(row.recording): row for row in study.rows}
     added = []
     for folder in _found(folders):
-        if cancelled():
-            raise Cancelled
+        work.step(0.0, str(folder))
         if folder not in rows:
             added.append(study.relative(folder))
             rows[folder] = StudyRecording(added[-1])
@@ -323,9 +316,7 @@ def _found(folders: Iterable[Path]) -> Iterator[Path]:
     for folder in folders:
         below = list(recordings_below(folder.absolute()))
         if not below:
-            raise InputError(
-                "there is no recording in this folder",
-                where=str(folder),
-                remedy="Give a folder with recordings below it: folders with a recording.toml.",
-            )
+            what = "there is no recording in this folder"
+            remedy = "Give a folder with recordings below it: folders with a recording.toml."
+            raise InputError(what, where=str(folder), remedy=remedy)
         yield from below

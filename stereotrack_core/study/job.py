@@ -27,7 +27,6 @@ from stereotrack_core.tracking.lockstep import track_together
 from stereotrack_core.tracking.run_spec import RunSpec
 
 Status: TypeAlias = Literal["done", "failed"]
-
 _TRACKED_AS = "job"  # key in the meta of a kept run: the identity of how it was tracked
 
 
@@ -98,11 +97,8 @@ class JobResult:
         """Read :meth:`facts` again. Raises InputError for those of anything else."""
         check_kind(facts, _FACTS, "the result of a job", "Compute it again.")
         if facts.get("status") not in ("done", "failed") or None in map(facts.get, _FACTS):
-            raise InputError(
-                "this is not the result of a job",
-                where=str(facts.get("job")),
-                remedy="Compute it again.",
-            )
+            what = "this is not the result of a job"
+            raise InputError(what, where=str(facts.get("job")), remedy="Compute it again.")
         return cls(facts["job"], **{key: facts[key] for key in _FACTS if key != "job"})
 
 
@@ -192,11 +188,9 @@ def recording_of(job: Job) -> Recording:
     folder = Path(job.folder)
     recording = open_recording(folder)
     if fingerprint(recording) != job.fingerprint:
-        raise InputError(
-            "the recording has changed since the work was started",
-            where=job.folder,
-            remedy="Start it again with the present recording.",
-        )
+        what = "the recording has changed since the work was started"
+        remedy = "Start it again with the present recording."
+        raise InputError(what, where=job.folder, remedy=remedy)
     return recording
 
 

@@ -108,11 +108,8 @@ def parsed_axis(text: str) -> Axis:
     name = checked_name(name.strip(), "--grid")
     checked = tuple(checked_value(name, value.strip()) for value in values.split(","))
     if len(set(checked)) < len(checked):
-        raise InputError(
-            f"{values!r} contains a value twice",
-            where=f"--grid {name}",
-            remedy="Give each value once.",
-        )
+        what = f"{values!r} contains a value twice"
+        raise InputError(what, where=f"--grid {name}", remedy="Give each value once.")
     return Axis(name, checked)
 
 
@@ -126,11 +123,8 @@ def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
         )
     count = math.prod(len(axis.values) for axis in axes)
     if count > _MOST_POINTS:
-        raise InputError(
-            f"the grid has {count} points",
-            where="--grid",
-            remedy="Give fewer values, or search for the best ones with --search.",
-        )
+        remedy = "Give fewer values, or search for the best ones with --search."
+        raise InputError(f"the grid has {count} points", where="--grid", remedy=remedy)
     combinations = itertools.product(*(axis.values for axis in axes))
     return tuple(Point(tuple(zip(names, values, strict=True))) for values in combinations)
 

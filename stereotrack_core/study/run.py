@@ -40,6 +40,7 @@ from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 from stereotrack_core.version import __version__
+from stereotrack_core.work import NO_WORK, Work
 
 
 @dataclass(frozen=True)
@@ -83,11 +84,8 @@ def source_of(study: Study, row: StudyRecording) -> Source:
     """Open a recording with its project and keypoints. Raises InputError."""
     folder = study.place(row.recording)
     if not folder.is_dir():
-        raise InputError(
-            "the recording was not found",
-            where=row.recording,
-            remedy=f"Move it back to {folder}, or write its place into the study file.",
-        )
+        remedy = f"Move it back to {folder}, or write its place into the study file."
+        raise InputError("the recording was not found", where=row.recording, remedy=remedy)
     recording, truth = open_recording(folder), None
     if row.project:
         with Project.open(study.place(row.project), read_only=True) as project:
@@ -192,9 +190,7 @@ def _digest(facts: Any) -> str:
 
 
 _TABLE_SECONDS = 5.0
-
 Workers = LocalWorkers | ClusterWorkers
-Progress = Callable[[float, str], None]  # the share done, 0 to 1, and what is being done
 
 
 @dataclass(frozen=True)
@@ -205,20 +201,12 @@ class Plan:
     left_out: tuple[Finding, ...]
 
 
-def plan_study(
-    study: Study,
-    rows: Sequence[StudyRecording],
-    *,
-    on_progress: Progress = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> Plan:
+def plan_study(study: Study, rows: Sequence[StudyRecording], work: Work = NO_WORK) -> Plan:
     """Jobs of those recordings that can be tracked. Raises InputError, Cancelled."""
     study.settings.check()
     points, jobs, left_out = study.settings.all_points(), [], []
     for i, row in enumerate(rows):
-        if cancelled():
-            raise Cancelled
-        on_progress(i / len(rows), row.recording)
+        work.step(i / len(rows), row.recording)
         try:
             jobs += jobs_of(study, source_of(study, row), points, keep=True)
         except InputError as error:
@@ -249,17 +237,9 @@ def missing(jobs: Iterable[Job], results: Mapping[str, JobResult]) -> list[Job]:
 class StudyRun:
     """One command's work on a study; leaves table and journal behind, however it ends."""
 
-    def __init__(
-        self,
-        store: Store,
-        workers: Workers,
-        *,
-        on_progress: Progress = lambda _share, _words: None,
-        cancelled: Callable[[], bool] = lambda: False,
-    ) -> None:
-        self._store, self._workers = store, workers
-        self._on_progress = on_progress
-        self.stopped = cancelled
+    def __init__(self, store: Store, workers: Workers, work: Work = NO_WORK) -> None:
+        self._store, self._workers, self._work = store, workers, work
+        self.stopped = work.stopped
         self._jobs: list[Job] = []
         self._fresh: set[str] = set()
         self._reused: set[str] = set()
@@ -305,7 +285,7 @@ class StudyRun:
         """So many frames more were tracked."""
         self._frames = min(self._frames + count, self._wanted)  # a second try counts no more
         done = f"{len(self._fresh) + len(self._reused)} of {counted(len(self._jobs), 'run')}"
-        self._on_progress(self._frames / self._wanted if self._wanted else 0.0, done)
+        self._work.tell(self._frames / self._wanted if self._wanted else 0.0, done)
 
     def on_result(self, job: Job, result: JobResult) -> None:
         """Keep a result."""
@@ -340,18 +320,12 @@ class StudyRun:
 
 
 def run_study(
-    study: Study,
-    jobs: Sequence[Job],
-    workers: Workers,
-    *,
-    on_progress: Progress = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    study: Study, jobs: Sequence[Job], workers: Workers, work: Work = NO_WORK
 ) -> tuple[Outcome, Mapping[str, JobResult]]:
     """Compute the jobs that are missing, beside the study file. Raises InputError."""
     make_folder(study.runs)
     with workers, Store(study.table) as store:
-        work = StudyRun(store, workers, on_progress=on_progress, cancelled=cancelled)
-        return work.do(jobs), store.results
+        return StudyRun(store, workers, work).do(jobs), store.results
 
 
 def _value(jobs: Sequence[Job], results: Mapping[str, JobResult], point: Point, by: str) -> float:

@@ -5,13 +5,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stereotrack_core.errors import Cancelled, Finding, InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.study.description import Study, StudyRecording
 from stereotrack_core.study.job import Job, JobResult, is_kept
 from stereotrack_core.study.run import jobs_of, source_of
+from stereotrack_core.work import NO_WORK, Work
 
 
 @dataclass(frozen=True)
@@ -84,17 +85,14 @@ def study_status(
     study: Study,
     rows: Sequence[StudyRecording],
     results: Mapping[str, JobResult],
+    work: Work = NO_WORK,
     *,
     on_row: Callable[[RowStatus], None] = lambda _: None,
-    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[RowStatus, ...]:
     """The status of recordings, one after the other. Raises Cancelled."""
     found: list[RowStatus] = []
     for i, row in enumerate(rows):
-        if cancelled():
-            raise Cancelled
-        on_progress(i / len(rows), row.recording)
+        work.step(i / len(rows), row.recording)
         found.append(status_of(study, row, results))
         on_row(found[-1])
     return tuple(found)

@@ -18,7 +18,7 @@ from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.interop.records import append_entry, read_journal
 from stereotrack_core.locks import lock_output
 from stereotrack_core.parameters import value_text
-from stereotrack_core.study.description import RESULT_COLUMNS, Study
+from stereotrack_core.study.description import RESULT_COLUMNS, Study, cell_of
 from stereotrack_core.study.job import Job, JobResult, named
 from stereotrack_core.study.points import parameter_rows, varied_names
 from stereotrack_core.tables import csv_text, read_csv_table
@@ -89,15 +89,11 @@ def table_of(
             continue
         values = job.point.by_name
         rows.append([
-            job.recording, *(_cell(values.get(name, "")) for name in varied), job.seed,
+            job.recording, *(cell_of(values.get(name, "")) for name in varied), job.seed,
             result.status, *(result.measures.get(measure.name, "") for measure in MEASURES),
             result.frames, result.attempts, result.error, job.identity,
         ])  # fmt: skip
     return columns, rows
-
-
-def _cell(value: str | float | int | bool) -> str | float | int:
-    return ("yes" if value else "no") if isinstance(value, bool) else value
 
 
 def _check_table(table: Path) -> None:
@@ -108,11 +104,8 @@ def _check_table(table: Path) -> None:
     except InputError:
         columns = ()
     if JOB_COLUMN not in columns:
-        raise InputError(
-            "the file exists and is not a sweep table",
-            where=str(table),
-            remedy="Choose another table.",
-        )
+        what = "the file exists and is not a sweep table"
+        raise InputError(what, where=str(table), remedy="Choose another table.")
 
 
 def _result_rows(
@@ -237,11 +230,8 @@ def read_table(path: Path) -> RunTable:
     """Read a table of ``sweep`` or ``study run`` with finished runs. Raises InputError."""
     columns, rows = read_csv_table(path)
     if "job" not in columns or "status" not in columns:
-        raise InputError(
-            "this is not a sweep table",
-            where=str(path),
-            remedy="Choose a table written by `stereotrack sweep` or `stereotrack study run`.",
-        )
+        remedy = "Choose a table written by `stereotrack sweep` or `stereotrack study run`."
+        raise InputError("this is not a sweep table", where=str(path), remedy=remedy)
     place = columns.index("status")
     done = tuple(row for row in rows if row[place] == "done")
     if not done:

@@ -181,11 +181,9 @@ class ClusterWorkers:
         try:
             self._client: Any = distributed.Client(**named, timeout=patience, set_as_default=False)
         except (OSError, TimeoutError, TypeError, ValueError) as error:
-            raise InputError(
-                f"no scheduler answers at this address ({error})",
-                where=self._where,
-                remedy=f"Start one with `dask scheduler` and give its address. {_HERE_INSTEAD}",
-            ) from None
+            what = f"no scheduler answers at this address ({error})"
+            remedy = f"Start one with `dask scheduler` and give its address. {_HERE_INSTEAD}"
+            raise InputError(what, where=self._where, remedy=remedy) from None
 
     def __enter__(self) -> ClusterWorkers:
         return self
@@ -201,11 +199,8 @@ class ClusterWorkers:
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
         """Do all jobs; returns when each has a result."""
         if not self._client.nthreads():
-            raise InputError(
-                "the scheduler has no worker",
-                where=self._where,
-                remedy="Start one or more with `dask worker ADDRESS --nthreads 1`.",
-            )
+            remedy = "Start one or more with `dask worker ADDRESS --nthreads 1`."
+            raise InputError("the scheduler has no worker", where=self._where, remedy=remedy)
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         futures = {}
         for job in jobs:
@@ -233,11 +228,9 @@ class ClusterWorkers:
     def _result(self, job: Job, future: Any) -> JobResult:
         error = future.exception()  # waits if a worker has died with the result
         if future.status == "cancelled":
-            raise InputError(
-                "the scheduler has stopped or lost the jobs",
-                where=self._where,
-                remedy="Start it again and run the same command: finished results are kept.",
-            )
+            what = "the scheduler has stopped or lost the jobs"
+            remedy = "Start it again and run the same command: finished results are kept."
+            raise InputError(what, where=self._where, remedy=remedy)
         if error is None:
             result: JobResult = future.result()
             return result

@@ -1,7 +1,6 @@
 """One correction of a pose by residuals; a new measurement or constraint is one new file."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -48,14 +47,6 @@ def solved(
     """Join a prior and what was gathered at a pose; the step (n,) to the result is limited."""
     dx, P = posterior(prior.information, difference(prior.pose, at, joints), found)
     return Belief(displaced(at, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), joints), P), dx
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """Rows of one source with their Jacobian: z - z_hat = H dx + e."""
-
-    rows: Rows
-    H: FloatArray  # (m, n). By the error state.
 
 
 def gathered(sources: Iterable[Rows], frames: PartFrames, columns: Columns) -> Information:

@@ -7,10 +7,9 @@ the axes of limbs turned so. A run keeps it about the axes of the chain that its
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any
 
@@ -18,23 +17,14 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names
-from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
-from stereotrack_core.parameters import Value
-from stereotrack_core.plain_data import plain
-from stereotrack_core.pose_model.installation import detector_versions
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detections import Detections
-from stereotrack_core.recording.folder import calibration_fingerprint
 from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.keypoints import Keypoints, joined_keypoints
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.version import __version__
-from stereotrack_core.versions import versions
 
 LOOKED_AGAIN = "looked_again"  # key in a run's meta: stretches that a second look changed
 DETECTED_SCENES = "detected_scenes"  # key in a run's meta: views whose empty scene was detected
@@ -65,6 +55,10 @@ class Run:
         """What the pose detector saw in a frame; None if none looked, or the run does not say."""
         stated = self.keypoints is not None and self.meta.get("detector")
         return self.keypoints.of_frame(frame) if self.keypoints is not None and stated else None
+
+    def stating(self, **facts: Any) -> Run:
+        """The run, whose meta states these facts as well."""
+        return replace(self, meta={**self.meta, **facts})
 
     def trajectory(self) -> LandmarkTrajectory:
         """The landmarks alone, with the frame rate if the run states it."""
@@ -164,89 +158,16 @@ class FirstFrame:
 class Origin:
     """Where a run comes from: all that is needed to repeat it."""
 
-    recording: Recording
-    fingerprint: str  # of the recording's files
     # With the frames that were asked for and the views that were used. Pictures in colour have grey
     # values that differ a little.
     spec: RunSpec
     state_names: tuple[str, ...]
-    shape: BodyShape  # of the body that was tracked: the settings', or what was fitted
-    detections: Detections | None = None  # keypoints of head and hands that the recording has
-    smoothed: bool = False  # whether the frames went through the backward pass
-    bridged: tuple[int, ...] = ()  # untracked frames with poses of the backward pass
-    given: str = "pose"  # where a given first pose came from, in words
-    began: FirstFrame | None = None
-    made: str = ""  # when tracking began, ISO 8601, UTC
-    resumed_at: tuple[int, ...] = ()  # frames with which tracking went on after it had been stopped
-    heading: Mapping[str, Any] | None = None  # how sure the heading is, if looked for
-    detector: str = ""  # pose detector that looked at the pictures; empty if none did
-    detected_scenes: tuple[str, ...] = ()  # mono views with a detected empty scene
-    looked_again: tuple[tuple[int, int], ...] = ()  # stretches changed by a second look
-    # Parameters of depth that follow from the recording.
-    from_recording: Mapping[str, Value] = field(default_factory=dict)
-
-    def meta(self) -> dict[str, Any]:
-        """JSON-serialisable description."""
-        subject, spec = self.recording.subject, self.spec
-        pose = spec.init if isinstance(spec.init, Pose) else None
-        meta = {
-            "program": "stereotrack",
-            "version": __version__,
-            "preset": spec.preset,
-            "parameters": spec.settings.values(),
-            "body": self.shape.values(),
-            "seed": spec.seed,
-            "views": list(spec.views or ()),
-            "init": self.given if isinstance(spec.init, Pose) else spec.init,
-            "fps": self.recording.fps,
-            "recording": self.recording.name,
-            "recording_folder": str(self.recording.folder.resolve()),
-            "fingerprint": self.fingerprint,
-            "subject": None if subject is None else plain(subject),
-            "smoothed": self.smoothed,
-            "bridged": list(self.bridged),
-            "first_pose": _pose_values(pose),
-            "began": None if self.began is None else self.began.frame,
-            "began_from": None if self.began is None else _pose_values(self.began.pose),
-            "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
-            "detections": _detection_facts(self.detections),
-            "keypoints": _detection_facts(spec.used_keypoints),
-            "clicks": _detection_facts(spec.clicks),
-            "detector": self.detector,
-            DETECTED_SCENES: list(self.detected_scenes),
-            "colour": bool(spec.colour),
-            "calibration": calibration_fingerprint(self.recording),
-            "versions": versions() | detector_versions(),
-            "made": self.made,
-            "resumed_at": list(self.resumed_at),
-            "heading": None if self.heading is None else dict(self.heading),
-            LOOKED_AGAIN: [list(stretch) for stretch in self.looked_again],
-            "from_recording": dict(self.from_recording),
-        }
-        json.dumps(meta)
-        return meta
-
-
-def _pose_values(pose: Pose | None) -> dict[str, Any] | None:
-    """Numbers of a pose, which come back from JSON bit by bit."""
-    if pose is None:
-        return None
-    return {"position": pose.position.tolist(), "rotations": pose.rotations.tolist()}
-
-
-def _detection_facts(found: Detections | Keypoints | None) -> dict[str, Any] | None:
-    if isinstance(found, Keypoints):
-        source: dict[str, Any] = {"sources": sorted(set(found.source.tolist()))}
-    elif found:
-        source = {"source": found.source}
-    else:
-        return None
-    return {**source, "fingerprint": found.fingerprint(), "count": len(found)}
+    meta: Mapping[str, Any]  # JSON-serialisable, of the run
 
 
 def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
     """Put tracked frames together to a run; an empty sequence gives an empty run."""
-    return assembled(frames, origin.state_names, origin.meta(), origin.spec.used_keypoints)
+    return assembled(frames, origin.state_names, origin.meta, origin.spec.used_keypoints)
 
 
 def assembled(
@@ -264,7 +185,7 @@ def assembled(
         frame=np.array([frame.frame for frame in frames], dtype=np.int64),
         landmarks=_stacked([frame.landmarks for frame in frames], (len(LANDMARKS), 3)),
         x=_stacked(states, (n,)),
-        P=_stacked([_covariance(frame, joints) for frame in frames], (n, n)),
+        P=_stacked([in_chain_axes(frame, joints) for frame in frames], (n, n)),
         state_names=state_names,
         tracked=np.array([frame.tracked for frame in frames], dtype=bool),
         unexplained_fraction=np.array([frame.estimate.unexplained_fraction for frame in frames]),
@@ -279,27 +200,20 @@ def assembled(
     )
 
 
-def _covariance(frame: TrackedFrame, joints: tuple[int, ...] | None) -> FloatArray:
-    """Covariance of a frame about axes that its state gives again."""
-    if joints is None or frame.pose is None:
-        return frame.P
-    return in_chain_axes(frame.pose, frame.x, frame.P, joints)
-
-
 def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
     return np.stack(arrays) if arrays else np.empty((0, *shape))
 
 
-def in_chain_axes(pose: Pose, x: FloatArray, P: FloatArray, joints: tuple[int, ...]) -> FloatArray:
-    """Turn the covariance (n, n) of a pose's error state to the axes of the chain of its state x
-    (n,).
+def in_chain_axes(frame: TrackedFrame, joints: tuple[int, ...] | None) -> FloatArray:
+    """Covariance (n, n) of a frame's error state about the axes of the chain of its state x (n,).
 
     Both limbs point the same way, so that tangents t about the pose's axes are T t about the
     chain's, T the turn between them about the limb. The thesis's joints have no manifold: P stays.
     """
-    if joints == THESIS_JOINTS or not np.isfinite(P).all():
+    pose, P = frame.pose, frame.P
+    if pose is None or joints in (None, THESIS_JOINTS) or not np.isfinite(P).all():
         return P
-    own, chain = _world(pose), _world(pose_of_state(x, joints))
+    own, chain = _world(pose), _world(pose_of_state(frame.x, joints))
     turn = np.eye(len(P))
     for k, part in enumerate(joints):
         at = slice(6 + 2 * k, 8 + 2 * k)

@@ -12,13 +12,13 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.angles import state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.pose import Pose, orthonormal
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import innovation_of
 from stereotrack_core.tracking.estimate import Estimate, Prior
-from stereotrack_core.tracking.failure.features import Evidence, carried_on, judged
+from stereotrack_core.tracking.failure.features import carried_on, judged
 from stereotrack_core.tracking.measurements import Measurements, chosen_data, observations
 from stereotrack_core.tracking.part_colours import PartColours
 from stereotrack_core.tracking.residuals.detections import predicted_by_detections
@@ -73,7 +73,7 @@ class Follower:
     @cached_property
     def _arms(self) -> IntArray:
         """Columns of the arms' joints."""
-        first = self.setup.columns.first[[*UPPER_ARMS, *FOREARMS]]
+        first = self.setup.columns.first[ARM_PARTS]
         return np.stack([first, first + 1], axis=1).ravel()
 
     def first(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> State:
@@ -129,7 +129,7 @@ class Follower:
             return after, estimate
         spread = displaced(pose, sigma_deviations(after.P, setup.weights), setup.joints)
         movement = difference(pose, before.pose, setup.joints)
-        return after, judged(estimate, cloud, setup, Evidence(spread, movement, said))
+        return after, judged(estimate, cloud, setup, spread, movement, said)
 
     def predicted(self, state: State, cloud: Cloud) -> Belief:
         """Predict that the body stays; detections on the way to the frame correct it."""
@@ -222,17 +222,17 @@ class Follower:
         """Put the arms elsewhere if both together explain the frame clearly better there."""
         search, trace, rng = self.search, measured.trace, measured.random(1)
         expected, here, best = prior.pose, followed.pose, followed
+        tried = list[tuple[Pose, Pose]]()
         evidence = search.evidence(measured.cloud, here, rng)
         least = search.cost(evidence, expected, here) - evidence.gain
         if trace is not None:
             trace.searching(search, evidence, expected)
         for proposed in search.best_pairs(evidence, expected, here, rng, trace):
             found = self.refine(measured, proposed, prior.P)
+            tried.append((proposed, found.pose))
             cost = search.cost(evidence, expected, found.pose)
-            if trace is not None:
-                trace.refined(proposed, found.pose)
             if cost < least:
                 least, best = cost, found
         if trace is not None:
-            trace.searched(followed.pose, best.pose)
+            trace.searched(here, tried, best.pose)
         return best

@@ -84,10 +84,10 @@ def _frame(
     A, a = others.A + np.eye(n) / _POSE_SIGMA**2, others.b
     B, C, c = np.zeros((n, len(OFFSETS))), np.zeros((len(OFFSETS),) * 2), np.zeros(len(OFFSETS))
     for residual in fit.residuals():
-        points, rows = residual.points, residual.rows(frames)
+        rows = residual.rows(frames)
         H, nu, R = jacobian(rows, frames, setup.columns), rows["innovation"], rows["variance"]
-        along = pixel_gradients(points.rotation, points.in_camera(frames), points.focal)
-        turned = along @ frames.rotations[points.part]
+        along = pixel_gradients(residual.rotation, residual.in_camera(frames), residual.focal)
+        turned = along @ frames.rotations[residual.part]
         moved = np.array([moves[fit.seen.names[k]] for k in fit.counted[0].tolist()])
         S = (turned @ moved).reshape(-1, len(OFFSETS))
         weighted = H.T / R

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
-from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportions
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS, FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, SeenPose, adjusted
 from stereotrack_core.tracking.state import Setup
 
@@ -114,7 +112,7 @@ class WellSeenFrames:
             return
         if self._given % self._every == 0:
             seen = SeenPose(pairs.data, tracked.pose)
-            lost = float(np.max(estimate.limb_lost[[*UPPER_ARMS, *FOREARMS]]))
+            lost = float(np.max(estimate.limb_lost[ARM_PARTS]))
             self._kept.append(_Candidate(seen, estimate.unexplained_fraction, lost))
         self._given += 1
         if len(self._kept) > _MOST:
@@ -141,8 +139,9 @@ class WellSeenFrames:
         if not picked:
             return expected
         picked = tuple(dataclasses.replace(one, upright=setup.upright) for one in picked)
-        shape, parameters = setup.body.shape, setup.parameters
-        return estimated_lengths(expected, shape, picked, parameters, setup.joints)
+        free = FreeBody(expected, setup.body.shape, lengths=tuple(LENGTH_SIGMAS))
+        theta, _ = adjusted(free, picked, setup.parameters, setup.joints)
+        return free.parts(theta)[0]
 
 
 def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:
@@ -150,16 +149,3 @@ def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:
     if len(frames) <= count:
         return list(frames)
     return [frames[i] for i in np.linspace(0, len(frames) - 1, count).round().astype(int)]
-
-
-def estimated_lengths(
-    expected: Proportions,
-    shape: BodyShape,
-    seen: Sequence[SeenPose],
-    parameters: TrackingParameters,
-    joints: tuple[int, ...],
-) -> Proportions:
-    """Lengths that explain all frames best, with the surface; held to what is `expected`."""
-    free = FreeBody(expected, shape, lengths=tuple(LENGTH_SIGMAS))
-    theta, _ = adjusted(free, seen, parameters, joints)
-    return free.parts(theta)[0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
@@ -15,29 +16,29 @@ from stereotrack_core.tracking.second_look import SECOND_LOOK
 from stereotrack_core.tracking.tracking import Tracking
 
 
+@dataclass(eq=False)
 class LockstepRun:
-    """A run, frame by frame, until an `error`; `seconds` is what it would have taken alone."""
+    """A run, frame by frame, until an `error`."""
 
-    def __init__(
-        self, recording: Recording, spec: RunSpec, frames: range, clouds: SharedClouds
-    ) -> None:
-        self._recording, self._spec = recording, spec
-        self._frames, self._clouds = frames, clouds
-        self._found: list[TrackedFrame] = []
-        self._done = 0
-        self._open: Clouds | None = None
-        self._run: Tracking | None = None
-        self._going: Iterator[Advance] = iter(())
-        self.error: Exception | None = None
-        self.seconds = 0.0
+    recording: Recording
+    spec: RunSpec
+    frames: range
+    clouds: SharedClouds
+    error: Exception | None = None
+    seconds: float = 0.0  # that it would have taken alone
+    _found: list[TrackedFrame] = field(default_factory=list)
+    _done: int = 0
+    _open: Clouds | None = None
+    _run: Tracking | None = None
+    _going: Iterator[Advance] = field(default_factory=lambda: iter(()))
 
     def step(self) -> None:
         """Track the next frame."""
         if self._run is None:
-            self._open = Clouds(self._recording, self._spec, self._clouds)
+            self._open = Clouds(self.recording, self.spec, self.clouds)
             self._run = prepare(self._open)
-            self._going = advances(self._run, self._frames)
-        wanted = self._frames[self._done]
+            self._going = advances(self._run, self.frames)
+        wanted = self.frames[self._done]
         while True:  # frames that are replaced are caught up with at once
             run = self._take(next(self._going))
             if self._found and self._found[-1].frame == wanted and not run.faced_away:

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.manifold import Rows, jacobian
+from stereotrack_core.body.manifold import Rows
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.correction import (
-    Line,
     Observation,
     Residual,
     gathered,
@@ -103,13 +102,12 @@ class Measurements:
         the iteration before, and `prior` is always the frame's.
         """
         setup = self.setup
-        frames, columns = setup.body.frames(at.pose), setup.columns
+        frames = setup.body.frames(at.pose)
         sources = [each.rows(frames) for each in (surface, *self.beside(at.pose))]
         sources.append(self.limits(at.pose))
-        after, dx = solved(setup.joints, prior, at.pose, gathered(sources, frames, columns))
+        after, dx = solved(setup.joints, prior, at.pose, gathered(sources, frames, setup.columns))
         if self.trace is not None:
-            lines = [Line(rows, jacobian(rows, frames, columns)) for rows in sources]
-            self.trace.corrected(prior, at, after, dx, surface, lines)
+            self.trace.corrected(prior, at, after, dx, surface, sources)
         return after
 
     def limits(self, pose: Pose) -> Rows:

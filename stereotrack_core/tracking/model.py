@@ -1,9 +1,8 @@
 """Models of what is tracked: a person in clouds, by keypoints, or as in the thesis."""
 
 import pkgutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -46,18 +45,6 @@ def cameras_of(recording: Recording, views: Sequence[str]) -> FloatArray:
     return np.array([camera.position_world for camera in cameras])
 
 
-_BASELINES = "stereotrack_core.experiments.baselines"
-# Loaded by name, because they are made of parts of the tracker.
-_BASELINES_BY_NAME: Mapping[str, str] = MappingProxyType(
-    {
-        "extended_kalman": f"{_BASELINES}.estimators:extended_kalman",
-        "annealed_particles": f"{_BASELINES}.particles:annealed_particles",
-        "limb_icp": f"{_BASELINES}.estimators:limb_icp",
-        "scalar_distance": f"{_BASELINES}.estimators:scalar_distance",
-    }
-)
-
-
 def model_for(
     body: BodyModel,
     settings: Settings,
@@ -82,8 +69,10 @@ def model_for(
         return KeypointModel(Follower(setup))
     if setup.parameters.matching == "model_to_data":
         return ThesisModel(setup)
-    name = _BASELINES_BY_NAME.get(setup.parameters.estimator)
-    baseline = None if name is None else pkgutil.resolve_name(name)
+    name, baseline = setup.parameters.estimator, None
+    if name != "iterated":  # loaded by name, because baselines are made of parts of the tracker
+        module = "particles" if name == "annealed_particles" else "estimators"
+        baseline = pkgutil.resolve_name(f"stereotrack_core.experiments.baselines.{module}:{name}")
     return PersonModel(
         Follower(setup, uses_colours=True, uses_async_detections=True, baseline=baseline)
     )

@@ -118,7 +118,7 @@ class TrackingParameters(ParameterGroup):
     search_iterations: int = parameter(3, _SEARCH, (1, 20), fast=2)(
         "Corrections used to refine a pair."
     )
-    second_look: int = parameter(6, _SEARCH, (0, 50), thesis=0, fast=2)(
+    second_look: int = parameter(6, _SEARCH, (0, 50), thesis=0)(
         "How often at most a stretch with doubtful arms is tracked again with other random "
         "numbers; the best way through it is kept. With several depth views; 0: never."
     )

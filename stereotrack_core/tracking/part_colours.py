@@ -93,12 +93,12 @@ class PartColours:
 
 def _turning(body: BodyModel) -> BoolArray:
     """Cones (C,) of torso and head, whose turn about their own axis is seen."""
-    return np.isin(LIMB_OF_PART[body.cones.part], [TORSO, HEAD])
+    return np.isin(LIMB_OF_PART[body.cones["part"]], [TORSO, HEAD])
 
 
 def _sure_cones(body: BodyModel, data: FloatArray, frames: PartFrames) -> IntArray:
     """Cone (N,) of the data that surely belong to a part; else -1."""
-    placed, limb = placed_cones(body, frames), LIMB_OF_PART[body.cones.part]
+    placed, limb = placed_cones(body, frames), LIMB_OF_PART[body.cones["part"]]
     nearest = nearest_on_surface(data, placed, _NEAR)
     result = nearest.cone.copy()
     for other in np.unique(limb):
@@ -114,7 +114,7 @@ def _patches(
     """Height and angle (N,) of the patches of cones that data belong to."""
     placed = placed_cones(body, frames)
     local = np.einsum("nij,ni->nj", placed["rotation"][cone], data - placed["origin"][cone])
-    share = local[:, 2] / body.cones.height[cone]
+    share = local[:, 2] / body.cones["height"][cone]
     height = np.clip((share * _HEIGHTS).astype(np.int64), 0, _HEIGHTS - 1)
     turn = (np.arctan2(local[:, 1], local[:, 0]) / (2.0 * np.pi)) % 1.0
     angle = np.minimum((turn * _ANGLES).astype(np.int64), _ANGLES - 1)

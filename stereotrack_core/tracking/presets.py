@@ -11,6 +11,7 @@ import tomli_w
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import Value, parsed_settings
+from stereotrack_core.plain_data import check_kind
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.tracking.parameters import Settings
 
@@ -27,6 +28,7 @@ BASELINES: tuple[str, ...] = tuple(_ESTIMATORS)  # only their estimator is not `
 
 PRESETS: tuple[str, ...] = ("accurate", "thesis", "fast", *BASELINES)
 
+_EXAMPLE = 'A preset file has name = "...", a base, and parameters below [values].'
 SUFFIX = ".toml"  # a preset's name that ends so names a file that holds one
 
 
@@ -97,20 +99,17 @@ def read_preset(path: Path) -> UserPreset:
             raise InputError(
                 f"{key!r} is not a key of a preset file",
                 where=str(path),
-                remedy="A preset file has a name, a base, and parameters below [values].",
+                remedy=_EXAMPLE,
             )
-    name, base = facts.get("name", path.stem), facts.get("base", "accurate")
-    if not isinstance(name, str) or not name.strip():
-        raise InputError(
-            f"{name!r} is not a name", where=f"{path}, name", remedy='Write name = "...".'
-        )
-    if not isinstance(base, str) or base not in PRESETS:
+    check_kind(facts, {"name": str, "base": str, "values": {}}, str(path), _EXAMPLE)
+    name, base = facts.get("name", "").strip() or path.stem, facts.get("base", "accurate")
+    if base not in PRESETS:
         raise InputError(
             f"unknown base preset {base!r}",
             where=f"{path}, base",
             remedy=f"Available: {', '.join(PRESETS)}.",
         )
-    return UserPreset(name.strip(), base, _checked(facts.get("values", {}), path))
+    return UserPreset(name, base, _checked(facts.get("values", {}), path))
 
 
 def write_preset(path: Path, preset: UserPreset) -> None:
@@ -118,10 +117,8 @@ def write_preset(path: Path, preset: UserPreset) -> None:
     write_file(path, tomli_w.dumps(dataclasses.asdict(preset)))
 
 
-def _checked(given: object, path: Path) -> dict[str, Value]:
+def _checked(given: Mapping[str, Value], path: Path) -> dict[str, Value]:
     """Values below ``[values]`` in their parameters' types."""
-    if not isinstance(given, Mapping):
-        raise InputError("this is not a table", where=f"{path}, values", remedy="Write [values].")
     rows = {row.name: row for row in Settings.rows()}
     values: dict[str, Value] = {}
     for key, value in given.items():

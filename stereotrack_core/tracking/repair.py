@@ -13,7 +13,7 @@ import numpy as np
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.tracking.clouds import Clouds
-from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.residuals.clicks import contradicted
 from stereotrack_core.tracking.smoothing import smoothed
@@ -43,11 +43,6 @@ def repaired(
             mended += _better(found, back, i, model, smooth=run.clouds.spec.smooth)
     by_frame = {frame.frame: frame for frame in mended}
     return [by_frame.get(frame.frame, frame) for frame in found], sorted(by_frame)
-
-
-def with_repaired(run: Run, mended: Sequence[int]) -> Run:
-    """The run, whose meta says which of its frames were repaired, if any were."""
-    return replace(run, meta={**run.meta, REPAIRED: list(mended)}) if mended else run
 
 
 _Step = tuple[TrackedFrame, float, float]
@@ -93,5 +88,5 @@ def _better(
     count = int(np.argmax(gained))
     frames = [found[i], *(frame for frame, _, _ in back[:count])]
     if smooth:
-        frames = list(smoothed(frames, model.setup).frames)
+        frames = smoothed(frames, model.setup)
     return [replace(one, estimate=replace(one.estimate, prior=None)) for one in frames[1:]]

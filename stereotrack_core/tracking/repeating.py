@@ -45,10 +45,6 @@ class StoredSpec:
         """Whether it is known how the run began."""
         return not isinstance(self.spec.init, str) or self.spec.init != UNSTATED
 
-    def applied_to(self, recording: Recording) -> Recording:
-        """The recording without its reference, with the subject that was tracked."""
-        return dataclasses.replace(recording, reference=None, subject=self.subject)
-
     def keypoints_or_stored(self, given: Keypoints | None) -> tuple[Keypoints | None, str]:
         """Keypoints, and a sentence if others were used; InputError if they are lacking."""
         if given is None and self.spec.keypoints is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
@@ -36,12 +35,7 @@ class Retrack:
         cancelled: Callable[[], bool] = lambda: False,
     ) -> Retracked:
         """The stretch tracked with the clicks, and backwards from each; raises Cancelled."""
-
-        def ask(*_: object) -> None:
-            if cancelled():
-                raise Cancelled
-
-        hooks, found = Hooks(on_preparing=ask, before_step=ask), list[TrackedFrame]()
+        hooks, found = Hooks.asking(cancelled), list[TrackedFrame]()
         with Clouds(self.recording, self.spec) as clouds:
             if self.start is None:
                 run = prepare(clouds, hooks)
@@ -53,8 +47,8 @@ class Retrack:
                 for frame in advance.gained.frames:
                     on_frame(frame.frame)
             frames, mended = repaired(run, found, cancelled)
-            ask()
-            meta = run.origin().meta()
+            hooks.before_step()
+            meta = run.origin().meta
         return Retracked(tuple(frames), tuple(mended), meta["clicks"])
 
 

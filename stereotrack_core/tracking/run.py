@@ -8,8 +8,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import Replaced, Run, TrackedFrame, run_of, seen_by_frame
 from stereotrack_core.tracking.prepare import prepare, turned_round
-from stereotrack_core.tracking.repair import repaired, with_repaired
-from stereotrack_core.tracking.run_checks import run_warnings, with_warnings
+from stereotrack_core.tracking.repair import REPAIRED, repaired
+from stereotrack_core.tracking.run_checks import WARNINGS, run_warnings
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.second_look import looked_again
 from stereotrack_core.tracking.smoothing import smoothed
@@ -44,8 +44,14 @@ def advances(
             rest = range(run.heading.first.frame, frames.stop)
             yield Advance(run, Replaced(rest.start, ()))
         elif run.look.due or (not rest and run.look.pending):
-            run, again = _looked_again(run, hooks)
-            yield Advance(run, again)
+            model, state = run.model, run.state
+            assert isinstance(model, PersonModel)  # noqa: S101 - no other's frames are held
+            assert isinstance(state, PersonState)  # noqa: S101
+            state, look, frames_again = looked_again(
+                run.look, model, state, run.clouds.ahead, hooks
+            )
+            run = replace(run, state=state, look=look)
+            yield Advance(run, Replaced(frames_again[0].frame, frames_again))
         if not rest:
             return
         with run.clouds.ahead(rest) as clouds:
@@ -55,15 +61,6 @@ def advances(
                 rest = rest[1:]
                 if run.faced_away or run.look.due:
                     break
-
-
-def _looked_again(run: Tracking, hooks: Hooks) -> tuple[Tracking, Replaced]:
-    model, state = run.model, run.state
-    assert isinstance(model, PersonModel)  # noqa: S101 - no other's frames are held
-    assert isinstance(state, PersonState)  # noqa: S101
-    found = looked_again(run.look, model, state, run.clouds.ahead, hooks)
-    run = replace(run, state=found.state, look=found.look)
-    return run, Replaced(found.frames[0].frame, found.frames)
 
 
 def track(
@@ -124,7 +121,8 @@ def track(
         found, mended = repaired(run, found, hooks.cancelled)
         done = finished(run, found)
         warnings = run_warnings(found, body_of_run(done), recording, spec)
-        return with_warnings(with_repaired(done, mended), warnings)
+        done = done.stating(**{REPAIRED: mended}) if mended else done
+        return done.stating(**{WARNINGS: list(warnings)})
 
 
 def finished(run: Tracking, frames: Sequence[TrackedFrame]) -> Run:
@@ -132,4 +130,5 @@ def finished(run: Tracking, frames: Sequence[TrackedFrame]) -> Run:
     if not run.clouds.spec.smooth:
         return run_of(frames, run.origin())
     back = smoothed(frames, run.model.setup, fit_movement=not run.clouds.have_depth)
-    return run_of(back.frames, replace(run.origin(), smoothed=True, bridged=back.bridged))
+    bridged = [b.frame for a, b in zip(frames, back, strict=True) if b.tracked and not a.tracked]
+    return run_of(back, run.origin()).stating(smoothed=True, bridged=bridged)

@@ -5,27 +5,26 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS
 from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.lost_points import Cause, LostPoints
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import joined_keypoints
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.initialise.heading_watch import ENOUGH
 from stereotrack_core.tracking.keypoint_checks import disagreeing_keypoints
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.view_watch import views_left_out
 
-ARMS = [*UPPER_ARMS, *FOREARMS]
 WARNINGS = "warnings"  # key of a run's meta
 HEADING = "heading"  # key of a run's meta: how sure it is which way the person faces
 # Probability of a heading below which it is undecided. To turn a run round more is needed: what is
@@ -85,7 +84,7 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
             f"{100 * unexplained:.0f} % of the cloud is not explained by the body (at most 28 % "
             "in good recordings); the poses are probably wrong"
         )
-    lost = [frame.estimate.limb_lost[ARMS] for frame in every if frame.tracked]
+    lost = [frame.estimate.limb_lost[ARM_PARTS] for frame in every if frame.tracked]
     expected = float(np.nanmean(lost)) if np.isfinite(lost).sum() > _ENOUGH_ARMS else 0.0
     if expected > MOST_LOST:
         found.append(
@@ -188,11 +187,6 @@ def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
     return None
 
 
-def with_warnings(run: Run, warnings: Iterable[str]) -> Run:
-    """The run, whose meta says what looks wrong about the frames that it was made of."""
-    return replace(run, meta={**run.meta, WARNINGS: list(warnings)})
-
-
 def run_warnings(
     frames: Sequence[TrackedFrame], body: BodyModel | None, recording: Recording, spec: RunSpec
 ) -> tuple[str, ...]:
@@ -249,27 +243,24 @@ class Blindness:
     reason: str
 
 
-def gaps_of(reasons: Sequence[tuple[int, str]]) -> tuple[Gap, ...]:
+def gaps_of(reasons: Iterable[tuple[int, str]]) -> tuple[Gap, ...]:
     """Join successive frames whose reasons differ in their numbers at most."""
-    gaps: list[tuple[Gap, list[str]]] = []
+    gaps: list[tuple[int, list[str]]] = []  # first frame, and the reason of each frame
     for frame, reason in reasons:
-        if gaps and gaps[-1][0].end == frame and _kind(gaps[-1][0].reason) == _kind(reason):
-            gap, told = gaps[-1]
-            gaps[-1] = (replace(gap, end=frame + 1), [*told, reason])
-        else:
-            gaps.append((Gap(frame, frame + 1, reason), [reason]))
-    return tuple(replace(gap, reason=_joined(told)) for gap, told in gaps)
-
-
-def _kind(reason: str) -> str:
-    return _NUMBER.sub("#", reason)
+        if gaps:
+            first, told = gaps[-1]
+            alike = _NUMBER.sub("#", told[0]) == _NUMBER.sub("#", reason)
+            if alike and first + len(told) == frame:
+                told.append(reason)
+                continue
+        gaps.append((frame, [reason]))
+    return tuple(Gap(first, first + len(told), _joined(told)) for first, told in gaps)
 
 
 def _joined(reasons: Sequence[str]) -> str:
     """One sentence for sentences that differ in their numbers only."""
-    numbers = zip(*(_NUMBER.findall(reason) for reason in reasons), strict=True)
     spans = []
-    for told in numbers:
+    for told in zip(*map(_NUMBER.findall, reasons), strict=True):
         low, high = min(told, key=float), max(told, key=float)
         spans.append(low if low == high else f"{low} to {high}")
     spoken = iter(spans)

@@ -1,11 +1,14 @@
 """What to track of a recording, and how: all that decides how a run comes out."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
@@ -78,6 +81,16 @@ class Hooks:
     on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
     before_step: Callable[[], None] = lambda: None  # called before each step
     cancelled: Callable[[], bool] = lambda: False  # asked after every frame whether to stop
+
+    @classmethod
+    def asking(cls, cancelled: Callable[[], bool]) -> Hooks:
+        """Hooks that raise :class:`Cancelled` once somebody wants it."""
+
+        def ask(*_: object) -> None:
+            if cancelled():
+                raise Cancelled
+
+        return cls(on_preparing=ask, before_step=ask)
 
 
 def measured_keypoints(

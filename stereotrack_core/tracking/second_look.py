@@ -20,7 +20,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.clouds import ReadCloud
@@ -29,14 +29,12 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.model import TrackModel, TrackState
-from stereotrack_core.tracking.part_colours import PartColours
 from stereotrack_core.tracking.run_spec import Hooks
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import SETTLED, PersonModel, PersonState
 
 LOOKING_AGAIN = "looking again at frames with doubtful arms"  # the stage, in words
 SECOND_LOOK = "second_look"  # the same as a stage of the frames that come again
-_ARMS = [*UPPER_ARMS, *FOREARMS]
 _DOUBTFUL = 0.08  # probability that some arm segment is lost from which a frame is looked at again
 # Sum of these probabilities, the frames expected to be lost, from which a stretch is worth a look:
 # undisturbed views of mesh-P4 have up to 0.4, and looking there cost a sixth of the time.
@@ -79,7 +77,7 @@ class SecondLook:
         return self._holding(tracked)
 
     def _holding(self, tracked: TrackedFrame) -> SecondLook:
-        lost = float(np.nan_to_num(tracked.estimate.limb_lost[_ARMS]).max())
+        lost = float(np.nan_to_num(tracked.estimate.limb_lost[ARM_PARTS]).max())
         doubtful = lost > _DOUBTFUL
         look = replace(
             self,
@@ -146,29 +144,25 @@ class SecondLook:
         return SecondLook(self.tries, numbers.changed, tuple(held), *stated)
 
 
-@dataclass(frozen=True, eq=False)
-class LookedAgain:
-    """A stretch as a second look leaves it."""
-
-    frames: tuple[TrackedFrame, ...]  # all of the stretch, with new limb_lost at least
-    state: PersonState  # from which tracking goes on
-    look: SecondLook  # after the stretch
-
-
 # The clouds of frames, as they are read.
 Ahead: TypeAlias = Callable[[range], AbstractContextManager[Iterable[ReadCloud]]]
 
 
 def looked_again(
     look: SecondLook, model: PersonModel, state: PersonState, clouds: Ahead, hooks: Hooks
-) -> LookedAgain:
-    """Track a stretch again, and go on from the best way through it; `state`: after its end."""
+) -> tuple[PersonState, SecondLook, tuple[TrackedFrame, ...]]:
+    """Track a stretch again, and go on from the best way through it; `state`: after its end.
+
+    Returns the state and the look after the stretch, and all its frames, with other probabilities
+    that a limb is lost at least.
+    """
     begun, (origin, *found) = perf_counter(), look.held
-    made_for = origin, model, state.leader.colours
-    ways, apart = [_Way.from_frame(*made_for, 0)], np.full((1, 1, 1, 1), np.inf)
+    start = State(origin.estimate.pose, origin.estimate.P, origin.frame)
+    start = replace(start, colours=state.leader.colours)
+    ways, apart = [_Way.from_state(start, model, 0)], np.full((1, 1, 1, 1), np.inf)
     for tries in (range(1, look.tries + 1)[:_FIRST], range(1, look.tries + 1)[_FIRST:]):
         if tries and not (apart < _SAME).all():
-            new = [_Way.from_frame(*made_for, k) for k in tries]
+            new = [_Way.from_state(start, model, k) for k in tries]
             with clouds(look.frames) as made:
                 _follow(ways[0], new, found, made, hooks)
             ways += new
@@ -190,7 +184,7 @@ def looked_again(
         points = landmarks(model.setup.body, estimate.pose)
         seconds = {**frame.seconds, SECOND_LOOK: spent}
         result.append(replace(frame, estimate=estimate, landmarks=points, seconds=seconds))
-    return LookedAgain(tuple(result), state, SecondLook(look.tries, changed, (result[-1],)))
+    return state, SecondLook(look.tries, changed, (result[-1],)), tuple(result)
 
 
 def spent_on(frame: TrackedFrame) -> float:
@@ -242,14 +236,10 @@ class _Way:
     costs: list[float] = field(default_factory=list)
 
     @classmethod
-    def from_frame(
-        cls, origin: TrackedFrame, model: PersonModel, colours: PartColours | None, number: int
-    ) -> _Way:
+    def from_state(cls, start: State, model: PersonModel, number: int) -> _Way:
         """One that begins where the run was; each number has a chance of its own."""
         own = replace(model.setup, seed=model.setup.seed + number * _SEEDS_APART)
-        at = origin.estimate
-        state = State(at.pose, at.P, origin.frame, colours=colours)
-        return cls(Follower(own), state, model.finder.cost)
+        return cls(Follower(own), start, model.finder.cost)
 
     @property
     def poses(self) -> list[Pose | None]:
@@ -258,7 +248,8 @@ class _Way:
 
     def judge(self, estimate: Estimate, cloud: Cloud) -> None:
         """Append the estimate that the run stated in this frame."""
-        self._add(estimate, self.cost(estimate.pose, self._own(cloud)))
+        self.costs.append(self.cost(estimate.pose, self._own(cloud)))
+        self.estimates.append(estimate)
 
     def follow(self, cloud: Cloud) -> None:
         """Append the estimate that the filter finds in this frame."""
@@ -267,19 +258,17 @@ class _Way:
         if not lost and len(own.points) >= self.follower.setup.parameters.least_points:
             self.state, estimate = self.follower.step(self.state, own)
         if estimate is None or not estimate.tracked:
-            self._add(None, np.inf)
+            self.estimates.append(None)
+            self.costs.append(np.inf)
         else:
-            self._add(replace(estimate, correspondences=None), self.cost(estimate.pose, own))
+            self.estimates.append(replace(estimate, correspondences=None))
+            self.costs.append(self.cost(estimate.pose, own))
 
     def _own(self, cloud: Cloud) -> Cloud:
         """The person's part of a cloud, cut around the pose of the frame before, as in a step."""
         setup, last = self.follower.setup, self.estimates[-1] if self.estimates else None
         pose = self.state.pose if last is None else last.pose
         return own_part(cloud, setup.body, pose, setup.upright)
-
-    def _add(self, estimate: Estimate | None, cost: float) -> None:
-        self.estimates.append(estimate)
-        self.costs.append(cost)
 
 
 def _follow(
@@ -302,11 +291,11 @@ def _follow(
 
 def _apart(model: PersonModel, ways: Sequence[Sequence[Pose | None]]) -> FloatArray:
     """Angles (F, W, W, 4) between the arm segments of two ways; NaN where one is lost."""
-    directions = np.full((len(ways[0]), len(ways), len(_ARMS), 3), np.nan)
+    directions = np.full((len(ways[0]), len(ways), len(ARM_PARTS), 3), np.nan)
     for k, way in enumerate(ways):
         for i, pose in enumerate(way):
             if pose is not None:
-                directions[i, k] = model.setup.body.frames(pose).rotations[_ARMS, :, 2]
+                directions[i, k] = model.setup.body.frames(pose).rotations[ARM_PARTS, :, 2]
     return angle_between(directions[:, :, None], directions[:, None])
 
 
@@ -336,5 +325,5 @@ def _surer(estimate: Estimate | None, agreed: BoolArray, *, switched: bool) -> E
     """An estimate with the probabilities by what the tries agreed on; after a switch, no prior."""
     assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
     lost = estimate.limb_lost.copy()
-    lost[_ARMS] *= np.where(agreed, _AGREED, 1.0)
+    lost[ARM_PARTS] *= np.where(agreed, _AGREED, 1.0)
     return replace(estimate, limb_lost=lost, prior=None if switched else estimate.prior)

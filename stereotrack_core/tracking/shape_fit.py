@@ -170,25 +170,26 @@ def adjusted(
     """
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
-    theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
+    theta, names = start.copy(), (*free.lengths, *free.surface)
+    frames = [dataclasses.replace(each, pose=_with_resting_shoulders(each.pose)) for each in seen]
     steps = _STEP * np.eye(len(theta))
     for iteration in range(_ITERATIONS):
         A, b = prior.copy(), prior @ (start - theta)
         # The body, then each of its k numbers a step larger, then each a step smaller.
         bodies = [free.body(theta + step) for step in (np.zeros(len(theta)), *steps, *-steps)]
-        frames: list[_Normal] = []
-        for frame, pose in zip(seen, poses, strict=True):
-            on_frame(iteration * len(seen) + len(frames), _ITERATIONS * len(seen))
-            normal = _normal_equations(frame, len(seen), pose, free, bodies, parameters, joints)
-            frames.append(normal)
+        normals = list[_Normal]()
+        for frame in frames:
+            on_frame(iteration * len(seen) + len(normals), _ITERATIONS * len(seen))
+            normal = _normal_equations(frame, len(seen), names, bodies, parameters, joints)
+            normals.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
             b += normal.c - normal.B.T @ np.linalg.solve(normal.A, normal.a)
         step = np.linalg.solve(A, b)
         theta = theta + step
-        for i, normal in enumerate(frames):
+        for i, (frame, normal) in enumerate(zip(frames, normals, strict=True)):
             delta: FloatArray = scipy.linalg.solve(normal.A, normal.a - normal.B @ step)
-            poses[i] = displaced(poses[i], delta, joints)
-    return theta, tuple(poses)
+            frames[i] = dataclasses.replace(frame, pose=displaced(frame.pose, delta, joints))
+    return theta, tuple(frame.pose for frame in frames)
 
 
 def _with_resting_shoulders(pose: Pose) -> Pose:
@@ -212,13 +213,12 @@ class _Normal:
 def _normal_equations(
     seen: SeenPose,
     count: int,
-    pose: Pose,
-    free: FreeBody,
+    names: Sequence[str],
     bodies: list[BodyModel],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
 ) -> _Normal:
-    body, names = bodies[0], (*free.lengths, *free.surface)
+    body, pose = bodies[0], seen.pose
     ends = standing.soles(seen.data, body, pose, count)
     surface = surface_residual(seen.data, body, body.frames(pose), Trust.of(parameters))
     n = 6 + 2 * len(joints)

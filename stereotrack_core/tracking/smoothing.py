@@ -29,102 +29,74 @@ class ErrorState:
     """How estimates differ and how they are displaced: the error states of :mod:`body.manifold`.
 
     The covariance is taken as it is from pose to pose; that leaves out half of the turn between
-    them, as the tracker's own correction does.
+    them, as the tracker's own correction does. The thesis's Euler angles differ number by number.
     """
 
     joints: tuple[int, ...]  # parts whose two numbers follow position and rotation
 
-    def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
-        """Error state (n,) that displaces `origin` to `to`."""
-        return difference(to.pose, origin.pose, self.joints)
-
-    def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
-        """The estimate with its pose and state displaced."""
-        pose = orthonormal(displaced(at.pose, delta, self.joints))
-        return replace(at, pose=pose, x=state_of_pose(pose, self.joints))
-
-    def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
-        """Stacked poses of displacements (S, n)."""
-        return displaced(at.pose, deltas, self.joints)
-
-    def continuous(self, delta: FloatArray) -> BoolArray:
-        """Numbers (n,) whose change from frame to frame can be a movement."""
-        return np.ones(len(delta), dtype=np.bool_)
-
-
-@dataclass(frozen=True)
-class AdditiveErrorState(ErrorState):
-    """The thesis's state of Euler angles: differences are taken number by number."""
-
-    joints: tuple[int, ...] = THESIS_JOINTS
+    @property
+    def of_angles(self) -> bool:
+        """Whether the state is the thesis's."""
+        return self.joints == THESIS_JOINTS
 
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
-        """Difference (n,) of the states, angles by the short way round."""
+        """Error state (n,) that displaces `origin` to `to`; angles by the short way round."""
+        if not self.of_angles:
+            return difference(to.pose, origin.pose, self.joints)
         delta = to.x - origin.x
         delta[3:] = np.arctan2(np.sin(delta[3:]), np.cos(delta[3:]))
         return delta
 
     def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
         """The estimate with its pose and state displaced."""
-        x = at.x + delta
-        return replace(at, pose=pose_of_state(x, THESIS_JOINTS), x=x)
+        if self.of_angles:
+            return replace(at, pose=self.poses(at, delta), x=at.x + delta)
+        pose = orthonormal(self.poses(at, delta))
+        return replace(at, pose=pose, x=state_of_pose(pose, self.joints))
 
     def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
-        """Stacked poses of displacements (S, n)."""
-        return pose_of_state(at.x + deltas, THESIS_JOINTS)
+        """Pose, or stacked poses, of displacements (n,) or (S, n)."""
+        if self.of_angles:
+            return pose_of_state(at.x + deltas, self.joints)
+        return displaced(at.pose, deltas, self.joints)
 
     def continuous(self, delta: FloatArray) -> BoolArray:
-        """Without arms whose angles jump: the tracker restates them when it avoids collisions."""
-        kept = super().continuous(delta)
-        for arm in _ARMS:
+        """Numbers (n,) whose change from frame to frame can be a movement.
+
+        Arms' angles can jump: the thesis's tracker restates them when it avoids collisions.
+        """
+        kept = np.ones(len(delta), dtype=np.bool_)
+        for arm in _ARMS if self.of_angles else ():
             kept[arm] = np.all(np.abs(delta[arm]) < _JUMP)
         return kept
 
 
-@dataclass(frozen=True, eq=False)
-class Smoothed:
-    """Frames after the backward pass."""
-
-    # What is said of residuals and lost limbs remains the forward pass's; NaN where bridged.
-    frames: tuple[TrackedFrame, ...]
-    bridged: tuple[int, ...]  # numbers of untracked frames in a gap that was bridged
-
-
 def smoothed(
     frames: Sequence[TrackedFrame], setup: Setup, *, fit_movement: bool = False
-) -> Smoothed:
+) -> list[TrackedFrame]:
     """Go backwards over successive frames of a tracker; their clouds are not needed.
+
+    What is said of residuals and lost limbs remains the forward pass's; of untracked frames in a
+    gap that was bridged it is NaN.
 
     `fit_movement`: estimate from all frames how much the body moves, and when, instead of taking
     the parameters' process noise. It helps where a frame's measurements are few and uncertain.
     """
-    if not frames:
-        return Smoothed((), ())
-    begun, thesis = time.perf_counter(), setup.joints == THESIS_JOINTS
-    state = AdditiveErrorState() if thesis else ErrorState(setup.joints)
+    begun, state = time.perf_counter(), ErrorState(setup.joints)
     way = _fitting_movement if fit_movement else _backwards
     found = way([frame.estimate for frame in frames], state, setup)
-    found = [_with_sigma(estimate, state, setup) for estimate in found]
-    spent = (time.perf_counter() - begun) / len(frames)
-    made = tuple(
-        replace(
-            frame,
-            estimate=estimate,
-            landmarks=landmarks(setup.body, estimate.pose) if estimate.tracked else frame.landmarks,
-            seconds={**frame.seconds, "smooth": spent},
-        )
-        for frame, estimate in zip(frames, found, strict=True)
-    )
-    pairs = zip(frames, made, strict=True)
-    return Smoothed(made, tuple(b.frame for a, b in pairs if b.tracked and not a.tracked))
-
-
-def _with_sigma(estimate: Estimate, state: ErrorState, setup: Setup) -> Estimate:
-    if not estimate.tracked:
-        return estimate
-    spread = state.poses(estimate, sigma_deviations(estimate.P, setup.weights))
-    sigma = limb_sigma_deg(setup.body.frames(spread), setup.weights.covariance)
-    return replace(estimate, limb_sigma_deg=overconfidence(len(setup.cameras)) * sigma)
+    spent, made = (time.perf_counter() - begun) / max(len(frames), 1), []
+    for frame, estimate in zip(frames, found, strict=True):
+        places = frame.landmarks
+        if estimate.tracked:
+            spread = state.poses(estimate, sigma_deviations(estimate.P, setup.weights))
+            sigma = limb_sigma_deg(setup.body.frames(spread), setup.weights.covariance)
+            sigma = overconfidence(len(setup.cameras)) * sigma
+            estimate = replace(estimate, limb_sigma_deg=sigma)
+            places = landmarks(setup.body, estimate.pose)
+        seconds = {**frame.seconds, "smooth": spent}
+        made.append(replace(frame, estimate=estimate, landmarks=places, seconds=seconds))
+    return made
 
 
 def _backwards(estimates: list[Estimate], state: ErrorState, setup: Setup) -> list[Estimate]:
@@ -164,20 +136,15 @@ def _stayed(
         anew[arm] = not prior.carried[arm].all() and squared[arm].mean() < inflated_above**2
     if not anew.any():
         return prior, after
-    prior = replace(prior, carried=prior.carried | anew)
-    expected = _added_information(prior, ~anew)
+    prior, expected = replace(prior, carried=prior.carried | anew), np.zeros_like(prior.P)
+    # what the carried part of the prior says beyond what was used of it
+    for part, sign in ((prior.carried, 1.0), (prior.carried & ~anew, -1.0)):
+        block = np.ix_(part, part)
+        expected[block] += sign * scipy.linalg.inv(prior.P[block])
+    expected = 0.5 * (expected + expected.T)
     known = Information(scipy.linalg.inv(after.P), np.zeros(len(behind)))
     dx, P = posterior(expected, behind, known)
     return prior, replace(state.displaced(after, dx), P=P)
-
-
-def _added_information(prior: Prior, used: BoolArray) -> FloatArray:
-    """What the carried part of a prior says beyond its `used` part (n, n)."""
-    total = np.zeros_like(prior.P)
-    for part, sign in ((prior.carried, 1.0), (prior.carried & used, -1.0)):
-        block = np.ix_(part, part)
-        total[block] += sign * scipy.linalg.inv(prior.P[block])
-    return 0.5 * (total + total.T)
 
 
 def _bridge(found: list[Estimate], first: int, k: int, state: ErrorState, setup: Setup) -> None:
@@ -214,7 +181,7 @@ def _fitting_movement(estimates: list[Estimate], state: ErrorState, setup: Setup
     found, stretch = list(estimates), list[int]()
     longest = int(setup.parameters.longest_bridge * setup.fps + 1e-9)
     tracked = [i for i, estimate in enumerate(estimates) if estimate.tracked]
-    for i, following in zip(tracked, [*tracked[1:], None], strict=True):
+    for i, following in zip(tracked, [*tracked[1:], None], strict=False):
         stretch.append(i)
         if following is None or following - i - 1 > longest:
             frames = range(stretch[0], i + 1)

@@ -20,12 +20,13 @@ from stereotrack_core.body.manifold import (
     difference,
     displaced,
     error_names,
+    jacobian,
 )
+from stereotrack_core.body.manifold import Rows as LinearRows
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.arms import Arms
-from stereotrack_core.tracking.correction import Line
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
@@ -83,7 +84,6 @@ class StepRecorder:
         self._corrections: list[Correction] = []
         self._measured: list[Correspondences] = []
         self._proposals: list[Proposals] = []
-        self._tried: list[tuple[Pose, Pose]] = []
         self._searching: tuple[ArmSearch, Evidence, Pose] | None = None
         self._search: Search | None = None
         self._jump: Jump | None = None
@@ -140,27 +140,34 @@ class StepRecorder:
         after: Belief,
         dx: FloatArray,
         surface: SurfaceResidual,
-        lines: Sequence[Line],
+        sources: Sequence[LinearRows],
     ) -> None:
-        """A prior was corrected by (n,); the first of the lines, linearised, is the surface's."""
+        """A prior was corrected by (n,); the first of the rows are the surface's."""
         if self._searching is not None:
             self._lap("arm search")
             return
-        setup, H, own = self._setup, lines[0].H, lines[0].rows
-        R = own["variance"]
+        stage = "follow" if prior is self._predicted else "again"
+        if stage == "again" and _INFLATED not in self._notes:
+            self._notes.append(_INFLATED)
+        places = np.ascontiguousarray(self._data[:, :3])
+        far = places[~_is_among(places, surface.data)]
+        nowhere = np.full((2, len(far)), [[-1], [TOO_FAR]])
+        setup, own, beside = self._setup, sources[0], np.concatenate(sources[1:])
+        frames, R = setup.body.frames(at.pose), own["variance"]
+        H, H_beside = (jacobian(rows, frames, setup.columns) for rows in (own, beside))
         P_xz = at.P @ H.T
         dX = sigma_deviations(at.P, setup.weights)
         from_prior = difference(prior.pose, at.pose, setup.joints)
         self._add(
             Correction(
-                stage=self._stage_of(prior),
+                stage=stage,
                 iteration=1,
                 prior=prior,
                 before=at,
                 sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints)),
                 points=replace(surface.pairs(), residual=own["innovation"], sigma=np.sqrt(R)),
-                unused=self._too_far(surface),
-                rows=_rows(lines[1:], after.P),
+                unused=Unused(far, *nowhere),
+                rows=_rows(beside, H_beside, after.P),
                 P_xz=P_xz,
                 P_zz=np.einsum("mn,nm->m", H, P_xz),
                 gain=after.P @ (H.T / R),
@@ -188,13 +195,8 @@ class StepRecorder:
             self._proposals.append(Proposals(side, arms.upper, arms.fore, terms, chosen))
             self._mark = perf_counter()
 
-    def refined(self, proposed: Pose, pose: Pose) -> None:
-        """A pair of places for the arms was refined."""
-        self._lap("arm search")
-        self._tried.append((proposed, pose))
-
-    def searched(self, followed: Pose, best: Pose) -> None:
-        """The search has decided."""
+    def searched(self, followed: Pose, tried: Sequence[tuple[Pose, Pose]], best: Pose) -> None:
+        """The search has decided among pairs of places before and after they were refined."""
         self._lap("arm search")
         if self._searching is None:
             return
@@ -206,7 +208,7 @@ class StepRecorder:
 
         self._search = Search(
             followed=pair(followed, followed),
-            pairs=tuple(pair(*tried) for tried in self._tried),
+            pairs=tuple(pair(*poses) for poses in tried),
             proposals=tuple(self._proposals),
             gain=evidence.gain,
             seconds=self._seconds["arm search"],
@@ -279,24 +281,9 @@ class StepRecorder:
         self._seconds[step] = self._seconds.get(step, 0.0) + now - self._mark
         self._mark = now
 
-    def _stage_of(self, prior: Belief) -> str:
-        """Stage of a correction: of the prediction, or of a wider prior."""
-        if prior is self._predicted:
-            return "follow"
-        if _INFLATED not in self._notes:
-            self._notes.append(_INFLATED)
-        return "again"
-
     def _add(self, correction: Correction) -> None:
         count = 1 + sum(each.stage == correction.stage for each in self._corrections)
         self._corrections.append(replace(correction, iteration=count))
-
-    def _too_far(self, surface: SurfaceResidual) -> Unused:
-        """Data of the last correspondences that no part of the body was near."""
-        places = np.ascontiguousarray(self._data[:, :3])
-        left = places[~_is_among(places, surface.data)]
-        part = np.full(len(left), -1, dtype=np.int64)
-        return Unused(left, part, np.full(len(left), TOO_FAR, dtype=np.int64))
 
 
 def _is_among(rows: FloatArray, others: FloatArray) -> BoolArray:
@@ -338,9 +325,8 @@ def _keys(points: SurfacePoints) -> FloatArray:
     return np.column_stack([points.cone.astype(np.float64), points.points])
 
 
-def _rows(lines: Sequence[Line], P: FloatArray) -> tuple[Rows, ...]:
+def _rows(rows: LinearRows, H: FloatArray, P: FloatArray) -> tuple[Rows, ...]:
     """Rows by kind; `P` is the covariance after the correction."""
-    rows, H = np.concatenate([line.rows for line in lines]), np.vstack([line.H for line in lines])
     found = []
     for kind in dict.fromkeys(rows["kind"].tolist()):
         own = rows["kind"] == kind

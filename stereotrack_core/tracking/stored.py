@@ -29,7 +29,7 @@ _VALUES: Kind = {str: (bool, int, float, str)}
 
 _POSE: Kind = {"position": [float], "rotations": [[[float]]]}
 
-# What :meth:`Origin.meta` and its users state; other keys may hold anything.
+# What :class:`Origin` and its users state; other keys may hold anything.
 _META_KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         **dict.fromkeys(("program", "version", "preset", "init", "made", "way"), str),
@@ -64,18 +64,8 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
 )
 # Keys that are stated although nothing is known.
 _MAY_BE_NULL = frozenset(
-    {
-        "heading",
-        "subject",
-        "first_pose",
-        "began",
-        "began_from",
-        "detections",
-        "keypoints",
-        "clicks",
-        "frames",
-        "wall_seconds",
-    }
+    ("heading", "subject", "first_pose", "began", "began_from", "frames", "wall_seconds")
+    + ("detections", "keypoints", "clicks")
 )
 
 
@@ -85,14 +75,12 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
     for key in sorted(_META_KINDS.keys() - _MAY_BE_NULL):
         if key in meta and meta[key] is None:
             raise InputError("the value is missing", where=f"{where}, {key}", remedy=remedy)
-    try:
-        subject_of_meta(meta)
-    except InputError as problem:
-        raise InputError(problem.what, where=f"{where}, {problem.where}", remedy=remedy) from None
-    try:
-        shape_of_meta(meta)
-    except InputError as problem:
-        raise InputError(problem.what, where=f"{where}, body", remedy=remedy) from None
+    for key, read in (("subject", subject_of_meta), ("body", shape_of_meta)):
+        try:
+            read(meta)
+        except InputError as problem:
+            place = problem.where if key == "subject" else key
+            raise InputError(problem.what, where=f"{where}, {place}", remedy=remedy) from None
 
 
 def pose_of_run(run: Run, i: int) -> Pose | None:

@@ -18,7 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior
-from stereotrack_core.tracking.failure.features import Evidence, judged
+from stereotrack_core.tracking.failure.features import judged
 from stereotrack_core.tracking.residuals.limits import LEAST_ELBOW_ANGLE
 from stereotrack_core.tracking.state import Belief, Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
@@ -126,8 +126,7 @@ class ThesisModel:
         X = pose_of_state(state.x + sigma_deviations(state.P, self.setup.weights), THESIS_JOINTS)
         dx = state.x - before.x
         movement = np.append(dx[:3], np.arctan2(np.sin(dx[3:]), np.cos(dx[3:])))
-        evidence = Evidence(X, movement)
-        return state, judged(found, cloud, self.setup, evidence)
+        return state, judged(found, cloud, self.setup, X, movement)
 
     def predict(self, state: ThesisState, time: float) -> ThesisState:
         """Predict that the body stays where it is, with more uncertainty (3.2.1)."""

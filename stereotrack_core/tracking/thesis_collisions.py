@@ -76,13 +76,13 @@ def _pushed_out(body: BodyModel, point: FloatArray, distance: float) -> FloatArr
     if not 0.0 <= point[2] <= body.skeleton.proportions.torso_length:
         return point
     cones = body.cones
-    height = point[2] - cones.origins[0, 2]
-    axis = cones.origins[0] + height * cones.rotations[0, :, 2]
-    radius = cones.r1[0] + (cones.r2[0] - cones.r1[0]) * height / cones.height[0]
+    height = point[2] - cones["origin"][0, 2]
+    axis = cones["origin"][0] + height * cones["rotation"][0, :, 2]
+    radius = cones["r1"][0] + (cones["r2"][0] - cones["r1"][0]) * height / cones["height"][0]
     across = point[:2] - axis[:2]
     length = float(np.linalg.norm(across))
     outward = across / length if length > 1e-9 else np.array([0.0, 1.0])
-    on_ellipse = radius / np.hypot(outward[0], outward[1] / cones.flatness[0])
+    on_ellipse = radius / np.hypot(outward[0], outward[1] / cones["flatness"][0])
     if length - on_ellipse >= distance:
         return point
     return np.append(axis[:2] + outward * (on_ellipse + distance), point[2])

@@ -6,17 +6,27 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from stereotrack_core.body.model import BodyModel, landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
+from stereotrack_core.plain_data import plain
+from stereotrack_core.pose_model.installation import detector_versions
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.folder import fingerprint
+from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.clouds import Clouds
-from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import FirstFrame, Origin, TrackedFrame
+from stereotrack_core.tracking.frame import (
+    DETECTED_SCENES,
+    LOOKED_AGAIN,
+    FirstFrame,
+    Origin,
+    TrackedFrame,
+)
 from stereotrack_core.tracking.initialise.first_pose import (
     facing,
     first_pose_from_images,
@@ -37,6 +47,8 @@ from stereotrack_core.tracking.run_spec import FirstPose, Hooks, given_heading, 
 from stereotrack_core.tracking.saved_state import Arrays, saved
 from stereotrack_core.tracking.second_look import SecondLook, is_sure
 from stereotrack_core.tracking.step import PersonModel
+from stereotrack_core.version import __version__
+from stereotrack_core.versions import versions
 
 TRACK, LOOK, HEADING = "track", "look", "heading"  # names under which states are saved begin so
 
@@ -89,34 +101,64 @@ class Tracking:
 
     def origin(self) -> Origin:
         """Describe where the frames come from."""
-        clouds, spec = self.clouds, self.clouds.spec
-        found, asked = clouds.chain.parameters.values(), spec.settings.depth.values()
-        colour = clouds.reader.colour
-        used = dataclasses.replace(
-            spec, views=clouds.views, frames=clouds.frames, init=self.init, colour=colour
+        clouds, recording, colour = self.clouds, self.recording, self.clouds.reader.colour
+        spec = dataclasses.replace(
+            clouds.spec, views=clouds.views, frames=clouds.frames, init=self.init, colour=colour
         )
-        return Origin(
-            recording=self.recording,
-            fingerprint=fingerprint(self.recording),
-            spec=used,
-            detections=clouds.detections,
-            state_names=self.model.state_names,
-            shape=self.body.shape,
-            given=self.given,
-            began=self.began,
-            made=self.made,
-            resumed_at=self.resumed_at,
-            heading=None if self.heading is None else self.heading.to_dict(),
-            detector="" if clouds.detector is None else clouds.detector.name,
-            detected_scenes=clouds.chain.silhouettes.made,
-            looked_again=self.look.changed,
-            from_recording=dict(found.items() - asked.items()),
-        )
+        used, asked = clouds.chain.parameters.values(), spec.settings.depth.values()
+        pose, began = spec.init if isinstance(spec.init, Pose) else None, self.began
+        subject, heading = recording.subject, self.heading
+        meta = {
+            "program": "stereotrack",
+            "version": __version__,
+            "preset": spec.preset,
+            "parameters": spec.settings.values(),
+            "body": self.body.shape.values(),
+            "seed": spec.seed,
+            "views": list(clouds.views),
+            "init": spec.init if pose is None else self.given,
+            "fps": recording.fps,
+            "recording": recording.name,
+            "recording_folder": str(recording.folder.resolve()),
+            "fingerprint": fingerprint(recording),
+            "subject": None if subject is None else plain(subject),
+            "smoothed": False,
+            "bridged": [],  # untracked frames with poses of the backward pass
+            "first_pose": None if pose is None else pose.values(),
+            "began": None if began is None else began.frame,
+            "began_from": None if began is None else began.pose.values(),
+            "frames": [clouds.frames.start, clouds.frames.stop],
+            "detections": _described(clouds.detections),
+            "keypoints": _described(spec.used_keypoints),
+            "clicks": _described(spec.clicks),
+            "detector": "" if clouds.detector is None else clouds.detector.name,
+            DETECTED_SCENES: list(clouds.chain.silhouettes.made),
+            "colour": spec.colour,
+            "calibration": calibration_fingerprint(recording),
+            "versions": versions() | detector_versions(),
+            "made": self.made,
+            "resumed_at": list(self.resumed_at),
+            "heading": None if heading is None else heading.to_dict(),
+            LOOKED_AGAIN: [list(stretch) for stretch in self.look.changed],
+            "from_recording": dict(used.items() - asked.items()),
+        }
+        return Origin(spec, self.model.state_names, meta)
 
     def saved(self) -> Arrays:
         """Arrays from which the run goes on if it is stopped."""
         look = saved(self.look.numbers(), LOOK)
         return {**saved(self.state, TRACK), **look, **saved(self.heading, HEADING)}
+
+
+def _described(found: Detections | Keypoints | None) -> dict[str, Any] | None:
+    """What a run states of keypoints or clicks that it was given."""
+    if isinstance(found, Keypoints):
+        source: dict[str, Any] = {"sources": sorted(set(found.source.tolist()))}
+    elif found:
+        source = {"source": found.source}
+    else:
+        return None
+    return {**source, "fingerprint": found.fingerprint(), "count": len(found)}
 
 
 def model_of(clouds: Clouds, recording: Recording, body: BodyModel) -> TrackModel:
@@ -135,9 +177,19 @@ def stepped(
     hooks.before_step()
     if len(clouds.detections):
         cloud = dataclasses.replace(cloud, detections=clouds.detections.until(cloud.frame))
-    run = _started(run, cloud, hooks)
+    enough = len(cloud.points) >= clouds.settings.tracking.least_points
+    shows_somebody = enough if clouds.have_depth else isinstance(run.init, Pose)
+    if not run.started and shows_somebody:
+        run = run.from_pose(cloud.frame, first_pose(run, cloud, hooks))
     state, estimate = step(run.model, run.state, cloud)
-    run = _with_heading(dataclasses.replace(run, state=state), cloud, estimate)
+    heading = run.heading
+    if heading is not None and isinstance(run.model, PersonModel):
+        pose, is_last = (
+            estimate.pose if estimate.tracked else None,
+            cloud.frame == clouds.frames[-1],
+        )
+        heading = heading.updated(run.model.finder, pose, cloud, is_last=is_last)
+    run = dataclasses.replace(run, state=state, heading=heading)
     found = np.where(estimate.tracked, landmarks(run.body, estimate.pose), np.nan)
     seconds = {"read": read, **cloud.seconds, **estimate.seconds}
     asked = (cloud.frame - clouds.frames.start) % FRAMES_APART == 0
@@ -177,21 +229,3 @@ def initialiser_of(run: Tracking) -> PersonModel:
     """Model that looks for the person's first pose."""
     clouds, cameras = run.clouds, cameras_of(run.recording, run.clouds.views)
     return initialiser_for(run.body, clouds.settings, cameras, run.recording, clouds.spec.seed)
-
-
-def _started(run: Tracking, cloud: Cloud, hooks: Hooks) -> Tracking:
-    """The run, with its first pose if this is the first cloud that shows somebody."""
-    enough = len(cloud.points) >= run.clouds.settings.tracking.least_points
-    shows = enough if run.clouds.have_depth else isinstance(run.init, Pose)
-    if run.started or not shows:
-        return run
-    return run.from_pose(cloud.frame, first_pose(run, cloud, hooks))
-
-
-def _with_heading(run: Tracking, cloud: Cloud, estimate: Estimate) -> Tracking:
-    if run.heading is None or not isinstance(run.model, PersonModel):
-        return run
-    pose = estimate.pose if estimate.tracked else None
-    is_last = cloud.frame == run.clouds.frames[-1]
-    heading = run.heading.updated(run.model.finder, pose, cloud, is_last=is_last)
-    return dataclasses.replace(run, heading=heading)

@@ -33,6 +33,7 @@ _WORSE, _AGREES = 1.6, 1.25
 # 0.015 to 0.022 m and 0.15 to 0.34; a camera turned by 1.4 degrees: 0.03 to 0.06 m; by 3.5 degrees:
 # 0.1 m and 0.5.
 _LEAST = np.array([0.028, 0.42])
+_UNJUDGED = np.full(2, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +60,8 @@ class ViewWatch:
         if cloud.frame % _EVERY or len(cloud.view_names) < _FEWEST_VIEWS:
             return self
         now = np.array([_signs(cloud, name, body, pose) for name in cloud.view_names])
-        before = np.full_like(now, np.nan)
-        for k, name in enumerate(cloud.view_names):
-            if name in self.names:
-                before[k] = self.signs[self.names.index(name)]
+        judged_before = dict(zip(self.names, self.signs, strict=True))
+        before = np.array([judged_before.get(name, _UNJUDGED) for name in cloud.view_names])
         known = np.where(np.isnan(now), before, now)
         signs = np.where(np.isnan(before), known, before + _NEW * (known - before))
         judged = self.judged + 1
@@ -70,7 +69,9 @@ class ViewWatch:
         return ViewWatch(cloud.view_names, signs, judged, left_out)
 
     def _left_out(self, names: tuple[str, ...], signs: FloatArray) -> str:
-        ratios = _ratios_to_others(signs)
+        others = [_median(np.delete(signs, k, axis=0)) for k in range(len(signs))]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratios: FloatArray = signs / np.array(others)
         # Passers-by leave points unexplained and the person's contours where they are: without
         # such a view 12 % of the arms were lost, with it none.
         ratios[np.isfinite(ratios[:, 0]), 1] = 0.0
@@ -102,15 +103,6 @@ class ViewWatch:
 def views_left_out(problems: Mapping[str, str]) -> tuple[str, ...]:
     """Views that were left out, of what the views of a frame lack (``Cloud.problems``)."""
     return tuple(view for view, sentence in problems.items() if _LEFT_OUT in sentence)
-
-
-def _ratios_to_others(signs: FloatArray) -> FloatArray:
-    """Signs (V, K) over the medians of the other views' (V, K)."""
-    others = [np.delete(signs, k, axis=0) for k in range(len(signs))]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        medians = np.array([_median(other) for other in others])
-        ratios: FloatArray = signs / medians
-    return ratios
 
 
 def _median(signs: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stereotrack_core.body.model import Cones
+from stereotrack_core.body.model import CONE
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_pose
 from stereotrack_core.body.skeleton import PARTS, TORSO
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -66,18 +66,6 @@ SPECIAL_POSES = {
 def single_cone(rng, r1, r2, height, s=1.0, round_base=False, round_end=False):
     """One cone somewhere in the world, and the function from its frame to the world."""
     turn, origin = rotations(rng), rng.normal(size=3)
-    cones = Cones(
-        part=np.array([TORSO]),
-        rotations=np.eye(3)[None],
-        origins=np.zeros((1, 3)),
-        r1=np.array([r1]),
-        r2=np.array([r2]),
-        height=np.array([height]),
-        flatness=np.array([s]),
-        round_base=np.array([round_base]),
-        round_end=np.array([round_end]),
-        outline=np.zeros((1, 2)),
-    )
-    placed = cones.records.copy()
-    placed["rotation"], placed["origin"] = turn, origin
+    placed = np.zeros(1, dtype=CONE)
+    placed[0] = TORSO, turn, origin, r1, r2, height, s, round_base, round_end, (0.0, 0.0)
     return placed, turn, origin

@@ -19,7 +19,7 @@ from tests.body.poses import random_pose
 def test_radii_and_heights_are_those_of_the_table():
     parameters = BodyParameters(legs=False, torso_radius_low=0.165, torso_radius_high=0.175)
     c, a = body_cones(AVERAGE, parameters), AVERAGE
-    rows = np.column_stack([c.r1, c.r2, c.height, c.flatness])
+    rows = np.column_stack([c[name] for name in ("r1", "r2", "height", "flatness")])
     shoulder = [0.075, 0.07, 0.5 * a.shoulder_width - 0.03, 1.0]
     upper = [0.058, 0.045, a.upper_arm_length, 1.0]
     fore, hand = [0.045, 0.032, a.forearm_length, 1.0], [0.040, 0.032, a.hand_length, 1.0]
@@ -50,7 +50,7 @@ def test_cones_grow_with_the_proportions():
     tall = Proportions(**{k: 1.1 * v for k, v in dataclasses.asdict(AVERAGE).items()})
     small, big = (body_cones(p, BodyParameters()) for p in (AVERAGE, tall))
     for name in ("r1", "r2"):
-        np.testing.assert_allclose(getattr(big, name), 1.1 * getattr(small, name))
+        np.testing.assert_allclose(big[name], 1.1 * small[name])
 
 
 @pytest.mark.parametrize(
@@ -59,9 +59,9 @@ def test_cones_grow_with_the_proportions():
 )
 def test_radius_factors_act_on_their_parts_alone(name, value, parts):
     plain, changed = (body_cones(AVERAGE, BodyShape(**v)) for v in ({}, {name: value}))
-    factor = np.where(np.isin(plain.part, parts), value, 1.0)
-    np.testing.assert_allclose(changed.r1, factor * plain.r1)
-    np.testing.assert_allclose(changed.r2, factor * plain.r2)
+    factor = np.where(np.isin(plain["part"], parts), value, 1.0)
+    for end in ("r1", "r2"):
+        np.testing.assert_allclose(changed[end], factor * plain[end])
 
 
 NAMES = tuple(row.name for row in BodyShape.rows() if row.name.startswith("contour_"))
@@ -84,11 +84,11 @@ EXPECTED = {
 @pytest.mark.parametrize("name", NAMES)
 def test_a_margin_acts_on_its_cones_alone(name):
     plain, changed = (body_cones(AVERAGE, BodyShape().replaced(**v)) for v in ({}, {name: 0.03}))
-    where = np.argwhere(changed.outline != plain.outline)
+    where = np.argwhere(changed["outline"] != plain["outline"])
     assert [tuple(index) for index in where.tolist()] == EXPECTED[name]
-    assert (changed.outline[tuple(where.T)] == 0.03).all()
-    for field in ("r1", "r2", "height", "origins", "flatness"):
-        np.testing.assert_array_equal(getattr(changed, field), getattr(plain, field))
+    assert (changed["outline"][tuple(where.T)] == 0.03).all()
+    for field in ("r1", "r2", "height", "origin", "flatness"):
+        np.testing.assert_array_equal(changed[field], plain[field])
 
 
 @pytest.fixture

@@ -128,4 +128,4 @@ def test_offsets_are_kept_by_name_and_with_another_surface():
     body = body_of_subject(Subject("P", offsets=by_name))
     wider = body.with_shape(BodyShape().replaced(torso_radius_low=0.2))
     np.testing.assert_array_equal(wider.offsets, offsets)
-    assert wider.cones.r1[0] == pytest.approx(0.2 * wider.skeleton.proportions.scale)
+    assert wider.cones["r1"][0] == pytest.approx(0.2 * wider.skeleton.proportions.scale)

@@ -14,8 +14,7 @@ from stereotrack_core.body.surface import nearest_on_surface
 from tests.body.poses import SPECIAL_POSES, random_pose
 from tests.oracle.cone import depth_inside
 from tests.oracle.occlusion import deepest, solids_of
-
-CAMERAS = np.array([[0.0, 3.0, 2.1], [3.0, 0.0, 2.1], [0.0, -3.0, 2.1], [-3.0, 0.0, 2.1]])
+from tests.tracking.scenes import CAMERAS
 
 
 def _world(body, pose, sampled):

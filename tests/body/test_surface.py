@@ -104,5 +104,5 @@ def test_the_nearest_cone_takes_the_datum(rng, body):
     np.testing.assert_array_equal(together.cone[taken], np.abs(single).argmin(axis=0)[taken])
     np.testing.assert_array_equal(
         parts_of_cones(body, together.cone),
-        [body.cones.part[c] if c >= 0 else -1 for c in together.cone],
+        [body.cones["part"][c] if c >= 0 else -1 for c in together.cone],
     )

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from stereotrack_core.calibrate.bundle import BundleCamera, adjusted
-from stereotrack_core.calibrate.lens import BROWN, LENS_MODELS, Lens, lens_of, projected
+from stereotrack_core.calibrate.lens import BROWN, LENS_MODELS, Lens, projected
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from tests.calibrate.scenes import BENT, BOARD, HERE, ROUND, SIZE, WIDE, boards_before, looking_at
+from tests.calibrate.scenes import BENT, BOARD, HERE, SIZE, boards_before, looking_at
 
 
 def disturbed(pose, rng):
@@ -117,10 +117,3 @@ def test_derivatives_agree_with_finite_differences(model, seed):
         more, less = (Lens(model, lens.values + sign * step) for sign in (1, -1))
         change = projected(more, points)[0] - projected(less, points)[0]
         np.testing.assert_allclose(by_lens[:, :, i], change / (2 * _STEP), atol=1e-5)
-
-
-@pytest.mark.parametrize("lens", [BENT, WIDE, ROUND])
-def test_a_camera_gives_its_lens_again(lens):
-    again = lens_of(lens.camera("a", SIZE, RigidTransform.identity()))
-    assert again.model is lens.model
-    np.testing.assert_array_equal(again.values, lens.values)

@@ -15,7 +15,6 @@ from stereotrack_core.simulation.rig import Sensor
 from tests.calibrate.board_pictures import BoardRenderer, board_in_view
 
 pytestmark = pytest.mark.xdist_group("cli")
-
 SIZE = (320, 240)
 BOARD = Board(7, 4, 0.06)
 LENS = Lens(RADIAL, np.array([300.0, 301, 160, 119, -0.1, 0.02, 0, 0, 0, 0, 0, 0]))

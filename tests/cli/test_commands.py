@@ -15,7 +15,6 @@ from stereotrack_core.interop.run_file import RUN_SUFFIXES, read_run, read_traje
 from stereotrack_core.tracking.run_spec import RunSpec
 
 pytestmark = pytest.mark.xdist_group("cli")  # one small recording serves them all
-
 QUICK = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no")
 """A run that is not about how the person is found or measured, which takes most of the time."""
 

@@ -9,7 +9,6 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.program import main
 
 pytestmark = pytest.mark.xdist_group("cli")
-
 HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
 
 

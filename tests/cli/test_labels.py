@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import delete_clicks, place_clicks
 from stereotrack_core.project.project import Project
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -24,7 +24,7 @@ def project(recording, tmp_path):
     """Path of a project of the tiny recording, with three clicks."""
     path = tmp_path / "a.stereotrack"
     with Project.create(path, recording, who="A") as made:
-        made.apply(PlaceClicks(CLICKS))
+        made.apply(place_clicks(CLICKS))
     return path
 
 
@@ -61,8 +61,8 @@ def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
     path.write_text(f"frame,view,landmark,x,y,visibility\n{rows}")
     deleted = ClickKey(0, "N_right", "head")
     with Project.open(project) as opened:
-        opened.apply(PlaceClicks((Click(*deleted, (1.0, 1.0)),)))
-        opened.apply(DeleteClicks((deleted,)))
+        opened.apply(place_clicks((Click(*deleted, (1.0, 1.0)),)))
+        opened.apply(delete_clicks((deleted,)))
     before = clicks_in(project)
     ended = run("import", "labels", path, "--into", project, status=2)
     assert "2 of its clicks contradict the project" in ended.err

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.cli import sweep
+from stereotrack_core.cli import study
 from stereotrack_core.locks import is_held
 from stereotrack_core.program import main
 from stereotrack_core.study.store import journal_of, stored_results
@@ -28,7 +28,7 @@ GRID = ("--grid", "iterations=2,3", "--grid", "views=N,NS", "--seeds", "0,1")
 @pytest.fixture
 def here(monkeypatch):
     """Lets sweeps compute in this process."""
-    monkeypatch.setattr(sweep, "workers_of", lambda _: InThisProcess())
+    monkeypatch.setattr(study, "workers_of", lambda _: InThisProcess())
 
 
 def rows_of(table):
@@ -40,7 +40,7 @@ def swept(recording, tmp_path_factory):
     """A finished sweep of eight jobs."""
     table = tmp_path_factory.mktemp("sweep") / "sweep.csv"
     patch = pytest.MonkeyPatch()
-    patch.setattr(sweep, "workers_of", lambda _: InThisProcess())
+    patch.setattr(study, "workers_of", lambda _: InThisProcess())
     words = ("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1)
     assert main([str(word) for word in words]) == 0
     patch.undo()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.keypoints.reading import write_table
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.project.project import Project
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints

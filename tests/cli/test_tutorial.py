@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.annotation import AnnotationCase, simulated_clicks
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
 
@@ -21,7 +21,7 @@ def click(film: Path, project: Path) -> int:
     made = simulated_clicks(open_recording(film), case, 0).by_frame
     clicks = tuple(one for frame in CLICKED for one in made[frame])
     with Project.create(project, project.with_suffix(""), who="A") as opened:
-        opened.apply(PlaceClicks(clicks))
+        opened.apply(place_clicks(clicks))
     return len(clicks)
 
 

@@ -16,9 +16,9 @@ from stereotrack_core.depth.volume import (
 )
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import UP_AXES, Upright
+from stereotrack_core.recording.camera_checks import LikelyUp, up_of_cameras
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
-from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 from tests.depth.recordings import BOX, MemoryReader, depth_recording, frame_set, stereo_recording
 from tests.depth.scenes import camera
 

@@ -13,8 +13,8 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_recording_description
 from stereotrack_core.simulation import make
-from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.simulation.skeleton import PEOPLE
 
 _COMPASS = "NOSW"
 _SEED = 5

@@ -18,7 +18,7 @@ from stereotrack_core.interop.calibrations.formats import write_foreign
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.json_files import write_results
-from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.keypoints.reading import write_table
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.ply import write_cloud
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from app.features.annotate.clicking.controller import SwapOffers
-from app.features.annotate.clicking.landmark_rows import limb_rows
-from app.features.annotate.clicking.marks import FrameMarks, marks_of
+from app.features.annotate.clicking.marks import FrameMarks, limb_rows, marks_of
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.frame_clicks import FitQuestion, Fitter, HintQuestion, hints_of
+from stereotrack_core.annotation.frame_clicks import (
+    FitQuestion,
+    HintQuestion,
+    fitted_body,
+    hints_of,
+)
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import AVERAGE
@@ -44,7 +48,9 @@ def question(recording, clicks, landmark="left_elbow", shown=(N, S)):
 def test_what_is_drawn_of_a_fit_is_what_is_known(recording):
     clicks = true_clicks(recording, (N, S))
     views = {N: "N", S: "S"}
-    fit = Fitter()(FitQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None))
+    fit = fitted_body(
+        FitQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None)
+    )
     facts, camera = FrameMarks(0, clicks, NINE, "head", fit=fit), recording.cameras[N]
     assert {mark.limb for mark in marks_of(facts, [camera])[N].model} == set(LIMBS)
     sigma = np.array([2.0, 25.0, 44.0, 2.0, 131.5, np.nan])
@@ -63,7 +69,7 @@ def test_what_is_drawn_of_a_fit_is_what_is_known(recording):
     two = tuple(one for one in clicks if one.landmark in ("left_hand", "head", "right_hip"))
     one_view = tuple(one for one in two if one.camera == N)
     asked = FitQuestion(0, one_view, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None)
-    unsure = Fitter()(asked)
+    unsure = fitted_body(asked)
     known = {limb for limb, s in zip(LIMBS, unsure.fit.limb_sigma_deg, strict=True) if s <= 45.0}
     assert {mesh.limb for mesh in unsure.meshes} == known != set(LIMBS)
     assert any("unknown" in words for words in unsure.fit.words)

@@ -14,7 +14,7 @@ from PySide6.QtCore import QPoint, Qt
 from app.session.changes import Part
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
 from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, view
 
@@ -41,7 +41,7 @@ def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording
         x, y = one.position
         moved.append(replace(one, position=(x + 3.0, y)))
     with Project.create(path, folder) as project:
-        project.apply(PlaceClicks(tuple(moved)))
+        project.apply(place_clicks(tuple(moved)))
     seen = []
     watch = annotating.context.session.changes.watch
     watch(Part.RECORDING_OPENED, lambda: seen.append(facts.now().fit))

@@ -16,7 +16,7 @@ from PySide6.QtTest import QTest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
 from tests.gui.hands import CTRL, LEFT, key
 
@@ -45,7 +45,7 @@ def clicked(small_recording, tmp_path_factory):
                 places = random.uniform(60.0, 400.0, (min(500, frames - first), 36, 2)).tolist()
                 names = [(camera, name) for camera in cameras for name in NINE.names]
                 project.apply(
-                    PlaceClicks(
+                    place_clicks(
                         tuple(
                             Click(first + k, camera, name, (x, y))
                             for k, row in enumerate(places)

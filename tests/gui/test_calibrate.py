@@ -106,7 +106,7 @@ def lenses(window, qtbot, monkeypatch, board_pictures):
     assert window.context.docks.workspace == "calibrate"
     page = described(window, monkeypatch, board_pictures)
     assert page.steps.buttons["lenses"].isEnabled() is False
-    window.features.calibrate.calibration.set_model("radial")  # the quickest
+    window.features.calibrate.calibration.change(model="radial")  # the quickest
     press(page.next_button)
     found = done(qtbot, window).found
     count = sum(len(one) for one in found.sightings)
@@ -203,7 +203,7 @@ def test_into_a_recording(window, qtbot, monkeypatch, tmp_path, small_recording)
     rng = np.random.default_rng(2)
     boards = [board_in_view(north[0], BOARD, rng, (1.2, 2.0)) for _ in range(12)]
     page = described(window, monkeypatch, rendered(tmp_path / "boards", north, boards))
-    window.features.calibrate.calibration.set_model("radial")
+    window.features.calibrate.calibration.change(model="radial")
     for _ in range(3):
         press(page.next_button)
         done(qtbot, window)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from app.features.annotate.clicking.landmark_rows import fit_words as words_of_frame
+from app.features.annotate.clicking.marks import fit_words as words_of_frame
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import delete_clicks, place_clicks
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 pytestmark = pytest.mark.window
@@ -25,7 +25,7 @@ def true_clicks(window, frames, shifted="", by=(0.0, 0.0)):
 
 
 def place(window, qtbot, clicks):
-    window.context.session.project.project.apply(PlaceClicks(clicks))
+    window.context.session.project.project.apply(place_clicks(clicks))
     qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
 
 
@@ -79,7 +79,7 @@ def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
         for one in four.context.session.project.project.clicks.all()
         if one.camera == "O_right"
     )
-    four.context.session.project.project.apply(DeleteClicks(keys))
+    four.context.session.project.project.apply(delete_clicks(keys))
     qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
     assert four.context.session.cameras.now is None
     assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."

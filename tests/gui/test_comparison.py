@@ -7,7 +7,7 @@ from app.features.track.comparison import compared
 from app.session.judgement import judged, recorded_truth
 from app.session.runs import RunEntry, frames_of_run
 from app.widgets.style.theme import apply_theme
-from app.widgets.tables.runs_panel import ComparisonPanel
+from app.widgets.tables.panels import ComparisonPanel
 from app.widgets.tables.table import Cell
 from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model

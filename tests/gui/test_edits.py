@@ -5,7 +5,7 @@ from PySide6.QtTest import QTest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.clicks import PlaceClicks, place
+from stereotrack_core.project.clicks import place, place_clicks
 from tests.gui.hands import CTRL, key, truth
 
 
@@ -18,7 +18,7 @@ def test_a_swap_that_was_dismissed_is_not_offered_again_and_leaves_redo(four, qt
             (other,) = mixed - {landmark} if landmark in mixed else {landmark}
             seen = truth(four, other if view == "S" else landmark, view)
             clicks.append(Click(0, camera, landmark, seen))
-    four.context.session.project.apply(PlaceClicks(tuple(clicks)))
+    four.context.session.project.apply(place_clicks(tuple(clicks)))
     four.context.session.project.apply(place(Click(2, "N_right", "head", (100.0, 100.0))))
     undone = four.context.session.edits.to_undo().words
     key(four, Qt.Key.Key_Z, CTRL)

@@ -11,8 +11,8 @@ from stereotrack_core.annotation.click import UNCERTAIN, Click, Prediction, Visi
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.project.blind_repeats import ROUND
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import Choose, save_reference
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.entries import choose, save_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
 from tests.gui.hands import click, truth, view
@@ -65,9 +65,9 @@ def annotated(four, qtbot):
     guess = Click(*guess.key, guess.position, Visibility.GUESSED)
     doubt = Click(*doubt.key, doubt.position, flag=UNCERTAIN)
     every = [Click(*place) for place in places(four, CLICKED)]
-    project.apply(PlaceClicks((*every, outside, guess, doubt, *others[2:])))
+    project.apply(place_clicks((*every, outside, guess, doubt, *others[2:])))
     project.apply(save_reference("fit", fitted(four)))
-    project.apply(Choose(REFERENCE.name, "fit"))
+    project.apply(choose(REFERENCE, "fit"))
     found = [Prediction(*place[:3], "fit", place[3]) for place in places(four, EMPTY)]
     project.predictions.replace("fit", found)
     qtbot.waitUntil(four.context.tasks.settled)

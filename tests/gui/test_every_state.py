@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import QSettings
 from PySide6.QtTest import QTest
 
-from app.widgets.scene import renderer
+from app.widgets.scene import drawing
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.tracking.presets import preset
 from tests.gui.kept_window import close_window, show_window
@@ -109,7 +109,7 @@ class Keeper:
 def test_everything_in_every_state(qtbot, processes, kept, tmp_path, recording, state, monkeypatch):
     kept.close()
     if state == "no OpenGL":
-        monkeypatch.setattr(renderer, "_kinds", lambda: iter(()))
+        monkeypatch.setattr(drawing, "_kinds", lambda: iter(()))
     settings = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
     settings.setValue("projects_folder", str(tmp_path / "projects"))
     window = show_window(qtbot, settings, processes)

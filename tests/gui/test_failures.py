@@ -80,10 +80,12 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     QTest.keyClick(panel.tree, Qt.Key.Key_Return)
     assert reviewing.context.session.document.frame in (1, 2, 3)
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))
+    settle(reviewing, qtbot)
     assert rows(reviewing) == []
-    assert reviewing.features.review.failures.chosen is None
-    assert reviewing.features.review.failures.none_listed() == "No failure is listed."
+    assert reviewing.context.session.failures.chosen is None
+    assert reviewing.context.session.failures.none_listed() == "No failure is listed."
     panel.limb.setCurrentIndex(0)
+    settle(reviewing, qtbot)
     assert len(rows(reviewing)) == 1
     settle(reviewing, qtbot)
 

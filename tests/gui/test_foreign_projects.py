@@ -8,10 +8,11 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import Choose, save_landmark_set, save_subject
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.entries import choose, save_landmark_set, save_subject
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
+from stereotrack_core.project.schema import LANDMARK_SET, SUBJECT
 from stereotrack_core.recording.description import Subject
 from tests.gui.hands import heard
 from tests.project.test_runs import run
@@ -37,11 +38,11 @@ def whole(small_recording, tmp_path_factory):
             save_subject(Subject("P", shoulder_width=0.4)),
             save_landmark_set(NINE),
             keep_run("accurate", run()),
-            PlaceClicks((Click(1, "N_right", "head", (100.0, 120.0)),)),
+            place_clicks((Click(1, "N_right", "head", (100.0, 120.0)),)),
         ):
             project.apply(edit)
-        for table, name in (("subject", "P"), ("landmark_set", NINE.name)):
-            project.apply(Choose(table, name))
+        for table, name in ((SUBJECT, "P"), (LANDMARK_SET, NINE.name)):
+            project.apply(choose(table, name))
         for name in SETTINGS:
             project.view_settings.set(name, "anything")
     return path

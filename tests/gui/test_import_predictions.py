@@ -11,10 +11,10 @@ from PySide6.QtTest import QTest
 from app.features.annotate.exchange.predictions import PredictionsDialog
 from app.features.annotate.filling import predicting
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.keypoints.reading import write_table
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.predictions import StoredKeypoints
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
@@ -64,7 +64,7 @@ def imported(window, qtbot, folder):
 def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     window, session = opened, opened.context.session
     project, action = session.project.project, window.context.actions.action
-    project.apply(PlaceClicks((Click(0, "N", "head", (5.0, 5.0)),)))
+    project.apply(place_clicks((Click(0, "N", "head", (5.0, 5.0)),)))
     assert not action("run").isEnabled()
     said = imported(window, qtbot, tmp_path)
     count = project.keypoints.sources()["rtm"]

@@ -21,7 +21,7 @@ FRAME = 2
 
 def look(window, qtbot):
     QTest.keyClick(window, Qt.Key.Key_F12)
-    qtbot.waitUntil(lambda: window.features.inspect.known is not None, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.inspection.known is not None, timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
@@ -56,7 +56,7 @@ def with_run(newly_opened, qtbot):
 def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot):
     window = with_run
     look(window, qtbot)
-    inside, panel = window.features.inspect, window.features.inspect.panel
+    inside, panel = window.context.session.inspection, window.features.inspect.panel
     assert panel.isVisible()
     assert not panel.visibleRegion().isEmpty()
     assert "stored for the previous frame" in panel.beginning.toolTip()
@@ -90,7 +90,7 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot):
 def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_run, qtbot):
     window, dock = with_run, with_run.context.docks.dock
     heights = [dock(name).height() for name in ("scene", "runs", "plot")]
-    inside = window.features.inspect
+    inside = window.context.session.inspection
     window.features.inspect.toggle()
     assert inside.known is None, "the tracker's step is done in a thread of its own"
     qtbot.waitUntil(lambda: inside.known is not None, timeout=60_000)
@@ -107,7 +107,7 @@ def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_
     assert "pose of this frame" in inside.known.done.words
     QTest.keyClick(window, Qt.Key.Key_F12)
     qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
-    assert inside.drawing is None
+    assert window.context.view_state.drawing is None
     assert window.context.docks.views.tiles["N"].camera.picture.overlay.inside is None
     qtbot.waitUntil(
         lambda: [dock(name).height() for name in ("scene", "inside", "plot")] == heights,

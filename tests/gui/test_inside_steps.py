@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from app.features.inspect.contents import content_of
-from app.features.inspect.drawing import drawing_of
-from app.features.inspect.steps import name_of, steps_of
+from app.features.inspect.controller import drawing_of
+from app.session.inspection import name_of, steps_of
 from tests.tracking.test_trace import followed
 
 KINDS = ("thesis", "fast", "scalar")

@@ -13,7 +13,7 @@ from app.session.runs import entry_of_run
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
 from stereotrack_core.tracking.presets import preset
@@ -55,7 +55,7 @@ def failing(recording):
         points[LANDMARKS.index("left_hand")] = points[LANDMARKS.index("left_elbow")]
         points[LANDMARKS.index("left_hand"), 2] -= 0.3
         frames[k] = dataclasses.replace(frames[k], landmarks=points)
-    return assembled(frames, origin.state_names, origin.meta())
+    return assembled(frames, origin.state_names, origin.meta)
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_a_failure_is_clicked_and_tracked_again(annotating, qtbot, recording):
     for name in ("N", "O"):
         x, y = recording.cameras[name].project(recording.reference.points[6, 0])
         click(window, x, y, name)
-    session.project.apply(PlaceClicks(clicked(recording, 6, but=("left_hand",))))
+    session.project.apply(place_clicks(clicked(recording, 6, but=("left_hand",))))
     qtbot.waitUntil(retrack.isEnabled)
     QTest.mouseClick(retrack, LEFT)
     qtbot.waitUntil(lambda: session.runs.active is not first)
@@ -117,7 +117,7 @@ def personalised(window, qtbot, recording):
     window.context.actions.refresh()
     assert "1 frame clicked so far" in personalise.toolTip()
     for frame in (2, 10):
-        session.project.apply(PlaceClicks(clicked(recording, frame)))
+        session.project.apply(place_clicks(clicked(recording, frame)))
     qtbot.waitUntil(personalise.isEnabled)
     QTest.mouseClick(personalise, LEFT)
     qtbot.waitUntil(lambda: bool(session.project.subject().offsets))

@@ -12,8 +12,8 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.project import prefilling
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
-from stereotrack_core.project.marks import FrameFlag, SetFlags
+from stereotrack_core.project.clicks import delete_clicks, place_clicks
+from stereotrack_core.project.marks import FrameFlag, flag_frames
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.gui.hands import undo_words, view
@@ -45,7 +45,7 @@ def truth(window, frame, landmark, camera):
 def click_frames(window, frames):
     cameras = [one.image.camera for one in window.context.session.document.recording.views]
     window.context.session.project.project.apply(
-        PlaceClicks(
+        place_clicks(
             tuple(
                 Click(frame, camera, name, truth(window, frame, name, camera))
                 for frame in frames
@@ -82,9 +82,9 @@ def off_px(window, predictions):
 def test_a_stretch_is_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
     project = clicked.context.session.project.project
     camera = clicked.context.session.document.recording.views[0].image.camera
-    project.apply(SetFlags((FrameFlag(3, "left_hand", "gap"),)))
-    project.apply(PlaceClicks((Click(2, camera, "head", (9.0, 9.0)),)))
-    project.apply(DeleteClicks((Click(2, camera, "head", (9.0, 9.0)).key,)))
+    project.apply(flag_frames((FrameFlag(3, "left_hand", "gap"),)))
+    project.apply(place_clicks((Click(2, camera, "head", (9.0, 9.0)),)))
+    project.apply(delete_clicks((Click(2, camera, "head", (9.0, 9.0)).key,)))
     before = project.clicks.count()
     done(clicked, qtbot, "annotate-propose")
     kept = project.predictions.of_source(PROPOSED)

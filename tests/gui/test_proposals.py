@@ -8,7 +8,7 @@ from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.project.clicks import MarkClicks, PlaceClicks
+from stereotrack_core.project.clicks import mark_clicks, place_clicks
 from stereotrack_core.project.prefilling import set_accepted_sigma
 from tests.gui.hands import (
     CTRL,
@@ -38,7 +38,7 @@ def click_all_but_one(window, frame=0):
     places = [(f"{view}_right", name, truth(window, name, view)) for view in VIEWS
               for name in NINE.names]  # fmt: skip
     made = tuple(Click(frame, *place) for place in places if place[:2] != ("W_right", "head"))
-    window.context.session.project.project.apply(PlaceClicks(made))
+    window.context.session.project.project.apply(place_clicks(made))
 
 
 def proposed(window, name):
@@ -103,11 +103,11 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monke
     monkeypatch.setattr(clicking.annotating, "goes_on", True)
     places = [(f"{view}_right", name, truth(four, name, view)) for view in VIEWS
               for name in NINE.names]  # fmt: skip
-    project.apply(PlaceClicks(tuple(Click(0, *place) for place in places)))
+    project.apply(place_clicks(tuple(Click(0, *place) for place in places)))
     guessed = [ClickKey(0, "N_right", name) for name in ("left_shoulder", "left_elbow", "left_hip")]
-    project.apply(MarkClicks(tuple(guessed), visibility=Visibility.GUESSED))
+    project.apply(mark_clicks(tuple(guessed), visibility=Visibility.GUESSED))
     outside = ClickKey(0, "O_right", "left_hand")
-    project.apply(MarkClicks((outside,), visibility=Visibility.OUTSIDE))
+    project.apply(mark_clicks((outside,), visibility=Visibility.OUTSIDE))
     four.context.session.document.visit(1)
     settle(four, qtbot)
     assert "left_hand" not in proposed(four, "O"), "it is proposed as outside"

@@ -14,7 +14,7 @@ from app.session.session import Snapshot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import reference_quality
-from stereotrack_core.project.entries import Choose, save_reference
+from stereotrack_core.project.entries import choose, save_reference
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -112,7 +112,13 @@ def trigger(window, qtbot, name):
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
-def labels(window):
+def bring_up(window, qtbot, panel):
+    window.context.docks.bring_up(panel)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+
+
+def labels(window, qtbot):
+    bring_up(window, qtbot, "comparison")
     return [row[0].text for row in window.features.track.comparison.table.cells.rows]
 
 
@@ -128,13 +134,13 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
         == "The whole recording has not been fitted yet. Choose Fit whole recording first."
     )
     assert command("errors_against_recording").checked()
-    assert "torso long axis [°]" in labels(window)
+    assert "torso long axis [°]" in labels(window, qtbot)
     by_recording = window.context.session.judging.of(entry).limbs["left_forearm"]
     turned = stating(recorded)
     points = turned.points.copy()
     points[:, 4] += (0.0, 0.0, 0.1)
     project.apply(save_reference("by hand", replace(turned, points=points)))
-    project.apply(Choose(REFERENCE.name, "by hand"))
+    project.apply(choose(REFERENCE, "by hand"))
     qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert (
@@ -144,10 +150,11 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     assert command("errors_against_recording").checked(), "what came with the recording goes first"
     trigger(window, qtbot, "errors_against_project")
     assert command("errors_against_project").checked()
-    assert "torso long axis [°], reference uncertainty 2.0" in labels(window)
+    assert "torso long axis [°], reference uncertainty 2.0" in labels(window, qtbot)
     assert (
         "against the project's reference “by hand”" in window.features.track.comparison.words.text()
     )
+    bring_up(window, qtbot, "numbers")
     assert "reference uncertainty 2.0" in window.features.track.numbers.table.copied_text()
     assert window.features.review.plot.plot._heading.toolTip().startswith(
         "Against the project's reference “by hand”"

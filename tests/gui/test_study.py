@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.features.study import controller as controller_module
-from app.features.study.settings_form import SettingsForm
+from app.features.study.pages import SettingsForm
+from app.session import study as study_module
 from app.session.changes import Part
 from stereotrack_core.errors import InputError
 from stereotrack_core.study.description import StudySettings, read_study, write_study
@@ -19,11 +19,16 @@ pytestmark = pytest.mark.window
 @pytest.fixture
 def studies(window, qtbot, study, monkeypatch):  # noqa: F811
     """The window of a study that was read; runs are made without processes."""
-    monkeypatch.setattr(controller_module, "LocalWorkers", lambda _: InThisProcess())
+    monkeypatch.setattr(study_module, "LocalWorkers", lambda _: InThisProcess())
     window.context.session.open(study.path)
-    studies = window.features.study
-    qtbot.waitUntil(lambda: studies.window is not None and not studies.working, timeout=30_000)
+    studies = window.context.session.study
+    qtbot.waitUntil(lambda: studies.study is not None and not studies.working, timeout=30_000)
     return studies
+
+
+@pytest.fixture
+def sheet(studies, window):
+    return window.features.study.window
 
 
 def names(window):
@@ -37,8 +42,8 @@ def cell(window, recording, heading):
     return window.proxy.index(names(window).index(recording), column)
 
 
-def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, window, qtbot):
-    shown = studies.window
+def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, sheet, window, qtbot):
+    shown = sheet
     assert names(shown) == ["anna/fast", "anna/slow", "ben/slow"]
     assert cell(shown, "ben/slow", "frames").data() == "6"
     header = shown.view.header()
@@ -63,8 +68,8 @@ def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, win
     qtbot.waitUntil(window.context.tasks.settled)
 
 
-def test_recordings_are_removed_and_found_again(studies, qtbot):
-    shown = studies.window
+def test_recordings_are_removed_and_found_again(studies, sheet, qtbot):
+    shown = sheet
     studies.remove(("data/anna/fast",))
     assert names(shown) == ["anna/slow", "ben/slow"]
     assert len(read_study(shown.study.path).rows) == 2
@@ -74,8 +79,8 @@ def test_recordings_are_removed_and_found_again(studies, qtbot):
     assert sorted(names(shown)) == ["anna/fast", "anna/slow", "ben/slow"]
 
 
-def test_what_another_program_wrote_is_never_overwritten(studies, qtbot):
-    shown = studies.window
+def test_what_another_program_wrote_is_never_overwritten(studies, sheet, qtbot):
+    shown = sheet
     other = dataclasses.replace(shown.study, rows=shown.study.rows[:1])
     write_study(other)
     studies.remove(("data/ben/slow",))
@@ -86,8 +91,8 @@ def test_what_another_program_wrote_is_never_overwritten(studies, qtbot):
     assert names(shown) == ["anna/fast"]
 
 
-def test_settings_are_tracked_plotted_and_applied(studies, window, qtbot):
-    shown = studies.window
+def test_settings_are_tracked_plotted_and_applied(studies, sheet, window, qtbot):
+    shown = sheet
     shown.tabs.setCurrentWidget(shown.form)
     shown.form.add("iterations", "many")
     assert "not a valid value" in shown.count.text()
@@ -117,9 +122,8 @@ def test_settings_are_tracked_plotted_and_applied(studies, window, qtbot):
 def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
     w = newly_opened
     w.context.actions.action("sweep").trigger()
-    studies = w.features.study
-    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
-    shown = studies.window
+    qtbot.waitUntil(lambda: not w.context.session.study.working, timeout=30_000)
+    shown = w.features.study.window
     assert shown.tabs.currentWidget() is shown.form
     (row,) = shown.study.rows
     assert shown.study.place(row.recording) == w.context.session.document.recording.folder.resolve()

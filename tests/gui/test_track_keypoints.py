@@ -74,7 +74,7 @@ def tried_and_inspected(window, qtbot):
     assert sorted(trial.frames) == [2, 3, 4]
     assert trial.frames[4].tracked
     context.actions.action("look_inside").trigger()
-    inspect = window.features.inspect
+    inspect = window.context.session.inspection
     qtbot.waitUntil(lambda: inspect.known is not None)
     assert inspect.known.compared == "The result equals the pose of the run."
     kinds = [step.kind for step in inspect.known.steps[:4]]
@@ -86,14 +86,14 @@ def tried_and_inspected(window, qtbot):
 
 def swept(window, qtbot):
     """A sweep takes the keypoints of the project."""
-    studies, project = window.features.study, window.context.session.project.path
+    study, project = window.context.session.study, window.context.session.project.path
     window.context.actions.action("sweep").trigger()
-    qtbot.waitUntil(lambda: not studies.working)
-    (row,) = studies.window.study.rows
-    assert studies.window.study.place(row.keypoints) == project
-    assert studies.window.rows[0].messages == []
-    assert len(studies.window.rows[0].jobs) == 1
-    studies.window.close()
+    qtbot.waitUntil(lambda: not study.working)
+    (row,) = study.study.rows
+    assert study.study.place(row.keypoints) == project
+    assert study.rows[0].messages == []
+    assert len(study.rows[0].jobs) == 1
+    window.features.study.window.close()
 
 
 @pytest.fixture
@@ -158,6 +158,6 @@ def test_keypoints_of_mono_views_come_back_with_a_run(bare, qtbot, tmp_path):
     assert window.context.actions.action("trial_now").isEnabled()
     session.document.go_to(4)
     window.context.actions.action("look_inside").trigger()
-    inspect = window.features.inspect
+    inspect = window.context.session.inspection
     qtbot.waitUntil(lambda: inspect.known is not None)
     assert inspect.known.compared == "The result equals the pose of the run."

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QApplication
 
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.marks import SetKeyframes
+from stereotrack_core.project.marks import mark_keyframes
 from tests.gui.hands import (
     CTRL,
     LEFT,
@@ -81,7 +81,7 @@ def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
 
 def test_one_landmark_goes_through_the_keyframes(four, qtbot):
     document, project = four.context.session.document, four.context.session.project.project
-    project.apply(SetKeyframes((0, 2)))
+    project.apply(mark_keyframes((0, 2)))
     for name in ("advance_none", "advance_frame"):
         four.context.actions.action(name).trigger()
     for frame in (0, 2):

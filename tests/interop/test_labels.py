@@ -4,6 +4,7 @@ import json
 import re
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.coco import read_coco, write_coco
 from stereotrack_core.interop.deeplabcut import file_of_camera, read_deeplabcut, write_deeplabcut
-from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_of, map_names
+from stereotrack_core.interop.label_source import LabelSource, frame_of, map_names
 from stereotrack_core.interop.labels import read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.writing import write_png
@@ -237,15 +238,18 @@ def test_names_are_matched_where_they_mean_the_same():
 
 
 def test_cameras_and_frames_are_told_from_names(recording):
-    assert camera_of("x/N_left/7.png", recording, None, where="f") == "N_left"
-    assert camera_of("x\\N\\7.png", recording, None, where="f") == "N_right"
-    assert camera_of("walk_N_left-12.png", recording, None, where="f") == "N_left"
-    assert camera_of("anything", recording, "S", where="f") == "S"
-    assert camera_of("trial_S.h5", recording, None, where="f") == "S"
+    def camera_of(name, said=None):
+        return LabelSource(Path("f"), recording, camera=said).camera_of(name, "f")
+
+    assert camera_of("x/N_left/7.png") == "N_left"
+    assert camera_of("x\\N\\7.png") == "N_right"
+    assert camera_of("walk_N_left-12.png") == "N_left"
+    assert camera_of("anything", "S") == "S"
+    assert camera_of("trial_S.h5") == "S"
     others = [("walk.png", None), ("S_N_left.png", None), ("a.png", "X"), ("trial_S1.h5", None)]
     for name, said in (*others, ("S12.png", None), ("1S.png", None)):
         with pytest.raises(InputError):
-            camera_of(name, recording, said, where="f")
+            camera_of(name, said)
     numbered = "cam2/img_0012.png cam02.0012.json 0012_cam1.png 0012-c3.png cam12.h5"
     for name in numbered.split():
         assert frame_of(name, ["c3"], where="f") == 12

@@ -58,9 +58,9 @@ def _elbows(pose):
 
 def _outside_torso(body, point):
     """Distance of a point of the torso's frame from its large cone and the way out (3,)."""
-    c, turn, origin = body.cones, body.cones.rotations[0], body.cones.origins[0]
+    c, turn, origin = body.cones, body.cones["rotation"][0], body.cones["origin"][0]
     x, y, z = (point - origin) @ turn
-    r1, r2, h, s = c.r1[0], c.r2[0], c.height[0], c.flatness[0]
+    r1, r2, h, s = (c[name][0] for name in ("r1", "r2", "height", "flatness"))
     rho = np.hypot(x, y / s)
     u = ((rho - r1) * (r2 - r1) + z * h) / ((r2 - r1) ** 2 + h**2)
     foot = np.array([x / rho, y / rho, 0.0]) * (r1 + np.clip(u, 0, 1) * (r2 - r1))

@@ -4,8 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.pose_model.crops import Crop, whole_picture
-from stereotrack_core.pose_model.pictures import as_rgb, as_uint8, shaded_depth
+from stereotrack_core.pose_model.crops import Crop, as_rgb, as_uint8, shaded_depth, whole_picture
 
 SIZE = (256, 256)
 SPOT = np.array([140.0, 90.0])

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from stereotrack_core.pose_model.detect import Whereabouts, detect_person
 from stereotrack_core.pose_model.detector import POINT_NAMES
-from stereotrack_core.pose_model.following import Whereabouts, detect_person
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.program import main
 from stereotrack_core.recording.folder import open_recording

@@ -16,7 +16,6 @@ from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.writing import write_png, write_recording_description
 
 WIDTH, HEIGHT = 64, 48
-
 PROCESSES = multiprocessing.get_context("forkserver" if hasattr(os, "fork") else "spawn")
 PROCESSES.set_forkserver_preload(["stereotrack_core.project.project"])
 """Processes that can be killed; forked, so that not each of them loads the program."""

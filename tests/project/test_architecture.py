@@ -142,7 +142,6 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/interop/records.py": {"touch", "open"},  # they are only ever added to
     "stereotrack_core/project/runs.py": {"open"},  # to hold it, as nothing is written
     "stereotrack_core/locks.py": {"open"},  # a note for people who wait
-    "stereotrack_core/project/opening.py": {"copyfile"},
     "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
     "stereotrack_core/interop/calibrations/opencv_storage.py": {"FileStorage"},  # into memory
     "stereotrack_core/interop/npz.py": {"savez", "savez_compressed"},  # into memory

@@ -9,7 +9,7 @@ from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visib
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
+from stereotrack_core.project.clicks import delete_clicks, move_clicks, place_clicks
 from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.prefilling import (
     accept_predictions,
@@ -35,7 +35,7 @@ def predicted(frame, camera="N_right", landmark="left_elbow", sigma=3.0, source=
 def test_predictions_go_where_nobody_has_said_anything(project):
     deleted = ClickKey(2, "N_right", "left_elbow")
     project.apply(
-        PlaceClicks(
+        place_clicks(
             (
                 Click(0, "N_right", "left_elbow", (1.0, 2.0)),
                 Click(1, "N_right", "left_elbow", None, Visibility.OUTSIDE),
@@ -43,7 +43,7 @@ def test_predictions_go_where_nobody_has_said_anything(project):
             )
         )
     )
-    project.apply(DeleteClicks((deleted,)))
+    project.apply(delete_clicks((deleted,)))
     before = project.clicks.all(with_deleted=True)
     all_of_them = [
         predicted(frame, camera) for frame in range(3) for camera in ("N_right", "S_cam")
@@ -73,9 +73,7 @@ def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(proj
     ]
     project.keypoints.put(DetectorState(("rough", "fine"), keypoints_of(rows), ()))
     chosen = Selection(range(1, 3))
-    said = fill_in(
-        project, detector_filling(project, {}, AVERAGE), chosen, lambda *_: None, lambda: False
-    )
+    said = fill_in(project, detector_filling(project, {}, AVERAGE), chosen)
     assert said == "8 points predicted from the keypoints."
     assert {one.landmark for one in project.predictions.at(1)} == {"left_elbow", "left_hand"}
     project.apply(accept_predictions(project, ("rough", "fine"), chosen, "points"))
@@ -90,7 +88,7 @@ def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):
     project.predictions.replace("fit", [predicted(0)])
     project.apply(accept_predictions(project, ("fit",), Selection(range(1)), "points"))
     key = ClickKey(0, "N_right", "left_elbow")
-    project.apply(MoveClicks((key,), (0.5, 0.0)))
+    project.apply(move_clicks((key,), (0.5, 0.0)))
     assert project.clicks.get(key).origin == "hand"
     project.undo()
     assert project.clicks.get(key).origin == "accepted"

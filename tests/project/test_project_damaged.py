@@ -1,6 +1,5 @@
 """A damaged project is told from a whole one, and its backup is named."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.locks import lock_path
-from stereotrack_core.project.clicks import PlaceClicks, place
+from stereotrack_core.project.clicks import place, place_clicks
 from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.project import Project
 
@@ -22,7 +21,7 @@ def clicks(project) -> dict[object, Click]:
     """Two thousand clicks in the project, made by twenty edits."""
     for first in range(0, 1000, 50):
         project.apply(
-            PlaceClicks(
+            place_clicks(
                 tuple(
                     Click(frame, "N_right", landmark, (float(frame), 2.5))
                     for frame in range(first, first + 50)
@@ -74,11 +73,13 @@ def test_the_backup_made_before_a_change_of_format_is_named(project, project_pat
 
 def test_a_full_drive_takes_nothing_that_was_saved(project, project_path):
     def limit(pages: int) -> None:
-        project._access.rows(f"PRAGMA max_page_count = {pages}")
+        with project._access.alone() as database:
+            database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+            database.execute(f"PRAGMA max_page_count = {pages}").fetchall()
 
     project.apply(place(ELBOW))
-    limit(os.path.getsize(project_path) // PAGE)
-    many = PlaceClicks(tuple(Click(frame, "S_cam", "head", (1.0, 2.0)) for frame in range(5000)))
+    limit(1)  # no more than there are
+    many = place_clicks(tuple(Click(frame, "S_cam", "head", (1.0, 2.0)) for frame in range(5000)))
     with pytest.raises(InputError, match=r"no space left.*All earlier edits are saved"):
         project.apply(many)
     assert [click.key for click in project.clicks.all()] == [ELBOW.key]

@@ -20,18 +20,18 @@ from stereotrack_core.annotation.click import (
 )
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import (
-    AcceptPredictions,
-    BlindRepeat,
-    DeleteClicks,
-    MarkClicks,
-    MoveClicks,
-    PlaceClicks,
-    SwapLandmarks,
+    accept_points,
+    blind_repeat,
+    delete_clicks,
+    mark_clicks,
+    move_clicks,
     place,
+    place_clicks,
+    swap_landmarks,
 )
 from stereotrack_core.project.database import make_database
-from stereotrack_core.project.edit import Together
-from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.edit import together
+from stereotrack_core.project.marks import FrameFlag, flag_frames, mark_keyframes
 from stereotrack_core.project.project import Project
 
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
@@ -45,7 +45,7 @@ def said(clicks: tuple[Click, ...]) -> dict[ClickKey, Click]:
 
 
 def test_a_click_is_there_the_moment_it_is_placed_and_after_reopening(project, project_path):
-    project.apply(PlaceClicks((ELBOW, OTHER, HIDDEN)))
+    project.apply(place_clicks((ELBOW, OTHER, HIDDEN)))
     expected = {click.key: click for click in (ELBOW, OTHER, HIDDEN)}
     assert said(project.clicks.at(1)) == expected
     project.close()
@@ -58,15 +58,15 @@ def test_a_click_is_there_the_moment_it_is_placed_and_after_reopening(project, p
 def test_undo_and_redo_work_through_everything_after_reopening(project, project_path):
     edits = [
         place(ELBOW),
-        PlaceClicks((OTHER, HIDDEN)),
-        MoveClicks((ELBOW.key,), (0.5, -0.25)),
-        MarkClicks((ELBOW.key, OTHER.key), flag=UNCERTAIN, sigma=4.0),
-        SwapLandmarks(1, "N_right", "left_elbow", "right_elbow"),
-        DeleteClicks((OTHER.key, HIDDEN.key)),
-        SetFlags((FrameFlag(2, "left_elbow", "gap", "arm behind the back"),)),
-        SetKeyframes((0, 1, 2)),
-        SetKeyframes((1,), "done"),
-        BlindRepeat(1, PlaceClicks((replace(ELBOW, position=(11.0, 20.0)),))),
+        place_clicks((OTHER, HIDDEN)),
+        move_clicks((ELBOW.key,), (0.5, -0.25)),
+        mark_clicks((ELBOW.key, OTHER.key), flag=UNCERTAIN, sigma=4.0),
+        swap_landmarks(1, "N_right", "left_elbow", "right_elbow"),
+        delete_clicks((OTHER.key, HIDDEN.key)),
+        flag_frames((FrameFlag(2, "left_elbow", "gap", "arm behind the back"),)),
+        mark_keyframes((0, 1, 2)),
+        mark_keyframes((1,), "done"),
+        blind_repeat(1, place_clicks((replace(ELBOW, position=(11.0, 20.0)),))),
     ]
     states = [content(project)]
     for edit in edits:
@@ -98,9 +98,9 @@ def content(project: Project) -> tuple[object, ...]:
 def test_edits_are_told_in_words(project):
     project.apply(place(ELBOW))
     assert project.history.to_undo().words == "place left elbow in N_right, frame 1"
-    project.apply(PlaceClicks((replace(ELBOW, frame=4), replace(OTHER, camera="S_cam"))))
+    project.apply(place_clicks((replace(ELBOW, frame=4), replace(OTHER, camera="S_cam"))))
     assert project.history.to_undo().words == "place 2 landmarks in 2 cameras, frames 1 to 4"
-    project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.GUESSED))
+    project.apply(mark_clicks((ELBOW.key,), visibility=Visibility.GUESSED))
     words = project.history.to_undo().words
     assert words == "mark left elbow in N_right, frame 1, as guessed"
     project.undo()
@@ -110,32 +110,32 @@ def test_edits_are_told_in_words(project):
 def test_nudges_of_two_people_stay_two_edits(project):
     project.apply(place(ELBOW))
     for project.who in ("A", "A", "B", "B"):
-        project.apply(MoveClicks((ELBOW.key,), (0.5, 0.0)), continues=True)
+        project.apply(move_clicks((ELBOW.key,), (0.5, 0.0)), continues=True)
     assert [entry.who for entry in project.history.entries()] == ["B", "A", "A"]
     project.undo()
     assert project.clicks.get(ELBOW.key).position == (11.25, 20.5)
 
 
 def test_outside_takes_the_place_away_and_seen_does_not_invent_one(project):
-    project.apply(PlaceClicks((ELBOW, HIDDEN)))
-    project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.OUTSIDE))
+    project.apply(place_clicks((ELBOW, HIDDEN)))
+    project.apply(mark_clicks((ELBOW.key,), visibility=Visibility.OUTSIDE))
     assert project.clicks.get(ELBOW.key).position is None
     with pytest.raises(InputError, match=r"left elbow in S_cam.*Click its position"):
-        project.apply(MarkClicks((HIDDEN.key,), visibility=Visibility.SEEN))
+        project.apply(mark_clicks((HIDDEN.key,), visibility=Visibility.SEEN))
     project.undo()
     assert project.clicks.get(ELBOW.key).position == ELBOW.position
     with pytest.raises(InputError, match="0 px"):
-        MarkClicks((ELBOW.key,), sigma=0.0)
+        mark_clicks((ELBOW.key,), sigma=0.0)
 
 
 def test_nudges_become_one_edit_but_not_with_what_was_before_an_undo(project):
     project.apply(place(ELBOW))
-    nudge = MoveClicks((ELBOW.key,), (0.5, 0.0))
+    nudge = move_clicks((ELBOW.key,), (0.5, 0.0))
     for _ in range(4):
         project.apply(nudge, continues=True)
     assert project.clicks.get(ELBOW.key).position == (12.25, 20.5)
     assert len(project.history.entries()) == 2
-    project.apply(replace(nudge, by=(9.0, 0.0)))
+    project.apply(move_clicks((ELBOW.key,), (9.0, 0.0)))
     project.undo()
     project.apply(nudge, continues=True)
     assert [entry.state for entry in project.history.entries()] == ["done", "dropped"] + [
@@ -148,7 +148,7 @@ def test_nudges_become_one_edit_but_not_with_what_was_before_an_undo(project):
 
 def test_an_edit_that_fails_in_part_does_nothing(project):
     project.apply(place(ELBOW))
-    wrong = Together("both", (place(OTHER), BlindRepeat(0, PlaceClicks((ELBOW,)))))
+    wrong = together("both", (place(OTHER), blind_repeat(0, place_clicks((ELBOW,)))))
     with pytest.raises(InputError, match="no blind repeat 0"):
         project.apply(wrong)
     assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
@@ -158,7 +158,7 @@ def test_an_edit_that_fails_in_part_does_nothing(project):
 def test_listeners_are_told_what_changed_and_when_it_is_taken_back(project):
     heard = []
     forget = project.on_change(heard.append)
-    project.apply(PlaceClicks((ELBOW, replace(OTHER, frame=7))))
+    project.apply(place_clicks((ELBOW, replace(OTHER, frame=7))))
     project.undo()
     project.redo()
     forget()
@@ -196,9 +196,9 @@ def test_accepted_predictions_never_replace_what_a_person_said(project):
         Prediction(frame, "N_right", "left_elbow", "run", (50.0, float(frame)))
         for frame in (1, 2, 3)
     ]
-    project.apply(PlaceClicks((ELBOW, replace(ELBOW, frame=2))))
-    project.apply(DeleteClicks((replace(ELBOW, frame=2).key,)))
-    project.apply(AcceptPredictions(tuple(predicted)))
+    project.apply(place_clicks((ELBOW, replace(ELBOW, frame=2))))
+    project.apply(delete_clicks((replace(ELBOW, frame=2).key,)))
+    project.apply(accept_points(tuple(predicted)))
     assert {click.frame: click.origin for click in project.clicks.all()} == {
         1: "hand",
         3: "accepted",
@@ -206,55 +206,55 @@ def test_accepted_predictions_never_replace_what_a_person_said(project):
     assert project.clicks.at(3)[0].position == (50.0, 3.0)
     words = "accept left elbow in N_right, frames 1 to 3"
     assert project.history.to_undo().words == words
-    project.apply(AcceptPredictions((predicted[1],), even_deleted=True))
+    project.apply(accept_points((predicted[1],), even_deleted=True))
     assert project.clicks.at(2)[0].position == (50.0, 2.0)
-    assert project.apply(AcceptPredictions((predicted[0],), even_deleted=True)) is None
+    assert project.apply(accept_points((predicted[0],), even_deleted=True)) is None
 
 
 def test_edits_of_a_second_reading_do_what_they_do_to_the_first(project):
     first = (ELBOW, OTHER)
-    project.apply(PlaceClicks(first))
+    project.apply(place_clicks(first))
     outside = replace(OTHER, position=None, visibility=Visibility.OUTSIDE)
     there = (replace(ELBOW, position=(12.0, 19.0)), outside)
 
     def after(edit):
-        project.apply(BlindRepeat(1, PlaceClicks(there)))
-        made = project.apply(BlindRepeat(1, edit))
+        project.apply(blind_repeat(1, place_clicks(there)))
+        made = project.apply(blind_repeat(1, edit))
         found = {click.landmark: click for click in project.clicks.again_at(1, 1)}
         if made is not None:
-            assert made.words == f"{edit.words()}, blind repeat"
+            assert made.words == f"{edit.words}, blind repeat"
             project.undo()
         assert tuple(said(project.clicks.at(1)).values()) == first
         return found if made is not None else None
 
     head = replace(ELBOW, landmark="head")
     assert after(place(head))["head"].position == head.position
-    moved = after(MoveClicks((ELBOW.key, OTHER.key), (1.0, -1.0)))
+    moved = after(move_clicks((ELBOW.key, OTHER.key), (1.0, -1.0)))
     assert moved["left_elbow"].position == (13.0, 18.0)
     assert moved["right_elbow"].position is None
-    assert "left_elbow" not in after(DeleteClicks((ELBOW.key,)))
-    assert after(DeleteClicks((head.key,))) is None
-    marked = after(MarkClicks((ELBOW.key,), visibility=Visibility.OUTSIDE))["left_elbow"]
+    assert "left_elbow" not in after(delete_clicks((ELBOW.key,)))
+    assert after(delete_clicks((head.key,))) is None
+    marked = after(mark_clicks((ELBOW.key,), visibility=Visibility.OUTSIDE))["left_elbow"]
     assert (marked.position, marked.visibility) == (None, Visibility.OUTSIDE)
-    assert after(MarkClicks((ELBOW.key,), flag=UNCERTAIN, sigma=3.0))["left_elbow"].sigma == 3.0
+    assert after(mark_clicks((ELBOW.key,), flag=UNCERTAIN, sigma=3.0))["left_elbow"].sigma == 3.0
     predicted = [Prediction(*key, "x", (5.0, 5.0)) for key in (ELBOW.key, head.key)]
-    accepted = after(AcceptPredictions(tuple(predicted)))
+    accepted = after(accept_points(tuple(predicted)))
     assert accepted["left_elbow"].origin == "hand"
     assert accepted["head"].origin == "accepted"
-    swapped = after(SwapLandmarks(1, "N_right", "left_elbow", "right_elbow"))
+    swapped = after(swap_landmarks(1, "N_right", "left_elbow", "right_elbow"))
     assert swapped["right_elbow"].position == (12.0, 19.0)
 
 
 def test_lanes_and_progress_follow_from_what_is_stored(project):
     assert project.progress().words() == "0 clicks, no keyframes set"
     far = replace(OTHER, frame=6, flag=UNCERTAIN)
-    project.apply(PlaceClicks((ELBOW, OTHER, HIDDEN, far, replace(ELBOW, camera="N_left"))))
+    project.apply(place_clicks((ELBOW, OTHER, HIDDEN, far, replace(ELBOW, camera="N_left"))))
     project.apply(place(replace(OTHER, frame=5)))
-    project.apply(DeleteClicks((replace(OTHER, frame=5).key,)))
-    project.apply(SetKeyframes((1, 2, 6, 7)))
-    project.apply(SetKeyframes((1, 6), "done"))
-    project.apply(SetFlags((FrameFlag(2), FrameFlag(3), FrameFlag(7))))
-    project.apply(SetFlags((FrameFlag(7),), off=True))
+    project.apply(delete_clicks((replace(OTHER, frame=5).key,)))
+    project.apply(mark_keyframes((1, 2, 6, 7)))
+    project.apply(mark_keyframes((1, 6), "done"))
+    project.apply(flag_frames((FrameFlag(2), FrameFlag(3), FrameFlag(7))))
+    project.apply(flag_frames((FrameFlag(7),), off=True))
     places = {(one.frame, one.landmark) for one in project.clicks.all()}
     assert [one[:2] for one in project.clicks.seen()] == sorted(places)
     assert project.clicks.seen(2, 7) == (Seen(6, "right_elbow", 1, True),)
@@ -290,12 +290,12 @@ class EditedProject(RuleBasedStateMachine):
     @rule(keys=st.lists(keys, min_size=1, max_size=4, unique=True), x=st.floats(0, 63))
     def place(self, keys, x):
         clicks = [Click(*key, (x, 2.0)) for key in keys]
-        self.project.apply(PlaceClicks(tuple(clicks)))
+        self.project.apply(place_clicks(tuple(clicks)))
         self.after({**self.states[self.now], **{click.key: click for click in clicks}})
 
     @rule(keys=st.lists(keys, min_size=1, max_size=4, unique=True))
     def delete(self, keys):
-        self.project.apply(DeleteClicks(tuple(keys)))
+        self.project.apply(delete_clicks(tuple(keys)))
         state = dict(self.states[self.now])
         for key in keys:
             if key in state:
@@ -304,7 +304,7 @@ class EditedProject(RuleBasedStateMachine):
 
     @rule(frame=st.integers(0, 2))
     def swap(self, frame):
-        self.project.apply(SwapLandmarks(frame, "N_right", "left_elbow", "right_elbow"))
+        self.project.apply(swap_landmarks(frame, "N_right", "left_elbow", "right_elbow"))
         state = dict(self.states[self.now])
         keys = [ClickKey(frame, "N_right", f"{side}_elbow") for side in ("left", "right")]
         there = [state.get(key) for key in keys]

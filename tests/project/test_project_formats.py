@@ -8,7 +8,7 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.detectors import removal
 from stereotrack_core.project.predictions import DetectorState
 from stereotrack_core.project.project import Project
@@ -25,7 +25,7 @@ ROWS = (
 @pytest.fixture
 def old(project, project_path):
     """A project of format 1 with a click."""
-    project.apply(PlaceClicks((Click(0, "S_cam", "head", (1.0, 2.0)),)))
+    project.apply(place_clicks((Click(0, "S_cam", "head", (1.0, 2.0)),)))
     project.close()
     with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
         database.execute("DROP TABLE keypoint")

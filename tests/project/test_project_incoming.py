@@ -7,7 +7,7 @@ import pytest
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.project.clicks import DeleteClicks, MarkClicks, PlaceClicks, place
+from stereotrack_core.project.clicks import delete_clicks, mark_clicks, place, place_clicks
 from stereotrack_core.project.merging import incoming
 from stereotrack_core.project.project import Project
 
@@ -25,13 +25,13 @@ def second_project(recording, project_path):
     path = project_path.with_name("second.stereotrack")
     with Project.create(path, recording.folder, who="B") as made:
         moved, unlike = replace(B, position=(11.0, 20.0)), replace(C, camera="S_cam")
-        made.apply(PlaceClicks((A, moved, unlike)))
+        made.apply(place_clicks((A, moved, unlike)))
     with Project.open(path, read_only=True) as reading:
         yield reading
 
 
 def test_two_projects_are_merged_by_one_edit(project, second_project):
-    project.apply(PlaceClicks((A, B, C)))
+    project.apply(place_clicks((A, B, C)))
     theirs = second_project.clicks.all(with_deleted=True)
     found = incoming(project.clicks.all(with_deleted=True), theirs, "second")
     assert [click.camera for click in found.new] == ["S_cam"]
@@ -55,8 +55,8 @@ def test_two_projects_are_merged_by_one_edit(project, second_project):
 
 
 def test_a_deleted_click_does_not_come_back_by_itself(project):
-    project.apply(PlaceClicks((A,)))
-    project.apply(DeleteClicks((A.key,)))
+    project.apply(place_clicks((A,)))
+    project.apply(delete_clicks((A.key,)))
     found = incoming(project.clicks.all(with_deleted=True), [A], "a file")
     assert found.new == ()
     assert found.conflicts[0].kind == "only second"
@@ -68,8 +68,8 @@ def test_a_deleted_click_does_not_come_back_by_itself(project):
 
 def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path):
     """Flag and sigma have no column; to read the file again must not ask or change them."""
-    project.apply(PlaceClicks((A, B)))
-    project.apply(MarkClicks((A.key,), flag="uncertain", sigma=5.0))
+    project.apply(place_clicks((A, B)))
+    project.apply(mark_clicks((A.key,), flag="uncertain", sigma=5.0))
     path = tmp_path / "clicks.csv"
     write_clicks(path, project.clicks.all(), recording)
     clicks = read_clicks(path, recording).checked()
@@ -96,8 +96,8 @@ def click(frame, x, landmark="head", **more):
 
 
 def test_each_decision_holds_for_all_and_is_undone_at_once(project):
-    project.apply(PlaceClicks((click(0, 1.0), click(1, 1.0), click(2, 1.0), click(3, 1.0))))
-    project.apply(DeleteClicks((click(2, 1.0).key,)))
+    project.apply(place_clicks((click(0, 1.0), click(1, 1.0), click(2, 1.0), click(3, 1.0))))
+    project.apply(delete_clicks((click(2, 1.0).key,)))
     theirs = [click(0, 1.0), click(1, 5.0), click(2, 5.0), click(4, 7.0)]
     found = incoming(project.clicks.all(with_deleted=True), theirs, "B")
 
@@ -105,7 +105,7 @@ def test_each_decision_holds_for_all_and_is_undone_at_once(project):
         return {one.frame: one.position[0] for one in project.clicks.all()}
 
     edit = found.edit("mean")
-    assert edit.words() == "merge 2 clicks, 1 of them mean positions, from B"
+    assert edit.words == "merge 2 clicks, 1 of them mean positions, from B"
     project.apply(edit)
     assert places() == {0: 1.0, 1: 3.0, 3: 1.0, 4: 7.0}  # no mean with a click that is gone
     assert project.clicks.get(click(1, 1.0).key).origin == "merged"
@@ -118,7 +118,7 @@ def test_each_decision_holds_for_all_and_is_undone_at_once(project):
 def test_a_mean_is_as_doubtful_as_the_worse_of_both(project):
     project.apply(place(click(0, 2.0, sigma=2.0, flag=UNCERTAIN)))
     theirs = click(0, 4.0, sigma=2.0, visibility=Visibility.GUESSED)
-    (mean,) = incoming(project.clicks.all(), [theirs], "B").edit("mean").clicks
+    (mean,) = incoming(project.clicks.all(), [theirs], "B").taken("mean")
     assert mean.position == (3.0, 10.0)
     assert mean.visibility == Visibility.GUESSED
     assert mean.flag == UNCERTAIN

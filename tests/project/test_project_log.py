@@ -1,5 +1,6 @@
 """A project that a person edits in a window: nobody waits for the drive or for a long edit."""
 
+import multiprocessing
 import shutil
 import sqlite3
 import threading
@@ -11,9 +12,8 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import PlaceClicks, place
-from stereotrack_core.project.connection import LogWriter
-from stereotrack_core.project.database import ProjectDamaged
+from stereotrack_core.project import opening
+from stereotrack_core.project.clicks import place, place_clicks
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 
@@ -26,38 +26,28 @@ def click(frame):
 
 @pytest.fixture
 def edited(path) -> Iterator[Project]:
-    with Project.open(path, who="A", interactive=True) as project:
+    with Project.open(path, who="A") as project:
         yield project
-
-
-class Long(Edit):
-    """An edit that ends when the test says so."""
-
-    kind = "long"
-
-    def __init__(self):
-        self.begun, self.go = threading.Event(), threading.Event()
-
-    def words(self):
-        return "a long edit"
-
-    def changes(self, state, stamp):
-        self.begun.set()
-        assert self.go.wait(PATIENCE_S)
-        return PlaceClicks(tuple(map(click, range(100, 200)))).changes(state, stamp)
 
 
 @contextmanager
 def editing(project):
     """A long edit is under way in another thread within the block."""
-    edit = Long()
+    begun, go = threading.Event(), threading.Event()
+
+    def changes(state, stamp):
+        begun.set()
+        assert go.wait(PATIENCE_S)
+        return place_clicks(list(map(click, range(100, 200)))).changes(state, stamp)
+
+    edit = Edit("long", "a long edit", changes)
     thread = threading.Thread(target=project.apply, args=(edit,))
     thread.start()
-    assert edit.begun.wait(PATIENCE_S)
+    assert begun.wait(PATIENCE_S)
     try:
         yield
     finally:
-        edit.go.set()
+        go.set()
         thread.join(PATIENCE_S)
 
 
@@ -84,6 +74,21 @@ def test_one_file_is_left_by_who_closes_it(path, edited):
         assert database.execute("SELECT count(*) FROM click").fetchone()[0] == 1
 
 
+def test_the_log_is_brought_into_the_file_when_nobody_edits(path, edited):
+    def in_the_file() -> int:
+        """Clicks of the file without its log; 0 in the middle of being written."""
+        alone = sqlite3.connect(f"{path.as_uri()}?immutable=1", uri=True)
+        with closing(alone), suppress(sqlite3.DatabaseError):
+            return alone.execute("SELECT count(*) FROM click").fetchone()[0]
+        return 0
+
+    edited.apply(place(click(3)))
+    end = time.monotonic() + PATIENCE_S
+    while not in_the_file():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
 def test_a_reader_does_not_make_the_next_program_refuse_it(path, edited):
     edited.apply(place(click(3)))
     with closing(sqlite3.connect(path)) as reader:
@@ -94,46 +99,67 @@ def test_a_reader_does_not_make_the_next_program_refuse_it(path, edited):
                 assert project.clicks.count() == 1
 
 
-def test_a_copy_has_what_was_edited_before_the_last_moment(path, edited, tmp_path):
-    for frame in range(50):
+def test_a_copy_of_an_open_project_needs_what_is_beside_it(path, edited, tmp_path):
+    for frame in range(120):
         edited.apply(place(click(frame)))
-    found, end = 0, time.monotonic() + PATIENCE_S
-    while found < 50 and time.monotonic() < end:
-        copy = tmp_path / "copy" / path.name
-        copy.parent.mkdir(exist_ok=True)
-        shutil.copyfile(path, copy)
-        # a copy that was made while the log was taken into the file is damaged, and refused
-        with suppress(ProjectDamaged), Project.open(copy, read_only=True) as project:
-            found = project.clicks.count()
-            assert "copied or moved while" in project.notes[0].what
-    assert found == 50
+    both, alone = tmp_path / "both" / path.name, tmp_path / "alone" / path.name
+    for copy, files in ((both, path.parent.glob(f"{path.name}*")), (alone, [path])):
+        copy.parent.mkdir()
+        for one in files:
+            if not one.name.endswith("-shm"):
+                shutil.copyfile(one, copy.with_name(one.name))
+    for copy, least in ((both, 120), (alone, 0)):
+        for read_only in (True, False):
+            with Project.open(copy, read_only=read_only) as project:
+                assert least <= project.clicks.count() <= 120
+                (note,) = project.notes
+                assert "copied or moved while" in note.what
+                assert f"{path.name}-wal" in note.remedy
+        with Project.open(copy) as project:
+            assert project.notes == ()
 
 
-def test_a_crash_leaves_all_of_it_beside_the_file(path, tmp_path, monkeypatch):
-    monkeypatch.setattr(LogWriter, "soon", lambda _log: None)  # killed before it was written
-    with Project.open(path, who="A", interactive=True) as project:
+def edit_without_end(path, pipe) -> None:
+    """Click, and begin an edit that does not fit into memory."""
+    with Project.open(path, who="A") as project:
         for frame in range(50):
             project.apply(place(click(frame)))
-        killed = tmp_path / "killed"
-        killed.mkdir()
-        for one in (path, path.with_name(f"{path.name}-wal")):
-            shutil.copyfile(one, killed / one.name)
-    for read_only in (True, False):
-        with Project.open(killed / path.name, read_only=read_only) as found:
-            assert found.clicks.count() == 50
+        with project._access.writing() as database:
+            database.execute("PRAGMA cache_size = 1")
+            database.execute("UPDATE click SET x = x + 1")
+            pipe.send("half")
+            pipe.recv()
 
 
-def test_a_drive_of_the_network_keeps_to_one_file(path):
-    with Project.open(path, interactive=True, mounts=[("/", "nfs4")]) as project:
-        project.apply(place(click(3)))
-        assert not path.with_name(f"{path.name}-wal").exists()
+@pytest.mark.parametrize("network", [False, True])
+def test_an_edit_that_a_kill_ended_is_taken_back(path, network, monkeypatch):
+    if network:
+        monkeypatch.setattr(opening, "machine_mounts", lambda: (("/", "nfs4"),))
+    pipe, other = multiprocessing.get_context("fork").Pipe()
+    process = multiprocessing.get_context("fork").Process(
+        target=edit_without_end, args=(path, other)
+    )
+    process.start()
+    assert pipe.recv() == "half"
+    process.kill()
+    process.join()
+    if not network:
+        with Project.open(path, read_only=True) as project:
+            assert project.clicks.count() == 50
+    with Project.open(path) as project:
+        assert [one.position for one in project.clicks.all()] == [
+            click(k).position for k in range(50)
+        ]
+        assert "did not close it; all edits are saved" in project.notes[0].what
+        assert project.undo() is not None
+    assert [one.name for one in path.parent.iterdir()] == [path.name]
 
 
 def test_closing_waits_for_whoever_reads(path):
     """SQLite ends the program where a connection is closed that another thread reads from."""
     for _ in range(40):
-        with Project.open(path, who="A", interactive=True) as project:
-            project.apply(PlaceClicks(tuple(map(click, range(300)))))
+        with Project.open(path, who="A") as project:
+            project.apply(place_clicks(tuple(map(click, range(300)))))
             begun, ended = threading.Event(), []
 
             def read(project=project, begun=begun, ended=ended):

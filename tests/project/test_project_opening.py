@@ -18,13 +18,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.locks import lock_path
 from stereotrack_core.project import opening
 from stereotrack_core.project.clicks import place
-from stereotrack_core.project.database import make_database
 from stereotrack_core.project.project import Project
 from tests.project.conftest import PROCESSES
 
 ROOT = Path(__file__).parents[2]
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
-NETWORK = (("/", "nfs4"),)
 
 
 def hold(path, pipe) -> None:
@@ -95,7 +93,7 @@ def test_edits_never_go_into_a_file_that_is_gone(project, project_path, tmp_path
     else:
         project_path.unlink()
     if how == "replaced":
-        make_database(project_path)
+        project_path.touch()
     with pytest.raises(InputError, match=r"while it was open.*Save a copy"):
         project.undo()
     project.save_copy(copy)
@@ -130,12 +128,15 @@ def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_p
 def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, monkeypatch):
     """The system's lock may not reach from machine to machine; the note in the file does."""
     project.close()
+    monkeypatch.setattr(opening, "machine_mounts", lambda: (("/", "nfs4"),))
     left = locks.Owner("other-machine", 5, "B", locks.now())
     with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
         opening.write_owner(database, left)
     with pytest.raises(InputError, match=r"process 5 on other-machine.*force unlock the project"):
-        Project.open(project_path, mounts=NETWORK)
-    with Project.open(project_path, mounts=NETWORK, take_over=True) as taken:
+        Project.open(project_path)
+    with Project.open(project_path, take_over=True) as taken:
+        taken.apply(place(ELBOW))
+        assert not project_path.with_name(f"{project_path.name}-wal").exists()
         assert any("process 5 on other-machine" in note.what for note in taken.notes)
 
 
@@ -193,6 +194,9 @@ def test_a_project_in_a_read_only_folder_is_read_as_it_is(project, project_path,
     project.apply(place(ELBOW))
     if how == "closed":
         project.close()
+    else:
+        with project._access.alone() as database:
+            database.execute("PRAGMA wal_checkpoint").fetchall()
     shutil.copyfile(project_path, folder / project_path.name)
     content, note, refused = asked_without_rights(folder / project_path.name)
     assert content == "[(10.25, 20.5)]"

@@ -10,9 +10,10 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
+from stereotrack_core.project import opening
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.entries import save_reference
-from stereotrack_core.project.opening import mounts_of_linux, mounts_of_macos, network_type
+from stereotrack_core.project.opening import mounts_of_linux, mounts_of_macos
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import project_path_for, projects_of
 
@@ -140,5 +141,6 @@ MACOS = """/dev/disk1s1 on / (apfs, local, journaled)
         ((), "/anything", None),
     ],
 )
-def test_network_drives_are_told_from_others(mounts, path, expected):
-    assert network_type(Path(path), mounts) == expected
+def test_network_drives_are_told_from_others(mounts, path, expected, monkeypatch):
+    monkeypatch.setattr(opening, "machine_mounts", lambda: mounts)
+    assert opening.network_type(Path(path)) == expected

@@ -9,6 +9,7 @@ import pytest
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.camera_checks import inverted, transposed
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -29,16 +30,6 @@ def with_cameras(recording, change):
 
 def moved(camera, transform):
     return replace(camera, camera_from_world=transform)
-
-
-def scaled(camera, factor):
-    old = camera.camera_from_world
-    return moved(camera, RigidTransform(old.rotation, old.translation * factor))
-
-
-def transposed(camera):
-    old = camera.camera_from_world
-    return moved(camera, RigidTransform(old.rotation.T, old.translation))
 
 
 def with_points(recording, change):
@@ -64,7 +55,7 @@ def test_a_transposed_matrix(small_recording):
 
 @pytest.mark.parametrize("views", ["S", "NOSW"])
 def test_cameras_in_millimetres_are_those_that_are_far_away(small_recording, views):
-    far = with_cameras(small_recording, lambda c: scaled(c, 1000) if c.name[0] in views else c)
+    far = with_cameras(small_recording, lambda c: c.scaled(1000) if c.name[0] in views else c)
     write_recording_description(far)
     [finding] = [one for one in examine(far.folder) if "km tall" in one.what]
     assert finding.correction.amount == 0.001
@@ -86,7 +77,7 @@ def test_one_transposed_rotation(small_recording):
 
 
 def test_all_cameras_inverted(small_recording):
-    flipped = with_cameras(small_recording, lambda c: moved(c, c.world_from_camera))
+    flipped = with_cameras(small_recording, inverted)
     assert "upright, if they are inverted" in said(flipped)
 
 

@@ -12,11 +12,11 @@ from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.images import counts_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader, metres_of
 from stereotrack_core.recording.writing import (
     VideoWriter,
-    counts_of,
     write_png,
     write_recording_description,
 )

@@ -3,7 +3,7 @@
 import queue
 import time
 
-from app.session.surroundings import Loop
+from app.session.messages import Loop
 
 PATIENCE_S = 300.0
 """Waiting ends with what is waited for; this ends it where that never comes."""

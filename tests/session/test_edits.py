@@ -6,7 +6,7 @@ import pytest
 from app.session.edits import EditStack, WindowEdit
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
-from stereotrack_core.project.entries import SaveEntry
+from stereotrack_core.project.entries import save_entry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
 
@@ -31,7 +31,7 @@ class Stage:
 
     def keep(self, name):
         """Keep something in place of a run; what it holds does not matter to the history."""
-        self.project.apply(SaveEntry(RUN.name, name, "{}", name.encode()))
+        self.project.apply(save_entry(RUN, name, "{}", name.encode()))
 
     def words(self):
         both = self.edits.to_undo(), self.edits.to_redo()

@@ -4,8 +4,7 @@ import threading
 
 import pytest
 
-from app.session.jobs import Job, NewestJob, wait_for_threads
-from app.session.newest import LatestOnly
+from app.session.jobs import Job, LatestOnly, NewestJob, wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
 from tests.session.plain_loop import PATIENCE_S
 
@@ -79,14 +78,14 @@ def test_of_jobs_of_one_kind_only_the_newest_is_heard_of(plain, tasks):
 
 def test_work_that_outlives_the_window_is_heard_of_by_nobody(plain, tasks):
     held, told = Held(), []
-    task = tasks.begin("something long", lambda _task: held(), told.append)
+    task = tasks.run(Job("something long", lambda _task: held(), told.append))
     assert held.begun.wait(PATIENCE_S)
     tasks.shutdown(0.0)
     held.go.set()
     assert task.join(PATIENCE_S)
     plain.once()
     assert told == []
-    assert tasks.begin("something late", lambda _task: told.append("begun")).over
+    assert tasks.run(Job("something late", lambda _task: told.append("begun"))).over
     assert told == []
 
 

@@ -4,9 +4,8 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.simulation.motions import MOTIONS, T_POSE, motion_names
-from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import state_of
-from stereotrack_core.simulation.skeleton import landmarks, posed_bones
+from stereotrack_core.simulation.skeleton import PEOPLE, landmarks, posed_bones
 from tests.simulation.scenes import chain
 
 P2 = PEOPLE["P2"]

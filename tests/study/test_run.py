@@ -9,10 +9,11 @@ import pytest
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import Choose, save_reference
-from stereotrack_core.project.marks import SetKeyframes
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.entries import choose, save_reference
+from stereotrack_core.project.marks import mark_keyframes
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.study import job as job_module
 from stereotrack_core.study.description import with_recordings
@@ -47,10 +48,10 @@ def ben(study, tmp_path):
     with Project.create(tmp_path / "data/ben/slow.stereotrack", folder) as project:
         reference = Reference(truth.frame, truth.points + [0.1, 0, 0], meta={})
         project.apply(save_reference("by hand", reference))
-        project.apply(Choose("reference", "by hand"))
-        project.apply(SetKeyframes((0, 2, 4)))
-        project.apply(SetKeyframes((2,), "done"))
-        project.apply(PlaceClicks((Click(0, "N", "left_wrist", (3.0, 4.0), Visibility.SEEN),)))
+        project.apply(choose(REFERENCE, "by hand"))
+        project.apply(mark_keyframes((0, 2, 4)))
+        project.apply(mark_keyframes((2,), "done"))
+        project.apply(place_clicks((Click(0, "N", "left_wrist", (3.0, 4.0), Visibility.SEEN),)))
     return with_recordings(study, [tmp_path / "data"]).study
 
 
@@ -68,7 +69,7 @@ def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path, monkeypatc
 
     # another reference: the run is only measured again
     with Project.open(tmp_path / "data/ben/slow.stereotrack") as project:
-        project.apply(Choose("reference", None))
+        project.apply(choose(REFERENCE, None))
     assert status_of(ben)["data/ben/slow"].results == ()
     with monkeypatch.context() as patch:
         patch.setattr(job_module, "track_together", lambda *_, **__: pytest.fail("tracked again"))

@@ -4,14 +4,15 @@ import numpy as np
 
 from stereotrack_core.body.model import landmarks, placed_cones
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Stream, Subject, View
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.images import counts_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.writing import counts_of, write_png, write_recording_description
+from stereotrack_core.recording.writing import write_png, write_recording_description
 from stereotrack_core.tracking.presets import preset
 from tests.oracle.occlusion import solids_of
 from tests.tracking.scenes import CAMERAS
+from tests.tracking.views import looking
 
 SMALL = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
 """Settings for images as small as these."""
@@ -24,15 +25,10 @@ UNIT = 0.0005
 
 def camera_towards_the_middle(name, position) -> Camera:
     """Camera at `position` that looks at a point 1 m above the middle of the room."""
-    forward = np.array([0.0, 0.0, 1.0]) - position
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(forward, right), forward])
     matrix = np.array(
         [[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1.0]], dtype=float
     )
-    transform = RigidTransform(rotation, -rotation @ position)
+    transform = looking(position, (0.0, 0.0, 1.0)).inverse()
     return Camera(name, WIDTH, HEIGHT, matrix, np.zeros(4), False, transform)
 
 

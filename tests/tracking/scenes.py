@@ -5,6 +5,7 @@ import numpy as np
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
+from stereotrack_core.body.sampling import points_on_cones
 from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
@@ -59,21 +60,11 @@ def surface_points(body, pose, count, rng, noise=0.0):
     """World points (N, 3), even over the outer surface of the body, disturbed by noise."""
     frames = body.frames(pose)
     cones = body.cones
-    area = np.pi * (cones.r1 + cones.r2) * cones.height
+    area = np.pi * (cones["r1"] + cones["r2"]) * cones["height"]
     cone = rng.choice(len(area), 2 * count, p=area / area.sum())
     h, angle = rng.random(len(cone)), 2 * np.pi * rng.random(len(cone))
-    radius = cones.r1[cone] + h * (cones.r2 - cones.r1)[cone]
-    local = np.stack(
-        [
-            radius * np.cos(angle),
-            cones.flatness[cone] * radius * np.sin(angle),
-            h * cones.height[cone],
-        ],
-        axis=1,
-    )
-    in_part = np.einsum("nij,nj->ni", cones.rotations[cone], local) + cones.origins[cone]
-    part = cones.part[cone]
-    world = np.einsum("nij,nj->ni", frames.rotations[part], in_part) + frames.origins[part]
+    sampled = points_on_cones(cones, cone, h, angle)
+    world = frames.apply(sampled.part, sampled.points)
     outside = np.ones(len(world), dtype=bool)
     for c, (turn, origin, r1, r2, height, s) in enumerate(solids_of(placed_cones(body, frames))):
         p = (world - origin) @ turn
@@ -110,6 +101,11 @@ def cloud_of(points, frame=0) -> Cloud:
     )
 
 
+def clouds_of(body, pose, rng, count, points=2500, noise=0.005):
+    """Successive clouds of a body that stands still."""
+    return [cloud_of(surface_points(body, pose, points, rng, noise), k) for k in range(count)]
+
+
 def angle_errors(body, found, true):
     """Angles (6,) in degrees between the limbs' directions of two poses."""
     a, b = (body.frames(pose).rotations[:6, :, 2] for pose in (found, true))
@@ -121,6 +117,10 @@ def turned(pose: Pose, degrees: float, place=(0.0, 0.0, 0.0)) -> Pose:
     rotations = pose.rotations.copy()
     rotations[TORSO] = R @ pose.torso
     return Pose(R @ pose.position + place, rotations)
+
+
+def moved(pose: Pose, by) -> Pose:
+    return Pose(pose.position + np.asarray(by, dtype=float), pose.rotations)
 
 
 def axis_off(found: Pose, true: Pose) -> float:

@@ -22,6 +22,7 @@ from tests.tracking.scenes import (
     angle_errors,
     axis_off,
     cloud_of,
+    clouds_of,
     surface_points,
     turned,
 )
@@ -37,9 +38,8 @@ def initialiser(make_tracker):
 
 def stepped(initialiser, true, rng, frames=range(3)):
     """The last estimate of some frames of a still body."""
-    for frame in frames:
-        points = surface_points(initialiser.setup.body, true, 2500, rng, 0.005)
-        found = initialiser.step(cloud_of(points, frame))
+    for frame, cloud in zip(frames, clouds_of(initialiser.setup.body, true, rng, 3), strict=True):
+        found = initialiser.step(replace(cloud, frame=frame))
     return found
 
 
@@ -83,9 +83,7 @@ def test_a_body_that_a_side_of_the_volume_cuts_is_not_tracked(initialiser, rng):
 
 def test_who_comes_back_elsewhere_is_found_again(initialiser, rng):
     initialiser.start(POSES["t"])
-    assert initialiser.step(
-        cloud_of(surface_points(initialiser.setup.body, POSES["t"], 2500, rng, 0.005))
-    ).tracked
+    assert initialiser.step(*clouds_of(initialiser.setup.body, POSES["t"], rng, 1)).tracked
     assert not initialiser.step(cloud_of(np.empty((0, 3)), 1)).tracked
     true = turned(POSES["reaching"], 100.0, (-0.8, 0.6, 0.0))
     found = stepped(initialiser, true, rng, range(2, 5))
@@ -112,19 +110,12 @@ def test_the_first_pose_is_that_of_the_first_cloud(initialiser, rng):
     assert first_pose_in(initialiser.model, [cloud_of(np.empty((0, 3)))]) is None
 
 
-def _clouds(initialiser, pose, rng, count=4):
-    return [
-        cloud_of(surface_points(initialiser.setup.body, pose, 2000, rng, 0.005), k)
-        for k in range(count)
-    ]
-
-
 @pytest.mark.parametrize(("views", "at_once"), [(("N", "S"), True), (("N",), False)])
 def test_the_usual_first_pose_is_recognised_in_the_first_cloud_of_several_views(
     initialiser, rng, views, at_once
 ):
     told = []
-    made = _clouds(initialiser, POSES["t"], rng)
+    made = clouds_of(initialiser.setup.body, POSES["t"], rng, 4)
     clouds = [replace(cloud, view_names=views) for cloud in made]
     found = first_pose_in(initialiser.model, clouds, lambda done, _count: told.append(done))
     assert (told == [0, 1]) == at_once, "found, and followed from the usual one"
@@ -134,7 +125,7 @@ def test_the_usual_first_pose_is_recognised_in_the_first_cloud_of_several_views(
 @pytest.mark.parametrize(("name", "heading"), [("reaching", 180.0), ("t", 90.0)])
 def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
     true = turned(POSES[name], heading)
-    found = first_pose_in(initialiser.model, _clouds(initialiser, true, rng))
+    found = first_pose_in(initialiser.model, clouds_of(initialiser.setup.body, true, rng, 4))
     assert found is not None
     assert axis_off(found, true) < 12.0
     if name == "reaching":
@@ -144,7 +135,7 @@ def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, h
 @pytest.mark.parametrize("heading", [130.0])
 def test_a_body_taken_from_the_wrong_side_is_turned(initialiser, rng, heading):
     true = turned(POSES["reaching"], heading)
-    clouds = _clouds(initialiser, true, rng, 2)
+    clouds = clouds_of(initialiser.setup.body, true, rng, 2)
     for start in (true, turned_round(true)):
         found = facing_right(initialiser.model, start, clouds, lambda: None)
         assert angle_between(found.torso[:, 1], true.torso[:, 1]) < np.radians(30.0)

@@ -20,7 +20,7 @@ from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.step import PersonModel
 from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
 from tests.tracking.running import Stepping, tracked_frames
-from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points
+from tests.tracking.scenes import CAMERAS, POSES, angle_errors, clouds_of, surface_points
 
 BODY = body_model(AVERAGE)
 TINTS = {"N": (1.0, 1.0, 1.0), "O": (1.15, 0.9, 1.0), "S": (0.9, 1.0, 1.1), "W": (1.0, 1.1, 0.9)}
@@ -75,7 +75,7 @@ def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
 
 
 def _clouds(rng, count=3):
-    clouds = [cloud_of(surface_points(BODY, POSES["t"], 2500, rng, 0.006), k) for k in range(count)]
+    clouds = clouds_of(BODY, POSES["t"], rng, count, noise=0.006)
     return [replace(c, colours=rng.uniform(30.0, 200.0, c.points.shape)) for c in clouds]
 
 

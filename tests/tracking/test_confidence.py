@@ -1,5 +1,7 @@
 """How sure a pose is: its spread, what the data leave unexplained, and what nobody sees."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -95,7 +97,8 @@ def test_landmarks_are_as_uncertain_about_the_states_pose_as_about_the_trackers(
     x = state_of_pose(pose, ALL_JOINTS)
     root = rng.normal(size=(len(x), len(x)))
     P = 1e-3 * root @ root.T
-    stored, again = in_chain_axes(pose, x, P, ALL_JOINTS), pose_of_state(x, ALL_JOINTS)
+    frame, again = SimpleNamespace(pose=pose, x=x, P=P), pose_of_state(x, ALL_JOINTS)
+    stored = in_chain_axes(frame, ALL_JOINTS)
     expected = spread(pose, P)
     np.testing.assert_allclose(spread(again, stored), expected, atol=1e-8)
     assert np.abs(spread(again, P) - expected).max() > 1e-3  # it does make a difference

@@ -19,14 +19,13 @@ from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.clouds import Clouds, chain_of
 from stereotrack_core.tracking.detecting import SeenKeypoints, seen_in_views
 from stereotrack_core.tracking.frame import DETECTED_SCENES
-from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import other_files, stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial
 from tests.same_run import same_run
-from tests.tracking.recordings import write_depth_recording
+from tests.tracking.recordings import SMALL, write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
 
@@ -56,20 +55,16 @@ def detector(monkeypatch):
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    settings = preset("fast").replaced(pixel_step=1, speckle_size=0)
     poses = [
         pose_with_arms([1, 0.1 * k, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0.1 * k], place=(0, 0, 0.95))
         for k in range(5)
     ]
     folder = tmp_path_factory.mktemp("recording") / "cones"
-    return write_depth_recording(folder, body_model(AVERAGE, settings.body), poses)
+    return write_depth_recording(folder, body_model(AVERAGE, SMALL.body), poses)
 
 
 def spec(**changes):
-    settings = preset("fast").replaced(
-        pixel_step=1, speckle_size=0, search_arms=False, data_points=400, **changes
-    )
-    return RunSpec(settings, preset="fast", seed=3)
+    return RunSpec(SMALL.replaced(**changes), preset="fast", seed=3)
 
 
 @pytest.fixture(scope="module")

@@ -10,14 +10,13 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.tracking.lengths_fit import (
-    estimated_lengths,
     lengths_by_height,
     lengths_of_standing,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shape_fit import SeenPose
+from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, SeenPose, adjusted
 from tests.tracking.recordings import SMALL, write_depth_recording
 from tests.tracking.scenes import cloud_of, disturbed, pose_with_arms, surface_points
 
@@ -52,8 +51,9 @@ def test_lengths_of_a_tall_person_come_out_of_their_surface(rng):
         )
         for pose in poses(8)
     ]
-    found = estimated_lengths(AVERAGE, body.shape, seen, TrackingParameters(), ALL_JOINTS)
-    before, after = off(AVERAGE, TALL), off(found, TALL)
+    free = FreeBody(AVERAGE, body.shape, lengths=tuple(LENGTH_SIGMAS))
+    theta, _ = adjusted(free, seen, TrackingParameters(), ALL_JOINTS)
+    before, after = off(AVERAGE, TALL), off(free.parts(theta)[0], TALL)
     for name in ARMS:
         assert abs(after[name]) < 0.4 * abs(before[name]), (name, before[name], after[name])
 

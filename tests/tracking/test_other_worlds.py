@@ -33,7 +33,7 @@ def landmarks_in(recording, axis, init):
     world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
     turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
     frames, done = tracked_frames(turned, RunSpec(SMALL, init=init), range(2))
-    meta = done.origin().meta()
+    meta = done.origin().meta
     assert all(frame.tracked for frame in frames)
     return np.array([world.inverse().apply(frame.landmarks) for frame in frames]), meta
 

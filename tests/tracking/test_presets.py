@@ -154,7 +154,7 @@ def test_only_what_differs_from_the_base_is_written(tmp_path):
         ("[values]\niterations = 2.5\n", "iterations", "whole number"),
         ("[values]\nfit_shape = 'perhaps'\n", "fit_shape", "yes or no"),
         ("base = 'exact'\n", "base", "accurate, thesis, fast"),
-        ("name = 3\n", "name", "is not a name"),
+        ("name = 3\n", "name", "is not a text"),
         ("values = 3\n", "values", "is not a table"),
         ("sigma_joint = 3.0\n", "own.toml", "is not a key of a preset file"),
         ("[values\n", "own.toml", "not valid TOML"),

@@ -45,7 +45,7 @@ def tracked(recording):
     for k in (3, 4):
         points = frames[k].landmarks + np.eye(9)[LANDMARKS.index("left_hand")][:, None] * 0.4
         frames[k] = dataclasses.replace(frames[k], landmarks=points)
-    return frames, assembled(frames, origin.state_names, origin.meta())
+    return frames, assembled(frames, origin.state_names, origin.meta)
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.saved_state import restored, saved
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from tests.same_run import assert_same_estimate, same_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.running import go_on, tracked_frames
 from tests.tracking.scenes import moving_pose
@@ -44,20 +45,6 @@ def recording(tmp_path_factory):
 @pytest.fixture(scope="module")
 def fast_run(recording):
     return track(recording, RunSpec(_settings("fast"), preset="fast", seed=3))
-
-
-def _same(a, b):
-    for name in (
-        "frame",
-        "landmarks",
-        "x",
-        "P",
-        "tracked",
-        "unexplained_fraction",
-        "residual",
-        "innovation",
-    ):
-        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
 def test_the_run_follows_the_body(recording, fast_run):
@@ -108,10 +95,10 @@ def test_the_thesis_follows_it_too(recording):
 
 def test_the_reference_is_never_seen(recording, fast_run):
     without = dataclasses.replace(recording, reference=None)
-    _same(track(without, RunSpec(_settings("fast"), preset="fast", seed=3)), fast_run)
+    assert same_run(track(without, RunSpec(_settings("fast"), preset="fast", seed=3)), fast_run)
     wrong = LandmarkTrajectory(np.arange(FRAMES), np.full((FRAMES, len(LANDMARKS), 3), 7.0))
     misled = dataclasses.replace(recording, reference=wrong)
-    _same(track(misled, RunSpec(_settings("fast"), preset="fast", seed=3)), fast_run)
+    assert same_run(track(misled, RunSpec(_settings("fast"), preset="fast", seed=3)), fast_run)
 
 
 def test_the_run_says_where_it_comes_from(recording, fast_run):
@@ -164,11 +151,10 @@ def test_the_shape_that_was_fitted_and_tracked_with_comes_back(tmp_path):
     recording = write_depth_recording(tmp_path, body, poses)
     frames, done = tracked_frames(recording, RunSpec(settings, init=moving_pose(0)), range(12))
     run, used = run_of(frames, done.origin()), done.body.cones
-    assert used.r1[0] == pytest.approx(body.cones.r1[0], abs=0.006)
+    assert used["r1"][0] == pytest.approx(body.cones["r1"][0], abs=0.006)
     write_run(tmp_path / "run.npz", run)
     stored = body_of_run(read_run(tmp_path / "run.npz")).cones
-    for field in dataclasses.fields(used):
-        np.testing.assert_array_equal(getattr(stored, field.name), getattr(used, field.name))
+    np.testing.assert_array_equal(stored, used)
 
 
 def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
@@ -198,9 +184,7 @@ def test_every_frame_is_replayed_from_its_saved_state_to_the_last_bit(recording)
             kept = {name: array.copy() for name, array in saved(before.state, "state").items()}
             state = restored(type(before.state), kept, "state")
             [again], _ = go_on(dataclasses.replace(before, state=state), range(k, k + 1))
-            for name in ("x", "P", "limb_lost", "residual", "innovation"):
-                values = getattr(again.estimate, name), getattr(frames[k].estimate, name)
-                np.testing.assert_array_equal(*values, err_msg=f"{name} of frame {k}")
+            assert_same_estimate(again.estimate, frames[k].estimate)
 
 
 def test_a_first_pose_can_be_given(recording):
@@ -224,13 +208,9 @@ def test_unknown_views_are_refused_with_the_known_ones(recording, views):
 
 
 def test_views_without_depth_alone_are_refused(recording):
-    mono = dataclasses.replace(
-        recording,
-        views=tuple(
-            dataclasses.replace(view, kind="mono", depth=None, mask=None)
-            for view in recording.views
-        ),
-    )
+    plain = {"kind": "mono", "depth": None, "mask": None}
+    views = tuple(dataclasses.replace(view, **plain) for view in recording.views)
+    mono = dataclasses.replace(recording, views=views)
     with pytest.raises(InputError, match="no view provides depth"):
         track(mono, RunSpec(_settings("fast")))
 

@@ -12,6 +12,7 @@ from tests.tracking.scenes import (
     POSES,
     angle_errors,
     cloud_of,
+    clouds_of,
     disturbed,
     pose_with_arms,
     surface_points,
@@ -32,10 +33,6 @@ def make(make_tracker):
     return lambda name, **p: (make_baseline if name in BASELINES else make_tracker)(name, **p)
 
 
-def _clouds(body, pose, rng, count, noise=0.005, points=2500):
-    return [cloud_of(surface_points(body, pose, points, rng, noise), k) for k in range(count)]
-
-
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize(
@@ -48,7 +45,7 @@ def test_a_body_is_found_from_a_disturbed_start(
     tracker, true = make_tracker(name, seed=seed), POSES[pose]
     start = disturbed(true, THESIS_JOINTS, rng)
     tracker.start(start)
-    for cloud in _clouds(tracker.setup.body, true, rng, 3):
+    for cloud in clouds_of(tracker.setup.body, true, rng, 3):
         found = tracker.step(cloud)
     assert found.tracked
     assert not found.reason
@@ -64,7 +61,7 @@ def test_the_search_finds_an_arm_that_is_lost(make_tracker, rng):
     tracker = make_tracker("manifold", search_arms=True)
     tracker.start(lost)
     assert angle_errors(tracker.setup.body, lost, true)[3] > 60
-    for cloud in _clouds(tracker.setup.body, true, rng, 3):
+    for cloud in clouds_of(tracker.setup.body, true, rng, 3):
         found = tracker.step(cloud)
     assert angle_errors(tracker.setup.body, found.pose, true)[2:].max() < 6.0
 
@@ -75,7 +72,7 @@ def test_other_arms_have_to_be_clearly_better(make_tracker, rng, monkeypatch, be
     monkeypatch.setattr(ArmSearch, "cost", lambda *_: next(costs))
     tracker = make_tracker("manifold", search_arms=True)
     tracker.start(POSES["t"], -1.0, P=tracker.P)
-    (cloud,) = _clouds(tracker.setup.body, POSES["t"], rng, 1)
+    (cloud,) = clouds_of(tracker.setup.body, POSES["t"], rng, 1)
     assert tracker.step(cloud).prior.carried.all() == kept
 
 
@@ -136,7 +133,7 @@ def test_clouds_that_show_nobody_are_not_tracked_and_it_goes_on_afterwards(make,
     rng, true = np.random.default_rng(3), POSES["reaching"]
     tracker = make(name, least_points=100)
     tracker.start(true)
-    full = _clouds(tracker.setup.body, true, rng, 3)
+    full = clouds_of(tracker.setup.body, true, rng, 3)
     assert tracker.step(full[0]).tracked
     dust = rng.uniform([-3.0, -3.0, -1.0], [3.0, 3.0, 4.0], (3000, 3))
     for points in (np.empty((0, 3)), full[0].points[:99], *([] if name == "thesis" else [dust])):
@@ -160,7 +157,7 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(make, name):
     def run(seed):
         rng, tracker = np.random.default_rng(9), make(name, seed=seed)
         tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
-        clouds = _clouds(tracker.setup.body, POSES["reaching"], rng, 3)
+        clouds = clouds_of(tracker.setup.body, POSES["reaching"], rng, 3)
         return [tracker.step(cloud) for cloud in clouds]
 
     first, again, other = run(4), run(4), run(5)

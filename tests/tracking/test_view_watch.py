@@ -90,5 +90,5 @@ def test_of_two_views_neither_is_known_to_be_right():
 
 
 def test_a_body_that_is_too_wide_everywhere_is_no_view_s_fault():
-    wide = BODY.cones.outline + 0.03
+    wide = BODY.cones["outline"] + 0.03
     assert watched(with_points(cloud_of_body(BODY, POSE, wider=wide))).left_out == ""

@@ -59,5 +59,5 @@ def cloud_seen(bodies, eyes="NESW") -> Cloud:
 
 def cloud_of_body(body, pose, eyes="NESW", wider=None) -> Cloud:
     """What some views see of a body, whose outline is `wider` (C, 2) than its surface."""
-    outline = body.cones.outline if wider is None else wider
+    outline = body.cones["outline"] if wider is None else wider
     return cloud_seen(solids(placed_cones(body, body.frames(pose)), outline), eyes)

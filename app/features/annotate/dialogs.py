@@ -16,7 +16,7 @@ from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import AxesContradicted, Stated, world_from_axes
 from stereotrack_core.interop.run_file import at_recording, reference_in
 from stereotrack_core.project.detectors import DetectorImport
-from stereotrack_core.project.entries import Choose, save_reference
+from stereotrack_core.project.entries import choose, save_reference
 from stereotrack_core.project.exporting import (
     ClickedRecording,
     Exported,
@@ -30,10 +30,11 @@ from stereotrack_core.project.exporting import (
 from stereotrack_core.project.merging import Incoming, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.recording.camera_checks import up_of_cameras
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.upright import up_of_cameras
 
 from ...session.changes import Part
+from ...session.jobs import Job
 from ...session.project import message_of_finding
 from ...session.session import unless
 from ...widgets.forms.form_dialog import ask_for_text, ask_to_export, ask_to_open
@@ -41,7 +42,7 @@ from .exchange.agreement import AgreementDialog, AgreementReport, agreement_repo
 from .exchange.merging import ImportDialog, TakeInDialog
 from .exchange.predictions import PredictionsDialog
 from .panels import AnnotationPanels
-from .setup.subject_dialog import SubjectDialog
+from .subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
 _EXPORTED: dict[Kind, str] = {
@@ -80,9 +81,8 @@ class AnnotationDialogs:
             if project is self._panels.project:
                 self._notifier.attempt(lambda: then(project, recording, found))
 
-        self._panels.context.tasks.begin(
-            title, lambda _task: work(project, recording), done, failed, promised=promised
-        )
+        job = Job(title, lambda _task: work(project, recording), done, failed)
+        self._panels.context.tasks.run(job, promised=promised)
 
     # ---- clicks in and out
 
@@ -109,7 +109,7 @@ class AnnotationDialogs:
             for note in reference.notes:
                 self._notifier.show(message_of_finding(note))
             project.apply(save_reference(path.stem, reference))
-            project.apply(Choose(REFERENCE.name, path.stem))
+            project.apply(choose(REFERENCE, path.stem))
 
         def again(error: Exception) -> None:
             if isinstance(error, AxesContradicted):

@@ -13,8 +13,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ...session.jobs import TaskList
-from ...session.newest import LatestOnly
+from ...session.jobs import LatestOnly, TaskList
 
 WANTED_DEG = 3.0  # angle by which limbs may be off where nobody has said otherwise
 _WANTED = "wanted_deg"
@@ -138,14 +137,8 @@ class NextPresenter:
             return
         if self._worker is None:
             ranker = _Ranker(self._project, self._cameras)
-            self._worker = LatestOnly(
-                self._tasks,
-                ranker,
-                "rank clicks",
-                self._on_ranked,
-                self._on_failed,
-                late_is_welcome=True,
-            )
+            how = ranker, "rank clicks", self._on_ranked, self._on_failed
+            self._worker = LatestOnly(self._tasks, *how, late_is_welcome=True)
         # what no answer has taken in yet; a frame that is taken in twice does no harm
         self._build, self._edited = self._build or build, self._edited | frames
         order = _Order(self._fit, self._run, self._wish, self.wanted_deg, self._build, self._edited)

@@ -5,7 +5,8 @@ from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QDialog
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QDialog, QSizePolicy, QWidget
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.geometry.camera import Camera
@@ -23,8 +24,9 @@ from ...session.jobs import Job
 from ...session.runs import RunEntry
 from ...session.session import unless
 from ...widgets.forms.message import StateBar
-from ...widgets.tables.next_panel import NextPanel
-from ...widgets.timeline.bars import AnnotationBar
+from ...widgets.style.building import hbox, label, menu_of, thin_progress, tool_button
+from ...widgets.style.theme import current_theme
+from ...widgets.tables.landmarks_panel import NextPanel
 from .clicking.controller import ClickController
 from .filling.reference_work import ReferenceWork
 from .lanes import AnnotationLanes
@@ -35,6 +37,53 @@ _OF_PROJECT = "of_project"  # property of dialogs that close with the project
 _DELAY_MS = 40
 _COUNTING_MS = 250
 _MANY_FRAMES = 300
+
+
+class AnnotationBar(QWidget):
+    """One row over the timeline."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.strip = thin_progress()
+        self.strip.setRange(0, 1000)
+        self.strip.setFixedSize(72, 6)
+        self.progress = label(wraps=False)
+        self.previous_button = tool_button(
+            "Previous frame with a flag", "previous-failure", role="plain"
+        )
+        self.next_button = tool_button("Next frame with a flag", "next-failure", role="plain")
+        self.selection_words = label("", "muted", wraps=False)
+        self.selection_words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.selection_words.setAlignment(
+            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        )
+        tip = "Actions on the selected frames"
+        self.selection_button = tool_button(tip, "selection", "Selection ▾", "plain")
+        self.selection_button.setAccessibleName(tip)
+        self.selection_menu = menu_of(self.selection_button)
+        left = (self.strip, self.progress, self.previous_button, self.next_button)
+        right = ((self.selection_words, 1), self.selection_button)
+        self.setLayout(hbox(*left, *right, margins=(8, 1, 8, 1), spacing=6))
+        self.setAccessibleName("Annotation")
+        self.hide()
+
+    def show_progress(self, words: str, share: float, *, flagged: bool) -> None:
+        """Say how far the annotation is; `share` is that of the keyframes that are done."""
+        self.progress.setText(words)
+        self.strip.setValue(round(1000 * share))
+        colours, theme = self.strip.palette(), current_theme()
+        colour = theme.good if share >= 1.0 else theme.accent
+        colours.setColor(QPalette.ColorRole.Highlight, QColor(colour))
+        self.strip.setPalette(colours)
+        for button in (self.previous_button, self.next_button):
+            button.setEnabled(flagged)
+
+    def show_selection(self, words: str) -> None:
+        self.selection_words.setText(words)
+        self.selection_words.setToolTip(
+            f"{words}\nCommands act on this selection. Drag in the ruler to select frames, "
+            "Ctrl+click on names to select landmarks."
+        )
 
 
 class AnnotationPanels:

@@ -14,8 +14,7 @@ from stereotrack_core.errors import InputError
 
 from ...context import Context
 from ...session.changes import RECORDING, Part
-from ...session.jobs import Job, NewestJob, Task
-from ...session.newest import LatestOnly
+from ...session.jobs import Job, LatestOnly, NewestJob, Task
 from .state import (
     DOING,
     STEPS,
@@ -44,7 +43,7 @@ class CalibrationController:
         self.reading = LatestOnly(
             context.tasks, read, "read a picture of the board", self._on_read, lambda *_: None
         )
-        self._job = NewestJob(context.tasks)
+        self.job = NewestJob(context.tasks)
         self.changes.watch(RECORDING, self._on_recording)
         context.tasks.watch(self.reading.settled)
 
@@ -98,9 +97,6 @@ class CalibrationController:
     def set_every(self, every: int) -> None:
         if every != self.state.every:
             self._begin_anew(every=every)
-
-    def set_model(self, model: str) -> None:
-        self.change(model=model, saved="")
 
     def tick(self, shot: Shot, on: bool) -> None:
         unticked = self.state.unticked - {shot} if on else self.state.unticked | {shot}
@@ -184,29 +180,20 @@ class CalibrationController:
                 todo, lambda word: own.report(word.share, word.words), own.token.cancelled
             )
 
-        def finish(result: Any) -> None:
-            self.change(busy=None)
-            done(result)
-
-        def progress(share: float, words: str) -> None:
-            self.changes.tell(Part.CALIBRATING, (share, f"{DOING[step]}: {words}"))
-
         def fail(error: Exception) -> None:
             if isinstance(error, InputError):
-                self.change(busy=None, problem=(step, error))
+                self.change(problem=(step, error))
             else:
-                self.change(busy=None)
                 self._context.notifier.error(error)
 
-        stop = partial(self.change, busy=None)
+        end = partial(self.change, busy=None)
         problem = self.state.problem
         self.change(busy=step, problem=None if problem and problem[0] == step else problem)
-        self.changes.tell(Part.CALIBRATING, (0.0, DOING[step]))
-        self._job.run(Job(DOING[step], in_process, finish, fail, stop, progressed=progress))
+        self.job.run(Job(DOING[step], in_process, done, fail, ended=end))
 
     def cancel(self) -> None:
-        if self._job.busy:
-            self._job.give_up()
+        if self.job.busy:
+            self.job.give_up()
             self.change(busy=None)
 
     # ---- the world

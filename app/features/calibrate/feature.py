@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.depth.volume import is_changed
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
@@ -15,14 +17,17 @@ from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from ...context import Context
 from ...services.actions import Command, Menu
-from ...services.layout import Workspace
+from ...services.docks import Workspace
 from ...session.changes import RECORDING, Part
 from ...session.jobs import Job, NewestJob, Task
 from ...session.messages import Message
+from ...widgets.style.building import vbox
 from ...widgets.tables.panels import FindingsPanel
 from .controller import CalibrationController
-from .page import CalibrationPage
 from .state import why_not_into
+
+if TYPE_CHECKING:
+    from .page import CalibrationPage
 
 _PAUSE_MS = 400  # after a change of parameters, before disparities are compared
 _SURE = (
@@ -32,13 +37,9 @@ _SURE = (
 
 
 class RecordingChecks:
-    """Measures images and makes corrections in another process, one at a time, on request.
+    """Measures images and makes corrections in another process, one at a time, on request."""
 
-    `changed` is called when :attr:`reach` has changed.
-    """
-
-    def __init__(self, context: Context, changed: Callable[[], None]) -> None:
-        self._changed = changed
+    def __init__(self, context: Context) -> None:
         self._context, self._document = context, context.session.document
         self._process = TaskProcess()
         self._job, self._comparing = NewestJob(context.tasks), NewestJob(context.tasks)
@@ -135,14 +136,14 @@ class RecordingChecks:
     def _take_reach(self, found: tuple[Finding, ...]) -> None:
         if found != self.reach:
             self.reach = found
-            self._changed()
+            self._context.session.changes.tell(Part.FINDINGS)
 
 
 _MENU = "&File/&Calibration"
 
 
 def _commands(context: Context, calibrate: CalibrateController) -> list[Command]:
-    calibration, page, checks = calibrate.calibration, calibrate.page, calibrate.checks
+    calibration, checks = calibrate.calibration, calibrate.checks
 
     def in_page() -> str:
         shown = context.docks.workspace == "calibrate"
@@ -157,7 +158,7 @@ def _commands(context: Context, calibrate: CalibrateController) -> list[Command]
                 "and reference of the open recording fit each other; takes some seconds to "
                 "minutes.", checks.measure, why_not=checks.why_not_measure),
         command("calibrate_save", "Save calibration …", "Write the calibration.toml and a report.",
-                page.axes.ask, icon="save", section=True,
+                lambda: calibrate.page.axes.ask(), icon="save", section=True,
                 why_not=lambda: in_page() or calibration.state.why_not_save()),
         command("calibrate_into", "Save into the recording", "Replace the calibration of the open "
                 "recording; the one before is kept beside it.", calibration.save_into_recording,
@@ -174,15 +175,32 @@ class CalibrateController:
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
         self.calibration = CalibrationController(context)
-        self.page = CalibrationPage(self.calibration)
-        self.checks = RecordingChecks(context, self._show_findings)
+        self.checks = RecordingChecks(context)
         self.findings = FindingsPanel(self.checks.ask)
-        context.docks.add_page("calibration", self.page)
+        self._column, place = vbox(), QWidget()
+        place.setAccessibleName("Calibration")
+        place.setLayout(self._column)
+        context.docks.add_page("calibration", place)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         self._told: Message | None = None
         self._told_cameras: tuple[str, ...] = ()
-        context.session.changes.watch(RECORDING | Part.FINDINGS, self._show_findings)
+        known = RECORDING | Part.FINDINGS | Part.DOUBTS
+        context.session.changes.watch(known, self._show_findings)
         context.session.changes.watch(Part.DOUBTS, self._on_cameras)
+        context.session.changes.watch(Part.WORKSPACE, self._on_workspace)
+
+    @cached_property
+    def page(self) -> CalibrationPage:
+        """Made when it is wanted first: it takes a fifth of the time that the window takes."""
+        from .page import CalibrationPage
+
+        page = CalibrationPage(self.calibration)
+        self._column.addWidget(page)
+        return page
+
+    def _on_workspace(self) -> None:
+        if self._context.view_state.workspace == "calibrate":
+            self.page.show()
 
     def _show_findings(self) -> None:
         known = self._session.document.findings
@@ -196,7 +214,6 @@ class CalibrateController:
         """Say which camera contradicts the others, before its clicks are blamed."""
         cameras, notifier = self._session.cameras, self._context.notifier
         found, doubtful = cameras.findings(), cameras.doubtful()
-        self._show_findings()
         if doubtful != self._told_cameras:  # and not again while more is clicked
             self._told_cameras = doubtful
             if self._told is not None:

@@ -112,7 +112,7 @@ class BoardPage(QWidget):
             accessibleName="Pictures that are used",
             toolTip="One of so many pictures is used, which makes long videos quick",
         )  # fmt: skip
-        self.every.valueChanged.connect(self._calibration.set_every)
+        self.every.changed.connect(self._calibration.set_every)
         first = hbox(self.folder_button, self.images_button, self.video_button, None, spacing=6)
         second = hbox(self.recording_button, self.remove_button, None, self.every, spacing=6)
         box.setLayout(vbox((self.sources, 1), first, second, margins=(9, 9, 9, 9)))
@@ -307,7 +307,7 @@ class AxesPage(QWidget):
             minimum=0, maximum=_MOST_FRAMES, keyboardTracking=False,
             accessibleName="Frame that shows the floor",
         )  # fmt: skip
-        self.frame.valueChanged.connect(lambda frame: self._calibration.turn(frame=frame))
+        self.frame.changed.connect(lambda frame: self._calibration.turn(frame=frame))
         north = self.north = choice(
             "Camera in the north", (), "The camera that stands in the north"
         )

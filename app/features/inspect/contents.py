@@ -1,14 +1,16 @@
 """What the panel shows of one step."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import limb_of_part
+from stereotrack_core.body.skeleton import PARTS, limb_of_part
 from stereotrack_core.tracking.estimate import Correspondences
+from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import (
     REASONS,
     Correction,
@@ -20,9 +22,9 @@ from stereotrack_core.tracking.trace import (
     movement,
 )
 
+from ...session.inspection import Step, name_of
 from ...widgets.plots.inside_panel import StepContent, Table
 from ...widgets.style.colours import limb_words
-from .steps import Step, correlations_table, deviations_table, name_of, part_words, states_of
 
 _KINDS = {
     "elbow": "Elbow joint limits",
@@ -369,3 +371,70 @@ def _result(trace: StepTrace, step: Step, compared: str) -> StepContent:
 
 def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
+
+
+_GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}
+_TURNS = {"rx": "turn x", "ry": "turn y", "rz": "turn z", "tx": "turn x", "ty": "turn y"}
+
+
+@dataclass(frozen=True)
+class State:
+    """One number of the state."""
+
+    label: str
+    limb: str
+    unit: str
+    factor: float
+
+
+def states_of(names: tuple[str, ...]) -> tuple[State, ...]:
+    """Labels and units of states by their names; the first three are positions."""
+    found = []
+    for index, name in enumerate(names):
+        limb, _, axis = name.rpartition("_")
+        said = _GREEK.get(axis, _TURNS.get(axis, axis))
+        label = f"{limb_words(limb)} {said}"
+        unit, factor = ("mm", 1e3) if index < 3 else ("°", float(np.degrees(1.0)))
+        found.append(State(label, limb if limb in LIMBS else "", unit, factor))
+    return tuple(found)
+
+
+def part_words(part: int) -> str:
+    """Name of a part as a person reads it."""
+    return limb_words(PARTS[part]) if part >= 0 else "none"
+
+
+def correlations_table(correction: Correction, names: tuple[str, ...]) -> Table:
+    """For each state and part the strongest correlation with a pair of that part."""
+    spread = np.outer(correction.before.sigma, np.sqrt(np.maximum(correction.P_zz, 0.0)))
+    known = spread > 0.0
+    correlation = np.where(known, correction.P_xz / np.where(known, spread, 1.0), 0.0)
+    part, states = correction.points.part, states_of(names)
+    parts = np.unique(part).tolist()
+    strongest = [
+        [row[part == one][np.abs(row[part == one]).argmax()] for one in parts]
+        for row in correlation
+    ]
+    rows = tuple(
+        (state.label, *(f"{value:+z.2f}" for value in values))
+        for state, values in zip(states, strongest, strict=True)
+    )
+    title = "Strongest correlation of a state with a pair of each part"
+    limbs = tuple(state.limb for state in states)
+    words = [part_words(one) for one in parts]
+    brief = (one.replace("left ", "L ").replace("right ", "R ") for one in words)
+    tips = ("", *(f"Pairs of the {one}" for one in words))
+    return Table(title, ("State", *brief), rows, limbs, tips=tips)
+
+
+def deviations_table(
+    before: Belief, after: Belief, names: tuple[str, ...], headings: tuple[str, str]
+) -> Table:
+    """Standard deviations of all states before and after."""
+    states, rows = states_of(names), []
+    for state, a, b in zip(states, before.sigma, after.sigma, strict=True):
+        change = f"{100.0 * (b / a - 1.0):+z.0f} %" if a > 0.0 else ""
+        values = (f"{value * state.factor:.2f} {state.unit}" for value in (a, b))
+        rows.append((state.label, *values, change))
+    limbs = tuple(state.limb for state in states)
+    return Table("Standard deviations", ("State", *headings, "Change"), tuple(rows), limbs)

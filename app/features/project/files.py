@@ -3,6 +3,8 @@
 from functools import partial
 from pathlib import Path
 
+from PySide6.QtCore import QUrl
+from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from stereotrack_core.demo import DemoPlaces, copied_demo
@@ -12,13 +14,15 @@ from stereotrack_core.locks import user
 from stereotrack_core.project.exporting import Exported, ExportFormat, formats_of, writer
 from stereotrack_core.project.history import Entry
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.report.pages import repeat_command, write_page
+from stereotrack_core.report.reported import Source, gathered
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...session.changes import Part
 from ...session.edits import Moved, WindowEdit
-from ...session.jobs import Task
+from ...session.jobs import Job, NewestJob, Task
 from ...session.messages import Message
 from ...session.runs import RunEntry, entry_of_run
 from ...session.session import MOST_RECENT, Session
@@ -29,7 +33,7 @@ from ...widgets.forms.form_dialog import (
     ask_to_open,
     ask_to_save,
 )
-from .importing.wizard import ImportController
+from .importing import ImportController
 
 
 class FileController:
@@ -38,6 +42,7 @@ class FileController:
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
         self.demo: DemoPlaces | None = None
+        self.reports = ReportController(context)
         changes = context.session.changes
         changes.watch(Part.READY, self._on_ready)
         changes.hear(Part.RUN_WANTED, self.open_run)
@@ -138,7 +143,7 @@ class FileController:
                 entry.path = path
             self._context.notifier.say(written.words(), 8000)
 
-        self._context.tasks.begin(f"saving {path.name}", write, done, promised=True)
+        self._context.tasks.run(Job(f"saving {path.name}", write, done), promised=True)
 
     def save_run(self, entry: RunEntry, path: Path) -> None:
         run = entry.run()
@@ -147,6 +152,68 @@ class FileController:
         if self._context.notifier.attempt(lambda: write_run(path, run)):
             entry.path = path
             self._context.notifier.say(f"Run saved to {path}.", 6000)
+
+
+_PAGES = "Page for a browser (*.html)"
+
+
+class ReportController:
+    """Writes reports."""
+
+    def __init__(self, context: Context) -> None:
+        self._context, self._session = context, context.session
+        self.job = NewestJob(context.tasks)
+
+    def why_not(self) -> str:
+        busy = "A report is already being written." if self.job.busy else ""
+        return self._session.no_run() or busy
+
+    def ask_where(self) -> None:
+        entry = self._session.runs.active
+        if entry is None:
+            return
+        beside = entry.path.parent if entry.path is not None else Path.home()
+        kept = "".join(one if one.isalnum() or one in "-_." else "-" for one in entry.name)
+        proposed = beside / f"report-{kept.strip('-.') or 'run'}.html"
+
+        def make(path: Path) -> None:
+            known = path.suffix.lower() in {".html", ".htm"}
+            self.make(path if known else path.with_name(f"{path.name}.html"))
+
+        ask_to_save(self._context.docks.dialog_parent, "Save report", proposed, _PAGES, make)
+
+    def make(self, path: Path) -> None:
+        source = self._source()
+        if source is None or self.job.busy:
+            return
+
+        def work(task: Task) -> None:
+            reported = gathered(source, task.work)
+            write_page(path, reported)
+
+        def show() -> None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+
+        def done(_: None) -> None:
+            message = Message("note", f"Report saved to {path}", button="Open", do=show)
+            self._context.notifier.show(message)
+
+        self.job.run(Job("Writing report", work, done), promised=True)
+
+    def _source(self) -> Source | None:
+        """The active run and what it is measured against; None where it cannot be put together."""
+        entry, recording = self._session.runs.active, self._session.document.recording
+        run = None if entry is None else entry.run()
+        if entry is None or recording is None or run is None:
+            return None
+        truth, file = self._session.judging.truth, entry.path
+        return Source(
+            name=entry.name, run=run, recording=recording,
+            reference=None if truth is None else truth.trajectory,
+            reference_name="" if truth is None else truth.words,
+            states=None if truth is None else truth.reference,
+            repeat="" if file is None else repeat_command(recording.folder.name, str(file)),
+        )  # fmt: skip
 
 
 _FILTER = f"Projects (*{SUFFIX})"
@@ -261,7 +328,7 @@ def _with_suffix(path: Path) -> Path:
 
 
 def _files(context: Context, files: FileController, importing: ImportController) -> list[Command]:
-    session, own = context.session, context.session.project
+    session, own, reports = context.session, context.session.project, files.reports
     command, project = Menu("&File").command, Menu("&File/Project").command
     return [
         command("open", "Open a recording …", "Open a recording folder.", files.ask_for_recording,
@@ -296,6 +363,9 @@ def _files(context: Context, files: FileController, importing: ImportController)
                 "OpenSim, C3D, BVH or as joint angles.",
                 files.ask_where_to_save, "Ctrl+S", "save",
                 why_not=session.no_run),
+        command("report", "Report …", "Write a report on the active run as a web page: errors, "
+                "curves, failures with images, parameters, and how to reproduce it.",
+                reports.ask_where, "Ctrl+Shift+R", "export", why_not=reports.why_not),
     ]  # fmt: skip
 
 

@@ -8,17 +8,31 @@ from typing import TypeAlias
 
 import numpy as np
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QStackedWidget
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.accuracy import arms_good_to
-from stereotrack_core.recording.description import Segment
+from stereotrack_core.evaluation.failure_segments.drawing import Paper, evidence_picture
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch
+from stereotrack_core.evaluation.failure_segments.segment import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    FailureSegment,
+    has_signs,
+    limbs_words,
+)
+from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
 from ...services.actions import Command, Menu
-from ...services.layout import Workspace
+from ...services.docks import Workspace
 from ...session.changes import RECORDING, Part
+from ...session.document import Shared
+from ...session.jobs import LatestOnly
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, measure_of, with_quality
 from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot
@@ -26,8 +40,9 @@ from ...widgets.plots.limb_plots import ErrorPlot
 from ...widgets.plots.plots import Curve, Emphasis
 from ...widgets.style.building import label
 from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, limb_words
+from ...widgets.style.theme import current_theme
+from ...widgets.tables.failures_panel import FailuresPanel
 from ...widgets.timeline.lanes import Lane, Span
-from .failures import FailureController
 
 _FULL_DEG = 45.0  # angle that is shown in a lane's full colour; more than this is a lost limb
 _NO_CURVES = (
@@ -69,7 +84,8 @@ class ErrorCurves:
         if judgement is not None:
             self.plot.set_heading(*heading_words(judgement))
         self.stack.setCurrentWidget(self.plot if every else self._no_curves)
-        front = now.front if now.front in every else None
+        front = now.front if now.front in every and now.front is not now.active else None
+        front = front if front is not None and front.visible else None
         drawn: list[DrawnRun] = [
             (one.name, now.styles[one], _emphasis(one, front), every[one])
             for one in every
@@ -212,6 +228,143 @@ def _stretches(frames: IntArray, label: str) -> list[Span]:
     return [Span(int(part[0]), int(part[-1]), label) for part in np.split(frames, breaks)]
 
 
+LANE_NAMES = {"truth": "failures", "signs": "failures (without reference)"}
+LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
+
+
+def lanes_of_failures(failures: Sequence[FailureSegment]) -> tuple[Lane, ...]:
+    """A lane of bars for those found with truth and for those found without."""
+    lanes = []
+    for found, name in LANE_NAMES.items():
+        spans: list[Span] = []
+        for e in sorted((e for e in failures if e.found == found), key=lambda e: e.first):
+            label = f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}"
+            if spans and e.first <= spans[-1].last:
+                # labels of bars that overlap would stand on each other
+                old = spans.pop()
+                spans.append(Span(old.first, max(old.last, e.last), f"{old.label}; {label}"))
+            else:
+                spans.append(Span(e.first, e.last, label))
+        if spans:
+            lanes.append(Lane(name, LANE_COLOURS[found], "bars", spans))
+    return tuple(lanes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    """A picture of a failure that is to be drawn."""
+
+    search: FailureSearch
+    recording: Recording
+    failure: FailureSegment
+    reader: Shared[FrameReader]
+    paper: Paper
+
+    def drawn(self) -> ImageArray:
+        with self.reader.used() as reader:
+            return evidence_picture(self.search, self.recording, self.failure, reader, self.paper)
+
+
+def _bgr(colour: str) -> tuple[int, int, int]:
+    shown = QColor(colour)
+    return shown.blue(), shown.green(), shown.red()
+
+
+_NOT_JUDGED = (
+    "Without depth, failures are detected against a reference alone. Choose one under Track, "
+    "Errors against."
+)
+
+
+class FailureController:
+    """Shows the failures of the active run, and hands on what a person does with them."""
+
+    def __init__(self, context: Context) -> None:
+        self._context, self._state = context, context.session.failures
+        state = self._state
+        self.panel = FailuresPanel(
+            lambda place: state.choose(state.listed[place] if place >= 0 else None),
+            lambda place: state.jump(state.listed[place]),
+            state.filter,
+        )
+        causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
+        found = {str(how): words for how, words in FOUND_WORDS.items()}
+        self.panel.set_choices(MEASURED_LIMBS, causes, found)
+        context.docks.add("failures", "Failures", self.panel)
+        self._lanes: tuple[FailureSegment, ...] = ()
+        self._pictured: _Wanted | None = None
+        self._pictures = LatestOnly(
+            context.tasks, _Wanted.drawn, "draw failures", self._on_picture, self._on_no_picture
+        )
+        context.tasks.watch(self._pictures.settled)
+        facts = Part.FAILURES | Part.ACTIVE_RUN
+        context.show(facts, self._show, "failures")
+        context.show(facts | Part.WORKSPACE, self._show_lanes)
+        context.session.changes.watch(Part.RECORDING_CLOSED, self._forget_pictures)
+
+    def _show(self, now: Snapshot) -> None:
+        state, fps = self._state, 1.0 if now.recording is None else now.recording.fps
+        listed, chosen = state.listed, state.chosen
+        state.explain()
+        place = listed.index(chosen) if chosen in listed else -1
+        self.panel.show_rows(listed, fps, place, self._words(now))
+        self._ask_for_picture(chosen)
+
+    def _show_lanes(self, _now: Snapshot) -> None:
+        docks = self._context.docks
+        lanes = () if docks.workspace == "annotate" else self._state.listed
+        if lanes != self._lanes:
+            self._lanes = lanes
+            docks.timeline.set_lanes(lanes_of_failures(lanes), "failures")
+        self._context.actions.refresh_soon()
+
+    def _words(self, now: Snapshot) -> str:
+        found, listed = self._state.found, self._state.listed
+        if now.active is None:
+            return "Run the tracker to see the failures of a run."
+        if found is None:
+            return "Detecting failures …"
+        if found.search is None:
+            return "The source recording of the run is not known, so failures cannot be detected."
+        every = found.failures
+        if not every:
+            judged = found.search.reference is not None or has_signs(found.search.run)
+            return "No failure was detected." if judged else _NOT_JUDGED
+        words = counted(len(every), "failure")
+        if len(listed) < len(every):
+            words = f"{len(listed)} of {len(every)} failures"
+        if self._state.explaining:
+            words += "; images are being analysed for causes"
+        return f"{words}."
+
+    # ---- the picture of the chosen failure
+
+    def _ask_for_picture(self, failure: FailureSegment | None) -> None:
+        reader, found = self._context.session.document.reader, self._state.found
+        search = found.search if found is not None else None
+        recording = search.recording if search is not None else None
+        if search is None or failure is None or reader is None or recording is None:
+            self._forget_pictures()
+            self.panel.evidence.show_picture(None)
+            return
+        theme, before = current_theme(), self._pictured
+        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
+        if before is None or before.failure is not failure or before.paper != paper:
+            self._pictured = _Wanted(search, recording, failure, reader, paper)
+            self._pictures.ask(self._pictured)
+
+    def _on_picture(self, _wanted: _Wanted, pixels: ImageArray) -> None:
+        self.panel.evidence.show_picture(pixels)
+
+    def _on_no_picture(self, _wanted: _Wanted, error: Exception) -> None:
+        self.panel.evidence.show_picture(None)
+        self._context.notifier.error(error)
+
+    def _forget_pictures(self) -> None:
+        self._pictures.close()
+        self._pictured = None
+
+
 _STEP_DEG = 5.0
 
 
@@ -235,13 +388,14 @@ def register(context: Context) -> Review:
         why_not=lambda: session.no_run() and session.not_tracked(),
     )  # fmt: skip
     context.docks.add_workspace(space)
-    context.actions.add(_commands(session, review.plot, review.failures))
+    context.actions.add(_commands(session, review.plot))
     return review
 
 
-def _commands(session: Session, plot: ErrorCurves, e: FailureController) -> list[Command]:
+def _commands(session: Session, plot: ErrorCurves) -> list[Command]:
+    failures = session.failures
     go, command = Menu("&Go", session.no_run).command, Menu("&Review", session.no_run).command
-    failure = Menu("&Go", e.none_listed).command
+    failure = Menu("&Go", failures.none_listed).command
     stretch = "stretch in which the error of a limb exceeds the threshold of the plot."
     return [
         go("next_above", "Next stretch above threshold", f"Go to the next {stretch}",
@@ -253,10 +407,11 @@ def _commands(session: Session, plot: ErrorCurves, e: FailureController) -> list
         command("threshold_down", "Lower threshold", "Lower the threshold of the plot by 5°.",
                 partial(plot.move_threshold, -_STEP_DEG), "Ctrl+Alt+Down", "threshold"),
         failure("next_failure", "Next failure", "Go to the worst frame of the next listed failure "
-                "of the active run.", partial(e.go, 1), "Shift+N", "next-failure", section=True),
+                "of the active run.", partial(failures.go, 1), "Shift+N", "next-failure",
+                section=True),
         failure("previous_failure", "Previous failure", "Go to the worst frame of the previous "
-                "listed failure.", partial(e.go, -1), "Shift+P", "previous-failure"),
+                "listed failure.", partial(failures.go, -1), "Shift+P", "previous-failure"),
         failure("loop_failure", "Loop failure", "Play the selected failure in a loop, with a few "
-                "frames before and after it.", e.toggle_loop, "Shift+Space", "iterate",
-                checked=e.looping),
+                "frames before and after it.", failures.toggle_loop, "Shift+Space",
+                "iterate", checked=lambda: failures.looping),
     ]  # fmt: skip

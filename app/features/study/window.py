@@ -1,23 +1,39 @@
-"""The window of a study: its recordings, its settings, and the plot of its results."""
+"""Studies in the window: their recordings, their settings, and the plot of their results."""
 
-from collections.abc import Callable, Iterable, Mapping
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QLineEdit, QPushButton, QTabWidget, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QTabWidget,
+    QWidget,
+)
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.selection import seeds_of
-from stereotrack_core.study.description import Study
+from stereotrack_core.study.description import SUFFIX, Study, StudySettings, write_study
 from stereotrack_core.study.status import COLUMNS, RowStatus
 
-from ...widgets.forms.form_dialog import line_edit, push_button, say_in
+from ...context import Context
+from ...services.actions import Menu
+from ...session.changes import Part
+from ...widgets.forms.form_dialog import ask_to_open, ask_to_save, line_edit, push_button, say_in
 from ...widgets.style.building import allow, hbox, label, scrolled, thin_progress, vbox
 from ...widgets.tables.table import LEFT, RIGHT, STRETCH, Cell, CellTable, Column
-from .results import ResultsPanel
-from .settings_form import SettingsForm
+from .pages import ResultsPanel, SettingsForm, apply_to_panel, study_of_open
 
+_FILTER = f"Study (*{SUFFIX})"
 _FACTOR_TIP = "A factor of the recordings, as the study file states it."
 _HINT = "The selected recordings, or all if none is selected"
 _EMPTY = "The study has no recordings yet. Add folders with recordings."
@@ -34,22 +50,90 @@ def _columns(factors: tuple[str, ...]) -> tuple[Column, ...]:
     return (first, *(Column(one, _FACTOR_TIP) for one in factors), *known, last)
 
 
+def register(context: Context) -> StudyController:
+    """Offer studies."""
+    studies = StudyController(context)
+    file, track = Menu("&File").command, Menu("&Track", context.session.no_recording).command
+    context.actions.add([
+        file("new_study", "New study …", "Make a study file (.study.toml): recordings with their "
+             "subjects and conditions, and the settings that all are tracked with.",
+             studies.ask_for_new, "Ctrl+Alt+Shift+N", "add", section=True),
+        file("open_study", "Open a study …", "Show the recordings of a study file (.study.toml) "
+             "in one table: annotation, runs, errors, failures and problems. Track and evaluate "
+             "them together.", studies.ask_for_study, "Ctrl+Alt+Shift+O", "table"),
+        track("sweep", "Sweep …", "Track the open recording with several parameter values and "
+              "seeds in the background, and compare the results: a study of one recording.",
+              studies.sweep, "Ctrl+Alt+S", "grid", section=True),
+    ])  # fmt: skip
+    return studies
+
+
+class StudyController:
+    """Asks which study is wanted, and shows it."""
+
+    def __init__(self, context: Context) -> None:
+        self._context, self._state = context, context.session.study
+        self.window: StudyWindow | None = None
+        context.session.changes.hear(Part.STUDY_WANTED, self.open_study)
+        context.session.changes.watch(Part.STUDY, self._show)
+
+    def _show(self) -> None:
+        if self._state.study is not None:
+            self.window = self.window or StudyWindow(self._context)
+            self.window.show_study(self._state.study)
+
+    def _folder(self) -> Path:
+        if self._state.study is not None:
+            return self._state.study.folder
+        recording = self._context.session.document.recording
+        return Path.home() if recording is None else recording.folder.resolve().parent
+
+    def ask_for_study(self) -> None:
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Open a study", self._folder(), _FILTER, self.open_study)
+
+    def ask_for_new(self) -> None:
+        """Let the person choose where a new study is kept, and show it; nothing is overwritten."""
+        folder, parent = self._folder(), self._context.docks.dialog_parent
+        proposed = folder / f"{folder.name or 'walks'}{SUFFIX}"
+        ask_to_save(parent, "New study", proposed, _FILTER, self._new_study, goes_on=True)
+
+    def _new_study(self, path: Path) -> None:
+        stem = path.name.removesuffix(".toml").removesuffix(".study")
+        settings = self._state.panel_settings(StudySettings())
+        self._write_and_open(Study(path.with_name(stem + SUFFIX), settings=settings))
+
+    def sweep(self) -> None:
+        """Show a study of the open recording alone, which is made if there is none yet."""
+        recording = self._context.session.document.recording
+        if recording is not None:
+            folder = recording.folder.resolve()
+            beside = folder.parent if os.access(folder.parent, os.W_OK) else Path.home()
+            made = study_of_open(self._context, beside / f"{folder.name}-sweep{SUFFIX}")
+            if self._write_and_open(made) and self.window is not None:
+                self.window.tabs.setCurrentWidget(self.window.form)
+
+    def _write_and_open(self, study: Study) -> bool:
+        there = study.path.exists() or self._context.notifier.attempt(lambda: write_study(study))
+        return there and self.open_study(study.path)
+
+    def open_study(self, path: Path) -> bool:
+        shown = self._context.notifier.attempt(partial(self._state.open, path))
+        if shown and self.window is not None:
+            self.window.show()
+            self.window.raise_()
+        return shown
+
+
 class StudyWindow(QDialog):
-    """Shows one study.
+    """Shows the study that is open."""
 
-    `do`: functions of the buttons open, track, refresh, stop, add and remove.
-    """
-
-    def __init__(
-        self,
-        do: Mapping[str, Callable[[], object]],
-        form: SettingsForm,
-        results: ResultsPanel,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent, Qt.WindowType.Window)
-        self._do, self.form, self.results = do, form, results
-        self.study, self.rows = Study(Path()), list[RowStatus]()
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.docks.dialog_parent, Qt.WindowType.Window)
+        self._context, self._state = context, context.session.study
+        self.form = SettingsForm(self._take_panel)
+        self.results = ResultsPanel(partial(apply_to_panel, context))
+        self.study, self.rows = Study(Path()), tuple[RowStatus, ...]()
         self.count, self.words = label("", "muted"), label("")
         self.progress = thin_progress()
         self.progress.setMaximum(1000)
@@ -62,8 +146,6 @@ class StudyWindow(QDialog):
         parts = ((self.tabs, 1), self.count, self.words, self.progress, self._buttons())
         self.setLayout(vbox(*parts, margins=(9, 9, 9, 9)))
         self.resize(1180, 640)
-        self.say("")
-        self.show_working("")
 
     def _recordings(self) -> QWidget:
         self.view = CellTable("Recordings of the study", (), self._cells, sorts=True, least=200)
@@ -81,58 +163,43 @@ class StudyWindow(QDialog):
         self.messages.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         told = scrolled(self.messages, "Messages about the selected recording")
         told.setMaximumHeight(5 * self.fontMetrics().lineSpacing())
-        self.add_button = self._button("&Add …", "add")
-        self.remove_button = self._button("Re&move", "remove")
+        self.add_button = push_button("&Add …", self._ask_for_folders)
+        self.remove_button = push_button("Re&move", self._remove)
         page = QWidget()
         top = hbox(self.add_button, self.remove_button, (self.filter, 1), spacing=9)
         page.setLayout(vbox(top, (self.view, 1), (self.empty, 1), told, margins=(6, 6, 6, 6)))
         return page
 
     def _buttons(self) -> QHBoxLayout:
-        self.open_button = self._button("&Open", "open")
-        self.track_button = self._button("&Track", "track")
-        self.refresh_button = self._button("Re&fresh", "refresh")
-        self.stop_button = self._button("&Stop", "stop")
+        self.open_button = push_button("&Open", self._open)
+        self.track_button = push_button("&Track", self._track)
+        self.refresh_button = push_button("Re&fresh", self._state.refresh)
+        self.stop_button = push_button("&Stop", self._state.stop)
         buttons = (self.refresh_button, self.stop_button)
         return hbox(self.open_button, self.track_button, None, *buttons)
 
-    def _button(self, text: str, name: str) -> QPushButton:
-        return push_button(text, self._do[name])
-
     # ---- what is shown
 
-    def show_study(self, study: Study, rows: list[RowStatus]) -> None:
-        other, same = study.path != self.study.path, study.settings == self.study.settings
-        selected = {row.row.recording for row in self.selected()}
-        self.study, self.rows = study, rows
-        self.setWindowTitle(f"Study {study.stem}")
-        self.view.show_rows(rows, _columns(study.factors))
-        self.view.setVisible(bool(rows))
-        self.empty.setVisible(not rows)
-        if other or not same:
-            self.form.show_settings(study.settings)
-        self.select(() if other else selected)
-        self._hide_unknown()
-        self._count()
+    def show_study(self, study: Study) -> None:
+        state, before = self._state, self.study
+        if (study, state.rows) != (before, self.rows):
+            other, selected = study.path != before.path, self._names(self.selected())
+            self.study, self.rows = study, state.rows
+            self.setWindowTitle(f"Study {study.stem}")
+            self.view.show_rows(self.rows, _columns(study.factors))
+            self.view.setVisible(bool(self.rows))
+            self.empty.setVisible(not self.rows)
+            if other or study.settings != before.settings:
+                self.form.show_settings(study.settings)
+            self.select(() if other else selected)
+            self._hide_unknown()
+            self._count()
+        say_in(self.words, state.said, error=state.is_error)
+        self.progress.setValue(round(1000 * state.share))
+        self._show_working(state.doing)
         self._follow_table()
 
-    def show_row(self, row: RowStatus) -> None:
-        for k, one in enumerate(self.rows):
-            if one.row.recording == row.row.recording:
-                self.rows[k] = row
-                self.model.look_again()
-        self._hide_unknown()
-        self._show_messages()
-
-    def say(self, words: str, *, error: bool = False) -> None:
-        say_in(self.words, words, error=error)
-
-    def show_progress(self, words: str, share: float) -> None:
-        self.say(words)
-        self.progress.setValue(round(1000 * share))
-        self._follow_table()
-
-    def show_working(self, what: str) -> None:
+    def _show_working(self, what: str) -> None:
         """Disable what cannot be done during work; `what` names it, empty if nothing is done."""
         self.progress.setVisible(bool(what))
         idle, busy = "" if what else "Nothing is being done.", f"{what}. Wait, or stop it."
@@ -142,7 +209,6 @@ class StudyWindow(QDialog):
         allow(self.refresh_button, why_not, "Read the study and its recordings again")
         allow(self.add_button, why_not, "Add the recordings in and below folders")
         self.form.setEnabled(not what)
-        self._follow_table()
 
     def _cells(self, row: RowStatus) -> list[Cell]:
         unread, messages = row.frames is None and not row.findings, row.messages
@@ -189,7 +255,48 @@ class StudyWindow(QDialog):
         else:
             self.messages.setText("\n".join(rows[0].messages) or "No problems are known.")
 
+    # ---- what a person does
+
+    def _take_panel(self) -> None:
+        settings = self._state.panel_settings(self.form.settings())
+        self._state.edit(lambda study: replace(study, settings=settings))
+
+    def _track(self) -> None:
+        try:
+            settings = self.form.settings()
+        except InputError as error:
+            say_in(self.words, str(error), error=True)
+        else:
+            self._state.track(self.chosen(), settings, self.form.processes.value())
+
+    def _open(self) -> None:
+        rows = self.selected()
+        if rows:
+            row = rows[0].row
+            self._context.session.open(self.study.place(row.project or row.recording))
+            self._context.docks.dialog_parent.window().raise_()
+
+    def _remove(self) -> None:
+        self._state.remove(self._names(self.selected()))
+
+    def _ask_for_folders(self) -> None:
+        """Let the person choose several folders at once, which no dialog of the system offers."""
+        dialog = QFileDialog(self, "Add folders with recordings", str(self.study.folder))
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
+        for view in dialog.findChildren(QAbstractItemView):
+            if view.objectName() in ("listView", "treeView"):
+                view.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        dialog.filesSelected.connect(
+            lambda chosen: self._state.add(tuple(map(Path, chosen)), self.select)
+        )
+        dialog.open()
+
     # ---- what is selected
+
+    @staticmethod
+    def _names(rows: Iterable[RowStatus]) -> tuple[str, ...]:
+        return tuple(row.row.recording for row in rows)
 
     def selected(self) -> list[RowStatus]:
         return [self.rows[k] for k in self.view.selected()]
@@ -198,7 +305,7 @@ class StudyWindow(QDialog):
         shown = range(self.proxy.rowCount())
         places = (self.proxy.mapToSource(self.proxy.index(k, 0)).row() for k in shown)
         rows = self.selected() or [self.rows[k] for k in places]
-        return tuple(row.row.recording for row in rows)
+        return self._names(rows)
 
     def select(self, recordings: Iterable[str]) -> None:
         wanted, selection = set(recordings), QItemSelection()

@@ -17,7 +17,7 @@ from stereotrack_core.tracking.frame import TrackedFrame
 
 from ...context import Context
 from ...services.actions import Command, Menu
-from ...services.layout import Workspace
+from ...services.docks import Workspace
 from ...session.changes import RECORDING, Part
 from ...session.judgement import (
     TORSO_POSITION,
@@ -33,8 +33,7 @@ from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot, unless
 from ...session.tracking import FIRST_POSES
 from ...widgets.style.colours import limb_words
-from ...widgets.tables.panels import NumbersPanel
-from ...widgets.tables.runs_panel import ComparisonPanel, RunRow, RunsPanel
+from ...widgets.tables.panels import ComparisonPanel, NumbersPanel, RunRow, RunsPanel
 from .comparison import compared, shown_beside_each_other
 from .keeping import RunKeeper
 
@@ -65,9 +64,10 @@ class RunsController:
         """Runs, reference and selection that the numbers belong to."""
         self._finished: RunEntry | None = None
         context.show(Part.JUDGEMENT | RECORDING, self._show_runs)
-        frame_or_run = Part.JUDGEMENT | Part.FRAME | RECORDING
-        context.show(frame_or_run, lambda now: self.numbers.show_rows(number_rows(now)))
-        context.show(Part.JUDGEMENT | Part.SELECTION | RECORDING, self._show_comparison)
+        numbers = Part.JUDGEMENT | Part.FRAME | RECORDING
+        context.show(numbers, lambda now: self.numbers.show_rows(number_rows(now)), "numbers")
+        chosen = Part.JUDGEMENT | Part.SELECTION | RECORDING
+        context.show(chosen, self._show_comparison, "comparison")
         context.session.changes.hear(Part.RUN_ENDED, self._on_finished)
         context.session.changes.watch(Part.PROJECT_OPENED, self._on_project)
         context.tasks.watch(self.keeper.settled)

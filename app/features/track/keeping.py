@@ -68,7 +68,7 @@ class RunKeeper:
         if entry.stored is not None:
             meta = entry.stored.meta
         elif entry.origin is not None:
-            meta = {**entry.origin.meta(), "wall_seconds": entry.wall_seconds}
+            meta = {**entry.origin.meta, "wall_seconds": entry.wall_seconds}
         else:
             return None
         tracked = sum(frame.tracked for frame in entry.frames.values())
@@ -88,7 +88,7 @@ class RunKeeper:
         if not entry.kept:
             self._runs.rename(entry, name)
             return
-        if self._project.apply(project_runs.RenameRun(entry.kept, name)) is not None:
+        if self._project.apply(project_runs.rename_run(entry.kept, name)) is not None:
             entry.kept = entry.name = name
         self._runs.tell(Part.RUNS)  # where it was refused, the list shows the old name again
 
@@ -110,7 +110,7 @@ class RunKeeper:
         project = self._project.project
         if project is not None and self._removed:
             name = self._removed.pop()
-            if self._project.apply(project_runs.RestoreRun(name)) is not None:
+            if self._project.apply(project_runs.restore_run(name)) is not None:
                 self._list(project, shown=[name])
 
     # ---- following what happens

@@ -2,120 +2,190 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.entries import (
+    ParameterSet,
+    delete_entry,
+    load_parameters,
+    save_parameters,
+)
+from stereotrack_core.project.schema import PARAMETER_SET
 from stereotrack_core.recording.selection import gives_depth
-from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import (
+    PRESETS,
+    UserPreset,
+    named,
+    preset,
+    read_preset,
+    write_preset,
+)
 from stereotrack_core.tracking.tuning.stages import acts_without_depth
-from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...context import Context
 from ...services.actions import Command, Menu
-from ...services.layout import Workspace
-from ...session.changes import Part
+from ...services.docks import Workspace
+from ...session.changes import PROJECT, Part
 from ...session.judgement import LOST_DEG, Judgement
+from ...session.messages import Message
 from ...session.runs import RunEntry
-from ...session.session import Session, unless
+from ...session.session import Session, Snapshot, unless
+from ...session.tracking import Chosen
+from ...widgets.forms.form_dialog import ask_for_text, ask_to_open, ask_to_save
 from ...widgets.forms.parameter_panel import ParameterPanel
 from ...widgets.tables.panels import TRIAL_TIP, TrialsPanel, number_cell
 from ...widgets.tables.table import Cell, CellRow
-from .presets import PresetWork
-from .trials import TrialPresenter, TrialRunner
 
-_SECONDS = 2.0
-"""Length of the stretch around the frame where neither a selection nor the zoom says another."""
-
-_LONGEST_SECONDS = 10.0
 _WITHOUT_DEPTH = (
     "No view of this recording provides depth. Parameters that act on points of a cloud are hidden."
 )
-_TOUCHED = "tune/parameter"
+_TOUCHED, _LIVE = "tune/parameter", "tune/live"
+
+
+_FILES = "Preset (*.toml)"
+
+
+class PresetWork:
+    """Presets by name; a person's own are entries of the project, and every change is an edit."""
+
+    def __init__(self, context: Context, parameters: ParameterPanel) -> None:
+        self._context, self._session = context, context.session
+        self._parameters = parameters
+        self.own: tuple[str, ...] = ()
+        context.session.changes.watch(PROJECT | Part.EDIT, self._look)
+
+    def _look(self) -> None:
+        project = self._session.project.project
+        names = project.parameter_sets.names() if project is not None else ()
+        if names != self.own:
+            self.own = names
+            self._parameters.set_presets((*PRESETS, *names))
+            self._parameters.set_preset(self._session.track.preset)
+
+    def settings(self, name: str) -> Settings:
+        """Values of a preset. Raises InputError if there is none, or a value is not accepted."""
+        return preset(name) if name in PRESETS else self._stored(name).settings
+
+    def _stored(self, name: str) -> UserPreset:
+        project = self._session.project.project
+        if project is None:
+            raise InputError(
+                "no project is open", remedy="Open or create a project to store the preset."
+            )
+        stored = load_parameters(project.parameter_sets, name)
+        return UserPreset(name, stored.preset, dict(stored.values))
+
+    def _base(self) -> str:
+        name = self._session.track.preset
+        try:
+            return name if name in PRESETS else self._stored(name).base
+        except InputError:  # the preset was deleted while its values are still shown
+            return PRESETS[0]
+
+    def use(self, name: str) -> None:
+
+        def take() -> None:
+            settings = self.settings(name)
+            self._session.track.take(Chosen(name, settings, settings), f"use preset {name}")
+
+        self._context.notifier.attempt(take)
+        self._parameters.set_preset(self._session.track.preset)
+
+    def save(self) -> None:
+        self._ask_name("Save as preset", "Present settings", self._session.track.settings)
+
+    def adopt(self, entry: RunEntry) -> None:
+        if entry.settings is not None:
+            self._ask_name("Save trial as preset", f"Settings of {entry.name}", entry.settings)
+
+    def _ask_name(self, title: str, what: str, settings: Settings) -> None:
+        own, parent = self._session.track.preset, self._context.docks.dialog_parent
+        words = (
+            f"{what} will be saved as a preset of the project.\nA preset of the same name will be "
+            "replaced.\n\nName:"
+        )
+        proposed = own if own not in PRESETS else ""
+        keep = lambda name: self.keep(name.strip(), settings)  # noqa: E731
+        ask_for_text(parent, title, words, keep, proposed)
+
+    def keep(self, name: str, settings: Settings) -> None:
+        keep = lambda: self._keep_and_use(named(name, settings, self._base()))  # noqa: E731
+        if self._context.notifier.attempt(keep):
+            self._context.notifier.say(f"Preset {name} saved in the project.", 4000)
+
+    def _keep_and_use(self, own: UserPreset, where: str = "") -> None:
+        """Keep a preset in the project and use it. Raises InputError for a name of another."""
+        if not own.name or own.name in PRESETS:
+            what = f"{own.name} is a built-in preset" if own.name else "the preset has no name"
+            raise InputError(what, where=where, remedy="Give another name.")
+        values = ParameterSet(own.base, own.values)
+        if self._session.project.apply(save_parameters(own.name, values)) is not None:
+            self.use(own.name)
+
+    def load(self) -> None:
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Load preset", "", _FILES, self.take_file)
+
+    def take_file(self, path: Path) -> None:
+        self._context.notifier.attempt(lambda: self._keep_and_use(read_preset(path), str(path)))
+
+    def export(self) -> None:
+        parent = self._context.docks.dialog_parent
+        ask_to_save(parent, "Export preset", "preset.toml", _FILES, self.write_file)
+
+    def write_file(self, path: Path) -> None:
+        track = self._session.track
+        path = path if path.suffix else path.with_suffix(".toml")
+        own_name = track.settings == track.base and track.preset not in PRESETS
+        name = track.preset if own_name else path.stem
+        own = named(name, track.settings, self._base())
+        if self._context.notifier.attempt(lambda: write_preset(path, own)):
+            remedy = f"stereotrack track … --preset {path}"
+            self._context.notifier.show(Message("note", f"Saved to {path.name}", remedy=remedy))
+
+    def delete(self) -> None:
+        self._session.project.apply(delete_entry(PARAMETER_SET, self._session.track.preset))
 
 
 class TuneController:
-    """Connects what is tried with the panels, the views and the project."""
+    """Shows parameters and trials, and does what a person wants with them."""
 
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
-        session = context.session
-        self.parameters = ParameterPanel()
+        self.trials, self._runs = context.session.trials, context.session.runs
+        self.parameters = parameters = ParameterPanel()
         self.panel = TrialsPanel(
-            self._on_trial_chosen, lambda row: self.trials.discard(self._entry(row))
+            lambda row: self._runs.bring_to_front(self._entry(row)),
+            lambda row: self.trials.discard(self._entry(row)),
         )
-        context.docks.add("parameters", "Parameters", self.parameters)
+        context.docks.add("parameters", "Parameters", parameters)
         context.docks.add("trials", "Trials", self.panel)
-        self.runner = TrialRunner(session, context.tasks, self._to_prepare)
-        self.trials = TrialPresenter(session, self.runner, self.stretch, self.show)
-        self.trials.live = bool(context.settings.value("tune/live", True, type=bool))
-        self.presets = PresetWork(context, self.parameters)
-        self.parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
+        self.trials.live = bool(context.settings.value(_LIVE, True, type=bool))
+        self.presets = PresetWork(context, parameters)
+        parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
         self._compared = "preset"
-        self._connect()
-        self.show_settings()
-
-    def _connect(self) -> None:
-        parameters = self.parameters
-        parameters.settings_changed.connect(self._session.track.use)
-        keep = self._context.settings.setValue
-        parameters.settings_changed.connect(lambda _: keep(_TOUCHED, parameters.last_touched))
+        self._drawn: object = None
+        parameters.settings_changed.connect(self._on_changed)
         parameters.preset_box.textActivated.connect(self.presets.use)
         parameters.against_box.activated.connect(self._on_compared)
-        context, session = self._context, self._session
-        docks, watch = context.docks, session.changes.watch
-        docks.dock("trials").visibilityChanged.connect(self.show)
-        docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
-        watch(Part.ACTIVE_RUN | Part.SELECTION | Part.WORKSPACE, self.runner.make_clouds_soon)
-        progress = Part.RUN_FRAMES | Part.SELECTION | Part.FRAME
-        watch(progress, lambda: docks.redraw.soon(self.show_progress))
-        watch(Part.SETTINGS, self._on_settings)
-        watch(Part.JUDGEMENT, lambda: docks.redraw.soon(self.show))
-        watch(Part.ACTIVE_RUN, self.show_settings)
-        watch(Part.WORKSPACE, self._on_workspace)
-        watch(Part.LEAVING, self.stop)
-        watch(Part.RECORDING_OPENED, self._show_acting)
-        context.tasks.watch(self.trials.settled)
+        context.docks.dock("parameters").visibilityChanged.connect(parameters.set_seen)
+        # at once: keys that follow an undo find the fields ready
+        known = Part.SETTINGS | Part.ACTIVE_RUN | Part.RECORDING_OPENED
+        context.session.changes.watch(known, self._show_settings)
+        tried = Part.TRIALS | Part.RUNS | Part.RUN_FRAMES | Part.JUDGEMENT | Part.WORKSPACE
+        context.show(tried | Part.SELECTION | Part.FRAME, self._show_trials, "trials")
+        self._show_settings()
 
-    # ---- facts
-
-    @property
-    def active(self) -> bool:
-        return self._context.docks.workspace == "tune"
-
-    def stretch(self) -> range:
-        """Frames to try on: the selection, else what is visible, else two seconds here."""
-        context = self._context
-        recording, count = context.session.document.recording, context.session.document.frame_count
-        if recording is None or not count:
-            return range(0)
-        if context.view_state.selection:
-            return context.view_state.selection
-        scale = context.docks.timeline.scale
-        seen = range(max(int(scale.first), 0), min(round(scale.last), count))
-        if not scale.is_whole and len(seen) and len(seen) <= _LONGEST_SECONDS * recording.fps:
-            return seen
-        length = min(max(round(_SECONDS * recording.fps), 2), count)
-        first = min(max(context.session.document.frame - length // 2, 0), count - length)
-        return range(first, first + length)
-
-    def _mark(self) -> None:
-        """Select the stretch on which something is going to be tried, so that it stays."""
-        stretch = self.stretch()
-        if not self._context.view_state.selection and len(stretch):
-            self._context.view_state.select(stretch)
-
-    def selected(self) -> RunEntry | None:
-        trials, chosen = self.trials.entries, self._entry(self.panel.row)
-        return chosen if chosen in trials else (trials[-1] if trials else None)
-
-    def with_selected(self, do: Callable[[RunEntry], None]) -> None:
-        entry = self.selected()
-        if entry is not None:
-            do(entry)
+    # ---- showing
 
     def _entries(self) -> tuple[RunEntry, ...]:
-        run = self._session.runs.active
+        """The active run, then the other trials: the rows of the table."""
+        run = self._runs.active
         trials = tuple(entry for entry in self.trials.entries if entry is not run)
         return (run, *trials) if run is not None else trials
 
@@ -123,37 +193,31 @@ class TuneController:
         entries = self._entries()
         return entries[row] if 0 <= row < len(entries) else None
 
-    def _to_prepare(self) -> Trial | None:
-        idle = self.active and self.trials.settled() and not self._session.track.running
-        return self.trials.wanted() if idle and self.trials.base() is not None else None
-
-    # ---- showing
-
-    def show(self) -> None:
-        self.show_progress()
-        if not self.panel.isVisible() or self._session.document.recording is None:
+    def _show_trials(self, now: Snapshot) -> None:
+        if now.recording is None:
             return
-        run, *others = self._entries() or (None,)
-        known = self._session.judging.all()
-        self.panel.show_table(*trial_table(run, others, known))
-
-    def show_progress(self) -> None:
-        context, panel = self._context, self.panel
-        if not context.docks.is_seen("trials") or context.session.document.recording is None:
-            return
-        running, stretch = self.trials.running, self.stretch()
+        panel, trials, stretch = self.panel, self.trials, self.trials.stretch()
         how = ". Select others in the timeline with Shift+drag."
-        if context.view_state.selection:
+        if now.selection:
             how = ", as selected in the timeline."
         frames = f"Frames {stretch.start} to {stretch.stop - 1}{how}" if len(stretch) else ""
-        unlike = self.trials.unlike(self.selected())
+        unlike = trials.unlike(now.front)
         limits = f"Not due to parameters: {' '.join(unlike)}" if unlike else ""
-        panel.show_words(self.trials.words(), frames, limits)
+        panel.show_words(trials.words(), frames, limits)
+        running = trials.running
         done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
         panel.show_progress(*done)
+        entries = self._entries()
+        drawn = [(one, one.name, len(one.frames), now.judgements.get(one)) for one in entries]
+        if (drawn, now.front) != self._drawn:
+            self._drawn = drawn, now.front
+            run, *others = entries or (None,)
+            chosen = entries.index(now.front) if now.front in entries else -1
+            panel.show_table(*trial_table(run, others, now.judgements), chosen)
 
-    def show_settings(self) -> None:
+    def _show_settings(self) -> None:
         track, panel = self._session.track, self.parameters
+        recording = self._session.document.recording
         base, against = track.base, "preset"
         if self._compared == "thesis":
             base, against = preset("thesis"), "thesis"
@@ -164,62 +228,39 @@ class TuneController:
                 base, against = settings, "run"
         panel.set_settings(track.settings, base, against)
         panel.set_preset(track.preset)
-        self._show_acting()
-
-    def _show_acting(self) -> None:
-        """Leave out parameters that do nothing in the open recording."""
-        recording = self._session.document.recording
+        # parameters that do nothing in the open recording are left out
         if recording is None or gives_depth(recording):
-            self.parameters.set_acting(lambda _name: True, "")
+            panel.set_acting(lambda _name: True, "")
         else:
-            self.parameters.set_acting(acts_without_depth, _WITHOUT_DEPTH)
-
-    def _on_compared(self) -> None:
-        word = self._compared = self.parameters.against_box.currentData()
-        self.show_settings()
-        if self.parameters.against_box.currentData() != word:
-            self._context.notifier.say("No run with known settings. Run the tracker first.", 4000)
+            panel.set_acting(acts_without_depth, _WITHOUT_DEPTH)
 
     # ---- what a person does
 
-    def _on_trial_chosen(self, row: int) -> None:
-        self._session.runs.bring_to_front(self._entry(row))
-        self._context.actions.refresh_soon()
+    def _on_changed(self, settings: Settings) -> None:
+        self._context.settings.setValue(_TOUCHED, self.parameters.last_touched)
+        self._session.track.use(settings)
 
-    def _on_settings(self) -> None:
-        if self.parameters.settings is not self._session.track.settings:
-            self.show_settings()
-        self._context.actions.refresh_soon()
-        if self.active:
-            if self.trials.live:
-                self._mark()
-            self.trials.on_settings()
-        elif self.trials.running is not None:
-            self.trials.cancel()
-
-    def _on_workspace(self) -> None:
-        if not self.active:
-            self.trials.cancel()
-        self.show()
+    def _on_compared(self) -> None:
+        word = self._compared = self.parameters.against_box.currentData()
+        self._show_settings()
+        if self.parameters.against_box.currentData() != word:
+            self._context.notifier.say("No run with known settings. Run the tracker first.", 4000)
 
     def toggle_live(self) -> None:
-        self.trials.live = not self.trials.live
-        self._context.settings.setValue("tune/live", self.trials.live)
-        self.show()
+        self.trials.toggle_live()
+        self._context.settings.setValue(_LIVE, self.trials.live)
+
+    def with_selected(self, do: Callable[[RunEntry], None]) -> None:
+        if self._runs.front is not None:
+            do(self._runs.front)
 
     def use_settings_of(self, entry: RunEntry) -> None:
         if entry.settings is not None:
             self._session.track.use(entry.settings, f"use settings of trial {entry.name}")
 
-    # ---- coming and going
-
     def search_parameters(self) -> None:
         self._context.docks.bring_up("parameters")
         self.parameters.focus_search()
-
-    def stop(self) -> None:
-        self.runner.cancel()
-        self.trials.stop()
 
 
 _UNKNOWN = "Not known here. Without depth there is no cloud to be explained."
@@ -317,19 +358,17 @@ def register(context: Context) -> TuneController:
 
 
 def _commands(session: Session, tuning: TuneController) -> list[Command]:
-    chosen = tuning.with_selected
+    chosen, trials = tuning.with_selected, tuning.trials
 
     def no_trial() -> str:
-        return unless(tuning.trials.entries, "There is no trial. Change a parameter first.")
+        return unless(trials.entries, "There is no trial. Change a parameter first.")
 
     def unfinished() -> str:
-        selected = tuning.selected()
-        if selected is not None and selected is tuning.trials.running:
+        if trials.running is not None and session.runs.front is trials.running:
             return "This trial is still running. Wait for it to finish."
         return no_trial()
 
     command = Menu("T&une", no_trial).command
-    trials = tuning.trials
     return [
         command("trial_now", "Run trial", "Track the selected frames with the present settings "
                 "and show the result beside the run.", trials.run, "F9", "iterate",

@@ -2,19 +2,23 @@
 
 import dataclasses
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from PySide6.QtCore import QPointF, QRectF
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.person_boxes import Box, person_boxes
 
 from ...context import Context
 from ...session.changes import RECORDING, Part
-from ...session.surroundings import stored_texts
+from ...session.jobs import Job, NewestJob, Task
+from ...session.messages import stored_texts
 from ...session.view_state import CLICK_OVERLAYS, PICTURE_KINDS
-from ...widgets.camera.display_panel import DisplayPanel
+from ...widgets.camera.camera_grid import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.scene.content import Ellipsoid, frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
@@ -58,7 +62,7 @@ class ViewController:
         docks.views.activated.connect(state.activate)
         docks.timeline.frame_requested.connect(session.document.visit)
         docks.timeline.selection_changed.connect(state.select)
-        docks.transport.number.valueChanged.connect(session.document.visit)
+        docks.transport.number.changed.connect(session.document.visit)
         docks.dock("scene").visibilityChanged.connect(self._on_scene_shown)
 
     # ---- following
@@ -217,7 +221,7 @@ def _aspects(recording: Recording) -> dict[str, float]:
 _SETTING = "window"
 _ALL = ""
 _QUIET_MS = 1000
-_BRIGHTNESS, _CONTRAST = (-0.8, 0.8), (0.25, 4.0)
+_LIGHT = (-0.8, 0.25), (0.8, 4.0)  # least and greatest brightness and contrast
 
 
 class ViewMemory:
@@ -240,8 +244,9 @@ class ViewMemory:
             return  # where only a picture is made, nothing is looked up and nothing left behind
         self._project, self._now = project, None
         self._kept = project.view_settings.get(_SETTING)
-        if isinstance(self._kept, dict):
-            self._show(self._kept)
+        # somebody else may have written it
+        with suppress(KeyError, TypeError, ValueError, AttributeError):
+            self._show(self._kept or {})
         self._note()
 
     def _on_closing(self) -> None:
@@ -277,32 +282,63 @@ class ViewMemory:
     def _show(self, kept: Mapping[str, Any]) -> None:
         """Show what was shown last, but for what was asked for when opening."""
         document, docks, state = self._session.document, self._context.docks, self._state
-        asked, frame = self._session.asked, kept.get("frame")
-        if not asked.frame and document.frame == 0 and type(frame) is int:
-            document.go_to(frame)
+        asked = self._session.asked
+        if not asked.frame and document.frame == 0:
+            document.go_to(int(kept["frame"]))
         names = {space.name for space in docks.workspaces if not space.why_not()}
-        wanted = str(kept.get("workspace")).strip().lower()
+        wanted = str(kept["workspace"]).strip().lower()
         if wanted in names - {docks.workspace} and not asked.workspace:
             docks.show_workspace(wanted)
-        for name, kind in _pairs(kept.get("pictures")):
+        for name, kind in kept["pictures"].items():
             if kind in PICTURE_KINDS:
                 state.choose_kind(kind, name)
-        lights = dict(_pairs(kept.get("light")))
         for name in (_ALL, *state.views):  # that of all first: it takes away the views' own
-            light = _light(lights.get(name))
-            if light is not None:
-                state.set_light(*light, name)
+            if name in kept["light"]:
+                brightness, contrast = np.clip(kept["light"][name], *_LIGHT).tolist()
+                state.set_light(brightness, contrast, name)
 
 
-def _pairs(stored: Any) -> list[tuple[str, Any]]:
-    """Names and values of a mapping that somebody else may have written."""
-    return [(str(name), value) for name, value in stored.items()] if type(stored) is dict else []
+_OPEN_ZOOMED = "open_zoomed"
+_MARGIN = 0.12  # share of the longer side of a person's box that is left on each side
 
 
-def _light(stored: Any) -> tuple[float, float] | None:
-    """Brightness and contrast within what can be chosen; None for anything else."""
-    if not (isinstance(stored, list) and len(stored) == 2):
-        return None
-    if not all(isinstance(one, int | float) and np.isfinite(one) for one in stored):
-        return None
-    return float(np.clip(stored[0], *_BRIGHTNESS)), float(np.clip(stored[1], *_CONTRAST))
+class FirstZoom:
+    """Looks for the person in the background; who has clicked into a view by then is left alone."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._looking = NewestJob(context.tasks)
+        context.session.changes.watch(Part.PROJECT_FOLLOWED, self._look)
+        context.session.changes.watch(Part.RECORDING_CLOSED, self._looking.give_up)
+        context.docks.views.activated.connect(self._looking.give_up)
+
+    def chosen(self) -> bool:
+        return bool(self._context.settings.value(_OPEN_ZOOMED, True, type=bool))
+
+    def toggle(self) -> None:
+        self._context.settings.setValue(_OPEN_ZOOMED, not self.chosen())
+
+    def _look(self) -> None:
+        self._looking.give_up()
+        recording = self._context.session.document.recording
+        if recording is None or not self.chosen():
+            return
+
+        def show(boxes: dict[str, Box]) -> None:
+            homes = {name: _wider(*box) for name, box in boxes.items()}
+            self._context.docks.views.set_homes(homes)
+
+        title = "looking for the person"
+        self._looking.run(Job(title, lambda task: _found(task, recording), show))
+
+
+def _wider(left: float, top: float, right: float, bottom: float) -> QRectF:
+    more = _MARGIN * max(right - left, bottom - top)
+    return QRectF(QPointF(left, top), QPointF(right, bottom)).adjusted(-more, -more, more, more)
+
+
+def _found(task: Task, recording: Recording) -> dict[str, Box]:
+    try:
+        return person_boxes(recording, task.token.cancelled)
+    except InputError:
+        return {}  # what cannot be read is told by who shows it

@@ -5,6 +5,7 @@ from functools import partial
 
 from ...context import Context
 from ...services.actions import Command, Menu
+from ...services.docks import Transport
 from ...session.session import Session, unless
 from ...session.view_state import (
     CLICK_OVERLAYS,
@@ -14,12 +15,10 @@ from ...session.view_state import (
     PointColour,
     ViewState,
 )
-from ...widgets.camera.display_panel import DisplayPanel
+from ...widgets.camera.camera_grid import DisplayPanel
 from ...widgets.camera.overlays import LEADING, OVERLAYS
 from ...widgets.scene.scene_view import SceneBar, SceneView
-from ...widgets.timeline.bars import Transport
-from .controller import ViewController, ViewMemory
-from .first_zoom import FirstZoom
+from .controller import FirstZoom, ViewController, ViewMemory
 from .scene import POINT_COLOURS
 
 _MENU = "&View"

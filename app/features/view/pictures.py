@@ -13,8 +13,7 @@ from stereotrack_core.recording.description import View
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF
 from stereotrack_core.recording.keypoints import Keypoints
 
-from ...session.drawn import InsideScene, Instant, Marked
-from ...session.view_state import PictureKind
+from ...session.view_state import InsideScene, Instant, Marked, PictureKind
 from ...widgets.camera.overlays import (
     Overlay,
     Projection,

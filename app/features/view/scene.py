@@ -18,9 +18,8 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from ...session.drawn import Instant
 from ...session.runs import RunEntry
-from ...session.view_state import PointColour
+from ...session.view_state import Instant, PointColour
 from ...widgets.scene.content import Ellipsoid, PointLegend, SceneContent
 from ...widgets.style.colours import LANDMARK_LIMBS, limb_rgb, limb_words
 

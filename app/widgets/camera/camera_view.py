@@ -23,10 +23,9 @@ from PySide6.QtWidgets import QRubberBand
 from ..redraw import takes_key
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
-from .click_hand import ClickHand
 from .click_marks import ClickAct, ClickMarks, Offer
 from .click_painting import paint_marks, paint_notes
-from .cursor import CursorLabel, loupe, loupe_size
+from .cursor import ClickHand, CursorLabel, loupe, loupe_size
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
 

@@ -27,7 +27,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
-from ...session.drawn import InsideScene, Marked
+from ...session.view_state import InsideScene, Marked
 from ..style.colours import LANDMARK_LIMBS, LIMB_COLOURS, OLD, PEN_STYLES, LineStyle
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]

@@ -76,13 +76,13 @@ def ask_for_number(
     parent: QWidget,
     title: str,
     text: str,
-    field: NumberField | WholeNumberField,
+    field: NumberField,
     use: Callable[[Any], object],
 ) -> None:
     """Let the person type a number into a field, which is made for it."""
 
     def take() -> None:
-        use(field.stored() if isinstance(field, NumberField) else field.value())
+        use(field.value() if isinstance(field, WholeNumberField) else field.stored())
         dialog.accept()
 
     dialog = FormDialog(title, "OK", take, parent)

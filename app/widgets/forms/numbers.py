@@ -4,14 +4,12 @@ Both ``.`` and ``,`` are the decimal sign, nothing groups digits, and a text tha
 refused with a sentence. Qt's own fields drop signs that are not the locale's: 25.5 becomes 255.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any
 
-from PySide6.QtCore import QLocale, QPoint, Qt, Slot
+from PySide6.QtCore import QLocale, QPoint, Qt, Signal, Slot
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QValidator
-from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QSpinBox, QToolTip, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
 from stereotrack_core.counting import typed_number, typed_whole_number
 
@@ -21,14 +19,13 @@ _MOST_DECIMALS = 6
 _REFUSAL_MS = 10_000
 _ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
-if TYPE_CHECKING:
-    _SpinBox: TypeAlias = Any  # one of Qt's two, which have no common base with these methods
-else:
-    _SpinBox = object
 
+class NumberField(QDoubleSpinBox):
+    """A field for a number.
 
-class _Typed(_SpinBox):  # type: ignore[misc]
-    """What the fields have in common.
+    `digits` are the decimals that are always shown; more are shown if they were typed. The number
+    that is shown is the stored one times `per_unit`, such as 1000 for millimetres. `properties` are
+    those of Qt's field, such as ``maximum`` and ``suffix``.
 
     A text that cannot be read stays in the field while it is typed. Enter refuses it and leaves it
     there to be corrected; without the focus the field shows its last number again.
@@ -39,13 +36,39 @@ class _Typed(_SpinBox):  # type: ignore[misc]
     _parsed: Callable[[str], float] = staticmethod(typed_number)
     _wanted = "a number. Write digits, with one . or , as the decimal sign"
 
-    def _prepare(self) -> None:
+    def __init__(self, *, digits: int = 1, per_unit: float = 1.0, **properties: Any) -> None:
+        self._digits, self._per_unit = digits, per_unit
+        self._stored: tuple[float, float] | None = None
+        super().__init__(decimals=_MOST_DECIMALS, **properties)
         locale = QLocale.c()
         locale.setNumberOptions(QLocale.NumberOption.OmitGroupSeparator)
         self.setLocale(locale)
         self._agree()
         self.editingFinished.connect(self._agree)
         self.lineEdit().textEdited.connect(self._on_edited)
+
+    def show_stored(self, stored: float) -> None:
+        """Show a stored number, rounded; :meth:`stored` returns it until another is typed."""
+        self.setValue(round(self._per_unit * stored, self._digits))
+        self._stored = stored, self.value()
+
+    def stored(self) -> float:
+        """The number in the unit in which it is stored."""
+        if self._stored is not None and self.value() == self._stored[1]:
+            return self._stored[0]
+        return self.value() / self._per_unit
+
+    def setValue(self, value: float) -> None:
+        super().setValue(value)
+        self._agree()
+
+    def textFromValue(self, value: float) -> str:
+        whole, _, decimals = f"{value + 0.0:.{_MOST_DECIMALS}f}".partition(".")
+        decimals = decimals.rstrip("0").ljust(self._digits, "0")
+        return f"{whole}.{decimals}" if decimals else whole
+
+    def valueFromText(self, text: str) -> float:
+        return self.minimum() if text == self.specialValueText() else self.number_in(text)
 
     def number_in(self, text: str) -> float:
         """Number that a text stands for; ValueError with a sentence if it cannot be taken."""
@@ -115,70 +138,26 @@ class _Typed(_SpinBox):  # type: ignore[misc]
         set_look(self, "refused", refused or None)
 
 
-class NumberField(_Typed, QDoubleSpinBox):
-    """A field for a number.
+class WholeNumberField(NumberField):
+    """A field for a whole number."""
 
-    `digits` are the decimals that are always shown; more are shown if they were typed. The number
-    that is shown is the stored one times `per_unit`, such as 1000 for millimetres. `properties` are
-    those of Qt's field, such as ``maximum`` and ``suffix``.
-    """
-
-    def __init__(self, *, digits: int = 1, per_unit: float = 1.0, **properties: Any) -> None:
-        self._digits, self._per_unit = digits, per_unit
-        self._stored: tuple[float, float] | None = None
-        super().__init__(decimals=_MOST_DECIMALS, **properties)
-        self._prepare()
-
-    def show_stored(self, stored: float) -> None:
-        """Show a stored number, rounded; :meth:`stored` returns it until another is typed."""
-        self.setValue(round(self._per_unit * stored, self._digits))
-        self._stored = stored, self.value()
-
-    def stored(self) -> float:
-        """The number in the unit in which it is stored."""
-        if self._stored is not None and self.value() == self._stored[1]:
-            return self._stored[0]
-        return self.value() / self._per_unit
-
-    def setValue(self, value: float) -> None:
-        super().setValue(value)
-        self._agree()
-
-    def textFromValue(self, value: float) -> str:
-        whole, _, decimals = f"{value + 0.0:.{_MOST_DECIMALS}f}".partition(".")
-        decimals = decimals.rstrip("0").ljust(self._digits, "0")
-        return f"{whole}.{decimals}" if decimals else whole
-
-    def valueFromText(self, text: str) -> float:
-        return self.minimum() if text == self.specialValueText() else self.number_in(text)
-
-
-class WholeNumberField(_Typed, QSpinBox):
-    """A field for a whole number; `properties` are those of Qt's field."""
-
+    changed = Signal(int)
+    """As Qt's ``valueChanged``, which tells a number with decimals."""
     _parsed = staticmethod(typed_whole_number)
     _wanted = "a whole number. Write digits only"
 
     def __init__(self, **properties: Any) -> None:
-        super().__init__(**properties)
-        self._prepare()
+        super().__init__(digits=0, **properties)
+        self.valueChanged.connect(lambda value: self.changed.emit(round(value)))
 
-    def setValue(self, value: int) -> None:
-        super().setValue(value)
-        self._agree()
-
-    def textFromValue(self, value: int) -> str:
-        return str(value)
-
-    def valueFromText(self, text: str) -> int:
-        return self.minimum() if text == self.specialValueText() else int(self.number_in(text))
+    def value(self) -> int:
+        return round(super().value())
 
 
 def refusal_in(form: QWidget) -> str:
     """Take over what is typed in a form's fields; why one of them refuses it, told only once."""
     said = ""
-    for field in form.findChildren(QAbstractSpinBox):
-        if isinstance(field, _Typed):
-            field.interpretText()
-            said, field.refusal = said or field.refusal, ""
+    for field in form.findChildren(NumberField):
+        field.interpretText()
+        said, field.refusal = said or field.refusal, ""
     return said

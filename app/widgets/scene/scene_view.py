@@ -1,9 +1,9 @@
-"""The 3-D scene as an ordinary widget: rendered off-screen, painted as a picture."""
+"""The 3-D scene as an ordinary widget: rendered off-screen, painted as a picture with its words."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QAction,
+    QColor,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -28,13 +29,11 @@ from stereotrack_core.arrays import FloatArray
 from ..redraw import later, takes_key
 from ..style.building import action_button, hbox, label, menu_of, tool_button
 from ..style.colours import paint_runs_legend
-from ..style.theme import current_theme
-from .content import LAYERS, SceneContent
-from .lettering import paint_lettering
-from .orbit import Orbit, orbit_around
+from ..style.theme import Theme, current_theme
+from .content import LAYERS, NORTH_TIP, Orbit, PointLegend, SceneContent, orbit_around
 
 if TYPE_CHECKING:
-    from .renderer import SceneRenderer
+    from .drawing import SceneRenderer
 
 _ICON = QSize(16, 16)
 
@@ -164,7 +163,7 @@ class SceneView(QWidget):
             self.show_scene(replace(self.content, highlighted=limb))
 
     def set_view(self, view: str) -> None:
-        """Look from one of :data:`~app.widgets.scene.orbit.STANDARD_VIEWS`."""
+        """Look from one of :data:`~app.widgets.scene.content.STANDARD_VIEWS`."""
         self.set_orbit(self._standard(view))
         self._standing = view
 
@@ -228,11 +227,11 @@ class SceneView(QWidget):
 
     def _renderer_or_none(self) -> SceneRenderer | None:
         if self._renderer is None and not self.unavailable_because:
-            from . import renderer  # VTK takes its time to load: only where a scene is seen
+            from . import drawing  # VTK takes its time to load: only where a scene is seen
 
             try:
-                self._renderer = renderer.SceneRenderer()
-            except renderer.SceneUnavailable as problem:
+                self._renderer = drawing.SceneRenderer()
+            except drawing.SceneUnavailable as problem:
                 self.unavailable_because = str(problem)
         return self._renderer
 
@@ -326,3 +325,101 @@ def _close_renderer(state: dict[str, Any], _view: object = None) -> None:
     """Give the OpenGL context back when Qt has destroyed the widget, of which this is left."""
     if (renderer := state.pop("_renderer", None)) is not None:
         renderer.close()
+
+
+_AXES = (("x", "#e0605a"), ("y", "#4fa85a"), ("z", "#4d97e8"))
+"""Axes of the world and their colours: x is east, y north, z up."""
+_AXIS_LENGTH = 26.0
+_MARGIN, _GAP, _ROW, _SWATCH = 6.0, 6.0, 18.0, 9.0
+
+
+def paint_lettering(
+    painter: QPainter,
+    content: SceneContent,
+    layers: Mapping[str, bool],
+    orbit: Orbit,
+    area: QRectF,
+    theme: Theme,
+) -> None:
+    """Write what belongs to the layers that are shown."""
+    if layers["floor"]:
+        _paint_axes(painter, orbit, area)
+    words = list(_words(content, layers))
+    places = orbit.project(np.array([at for _, at, _ in words]), area.width(), area.height())
+    written: list[QRectF] = []
+    for (text, _, colour), (x, y) in zip(words, places, strict=True):
+        if not np.isfinite([x, y]).all():  # it is behind the eye
+            continue
+        width = painter.fontMetrics().horizontalAdvance(text)
+        box = QRectF(x - 0.5 * width - 2.0, y - 10.0, width + 4.0, 20.0)
+        if area.contains(box) and not any(map(box.intersects, written)):
+            written.append(box)
+            _write(painter, text, box, getattr(theme, colour), theme.scene_bottom)
+    if layers["cloud"] and len(content.cloud_points) and content.point_legend is not None:
+        _paint_legend(painter, content.point_legend, area, theme)
+
+
+def _words(
+    content: SceneContent, layers: Mapping[str, bool]
+) -> Iterator[tuple[str, FloatArray, str]]:
+    """Texts, where (3,) they stand in the world, and which of the theme's colours they have."""
+    if layers["cameras"]:
+        yield from ((one.name, one.position_world, "text") for one in content.cameras)
+    if layers["floor"]:
+        yield "N", np.array([0.0, NORTH_TIP + 0.15, content.floor_z]), "text"
+
+
+def _write(painter: QPainter, text: str, box: QRectF, colour: str, shadow: str) -> None:
+    painter.setPen(QColor(shadow))
+    painter.drawText(box.translated(1.0, 1.0), Qt.AlignmentFlag.AlignCenter, text)
+    painter.setPen(QColor(colour))
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def _paint_axes(painter: QPainter, orbit: Orbit, area: QRectF) -> None:
+    middle = area.bottomRight() - QPointF(44.0, 42.0)
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    flat = np.column_stack([orbit.right, -orbit.up])
+    for axis in np.argsort(orbit.toward_eye):  # the nearest last
+        name, colour = _AXES[axis]
+        end = QPointF(*(_AXIS_LENGTH * flat[axis]))
+        painter.setPen(QPen(QColor(colour), 2.0))
+        painter.drawLine(middle, middle + end)
+        box = QRectF(0.0, 0.0, 16.0, 16.0)
+        box.moveCenter(middle + end * (1.0 + 9.0 / _AXIS_LENGTH))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, name)
+    painter.restore()
+
+
+def _paint_legend(painter: QPainter, legend: PointLegend, area: QRectF, theme: Theme) -> None:
+    """Say at the top left what the colours of the points mean, in as many rows as it takes."""
+    metrics = painter.fontMetrics()
+    widest = area.width() - 2.0 * _MARGIN
+    places: list[tuple[QPointF, float, str, tuple[int, int, int] | None]] = []
+    x = y = right = 0.0
+    for text, colour in ((legend.title, None), *legend.entries):
+        swatch = 0.0 if colour is None else _SWATCH + 0.7 * _GAP
+        width = swatch + metrics.horizontalAdvance(text)
+        if x and x + width > widest - 2.0 * _GAP:
+            x, y = 0.0, y + _ROW
+        places.append((QPointF(x, y), swatch, text, colour))
+        x += width + 2.0 * _GAP
+        right = max(right, x)
+    corner = area.topLeft() + QPointF(_MARGIN, _MARGIN)
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    paper = QColor(theme.base)
+    paper.setAlpha(215)
+    painter.setBrush(paper)
+    painter.drawRoundedRect(QRectF(corner.x(), corner.y(), right, y + _ROW + 4.0), 4.0, 4.0)
+    for place, swatch, text, colour in places:
+        at = corner + place + QPointF(_GAP, 2.0)
+        if colour is not None:
+            dot = QRectF(at.x(), at.y() + 0.5 * (_ROW - _SWATCH), _SWATCH, _SWATCH)
+            painter.fillRect(dot, QColor(*colour))
+        painter.setPen(QColor(theme.text))
+        row = QRectF(at.x() + swatch, at.y(), widest, _ROW)
+        painter.drawText(row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)
+    painter.restore()

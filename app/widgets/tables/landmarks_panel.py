@@ -1,16 +1,20 @@
-"""The landmarks with their keys, and how each is seen in every camera at this frame."""
+"""The landmarks with their keys and how each camera sees them, and what to click next."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import QModelIndex, QPointF, QRect, Qt
-from PySide6.QtGui import QColor, QPainter, QPalette, QPen
-from PySide6.QtWidgets import QStyle, QStyleOptionViewItem, QWidget
+from PySide6.QtCore import QModelIndex, QPointF, QRect, QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QPainter, QPalette, QPen, QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QPushButton, QStyle, QStyleOptionViewItem, QWidget
 
-from ..style.building import vbox
-from ..style.theme import current_theme
-from .table import RIGHT, STRETCH, CellRow, CellTable, Column, Index, RowDelegate
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
+
+from ..forms.numbers import NumberField
+from ..style.building import hbox, label, vbox
+from ..style.theme import current_theme, set_look
+from .table import RIGHT, STRETCH, Cell, CellRow, CellTable, Column, Index, RowDelegate
 
 CellState: TypeAlias = Literal["clicked", "guessed", "doubted", "outside", "predicted", "missing"]
 
@@ -144,3 +148,158 @@ def _paint_state(painter: QPainter, centre: QPointF, colour: QColor, state: Cell
         case _:
             painter.setPen(QPen(QColor(theme.disabled), 1.4))
             painter.drawLine(-3, 0, 3, 0)
+
+
+_COLUMNS = (
+    Column("Frame", align=RIGHT),
+    Column("View"),
+    Column("Landmark"),
+    Column(
+        "Gain [°]",
+        "Expected reduction of the angular uncertainty of the limbs, over all frames that benefit. "
+        "The list is sorted by this; occluded landmarks and views that disagree with the others "
+        "come last.",
+        RIGHT,
+    ),
+    Column("Reason", width=STRETCH),
+)
+_REASON = len(_COLUMNS) - 1
+_NONE = "Fit the whole recording to see suggested clicks. The most useful ones come first."
+_NARROW = 460
+_KEPT = 1000
+
+
+class NextPanel(QWidget):
+    """A stop sign in words, the wanted accuracy, and the suggestions below.
+
+    `visit` is called with the frame, camera and landmark to go to; `nothing_left` if no click is
+    suggested that one could go to.
+    """
+
+    def __init__(
+        self, visit: Callable[[int, str, str], object], nothing_left: Callable[[], object]
+    ) -> None:
+        super().__init__()
+        self._visit, self._nothing_left = visit, nothing_left
+        self._colours: Mapping[str, str] = {}
+        self._views: Mapping[str, str] = {}
+        self._visited: set[ClickKey] = set()
+        self.sign = label()
+        tip = "Target uncertainty. Suggestions stop when all limbs are within this angle."
+        self.wanted = NumberField(
+            minimum=0.1, maximum=45.0, value=3.0, singleStep=0.5, prefix="± ", suffix="°",
+            keyboardTracking=False, accessibleName="Target uncertainty", toolTip=tip,
+        )  # fmt: skip
+        self.limit = QCheckBox("Selected frames only")
+        self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")
+        self.next_button = QPushButton("Go to next")
+        self.next_button.clicked.connect(self.go_to_next)
+        self.fit_button = QPushButton("Fit whole recording")
+        self.fit_button.setToolTip("Fit the body model to all clicks")
+        self.reason = label("", "muted", margins=(8, 3, 8, 4))
+        self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells, single=True)
+        for chosen in (self.tree.clicked, self.tree.activated):
+            chosen.connect(lambda index: self._go_to(index.row()))
+        self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
+        self._lay_out()
+        self._sign: StopSign | None = None
+        self.awaited = False
+        """Whether to go to the best place as soon as one is known."""
+        self.show_ranking((), None, {})
+
+    def _lay_out(self) -> None:
+        tools = hbox(self.next_button, self.limit, None, self.wanted)
+        self._head, self._unfitted = QWidget(), QWidget()
+        self._head.setLayout(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
+        fit = hbox(self.fit_button, None)
+        self._unfitted.setLayout(vbox(label(_NONE, "muted"), fit, None, margins=(10, 10, 10, 10)))
+        parts = (self._unfitted, 1), self._head, (self.tree, 1), self.reason
+        self.setLayout(vbox(*parts, spacing=0))
+
+    def show_wanted(self, degrees: float) -> None:
+        with QSignalBlocker(self.wanted):
+            self.wanted.setValue(degrees)
+
+    def show_ranking(
+        self,
+        rows: Sequence[Suggestion],
+        sign: StopSign | None,
+        colours: Mapping[str, str],
+        views: Mapping[str, str] | None = None,
+    ) -> None:
+        """Show what to click next; without a stop sign nothing is fitted yet."""
+        self._sign = sign
+        self._unfitted.setVisible(sign is None)
+        self._head.setVisible(sign is not None)
+        self.tree.setVisible(sign is not None)
+        current = self.tree.currentIndex()
+        key = self.tree.cells.rows[current.row()].key if current.isValid() else None
+        self._colours, self._views = colours, views or {}
+        self.tree.show_rows(rows)
+        places = (place for place, one in enumerate(rows[:_KEPT]) if one.key == key)
+        self.tree.setCurrentIndex(self.tree.cells.index(next(places, -1), 0))
+        self._show_reason()
+        self.reason.setVisible(sign is not None and bool(rows))
+        self.next_button.setEnabled(bool(rows))
+        if sign is not None:
+            words, doubted = sign.words(), sign.reached and any(one.click_there for one in rows)
+            doubt = ", once the outlying clicks are corrected" if doubted else ""
+            self.sign.setText(f"{words[:1].upper()}{words[1:]}{doubt}.")
+            role = "doubted" if doubted else "reached" if sign.reached else "heading"
+            set_look(self.sign, "role", role)
+            if self.awaited and rows:
+                self.go_to_next()
+
+    def go_to_next(self) -> None:
+        """Go to the best place that nobody went to yet; where none is known, fit to find one."""
+        row = self._first_unvisited()
+        self.awaited = row is None
+        if row is not None:
+            self._go_to(row)
+        elif self._sign is None:
+            self.fit_button.click()
+        else:
+            self._nothing_left()
+
+    def _first_unvisited(self) -> int | None:
+        """The best row that nobody went to yet; the best one where all were; None without rows."""
+        rows: Sequence[Suggestion] = self.tree.cells.rows
+        if all(one.key in self._visited for one in rows):
+            self._visited.clear()
+        return next((k for k, one in enumerate(rows) if one.key not in self._visited), None)
+
+    def _cells(self, one: Suggestion) -> Sequence[Cell]:
+        tip = (
+            f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
+            f"{one.over_frames_deg:.1f}° over all frames."
+        )
+        colour = "muted" if one.key in self._visited or not one.clear else ""
+        doubt = colour or ("warning" if one.click_there else "")
+        swatch = self._colours.get(one.landmark, "#808080")
+        return (
+            Cell(str(one.frame), tip, colour),
+            Cell(self._views.get(one.camera, one.camera), tip, colour),
+            Cell(one.landmark.replace("_", " "), tip, colour, swatch),
+            Cell(f"{one.over_frames_deg:.1f}", tip, colour),
+            Cell(f"check: {one.reason}" if one.click_there else one.reason, tip, doubt),
+        )
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        # what is left out is said below the list
+        self.tree.setColumnHidden(_REASON, self.width() < _NARROW)
+
+    def _show_reason(self) -> None:
+        """Write the reason of the chosen row, or of the best one, where there is room for it."""
+        row = max(self.tree.currentIndex().row(), 0)
+        if row < len(self.tree.cells.rows):
+            cells = (self.tree.cells.cell(row, column).text for column in range(len(_COLUMNS)))
+            frame, view, landmark, _, reason = cells
+            self.reason.setText(f"{frame}, {landmark} in {view}: {reason}.")
+
+    def _go_to(self, row: int) -> None:
+        one = self.tree.cells.rows[row]
+        self.tree.setCurrentIndex(self.tree.cells.index(row, 0))
+        self._visited.add(one.key)
+        self.tree.cells.look_again()
+        self._visit(one.frame, one.camera, one.landmark)

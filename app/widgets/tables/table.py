@@ -43,6 +43,7 @@ TOP = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop
 LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 VALUE = Qt.ItemDataRole.UserRole  # role of what rows are sorted by
 STRETCH = -1  # width of a column that has the room that others leave
+_COLOURS = (Qt.ItemDataRole.ForegroundRole, Qt.ItemDataRole.BackgroundRole)
 _NOWHERE = QModelIndex()
 _MEASURED_ROWS = 50
 """Rows by whose words a column's width is found; measuring thousands would take its time."""
@@ -90,6 +91,7 @@ class TableModel(QAbstractTableModel):
         self.rows: Sequence[Any] = ()
         self._cells_of = cells
         self._cells: dict[int, Sequence[Cell]] = {}
+        self._roles: dict[tuple[int, int], dict[int, Any]] = {}
         self._even = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
 
     def show(self, rows: Sequence[Any], columns: Iterable[Column] | None = None) -> None:
@@ -101,12 +103,12 @@ class TableModel(QAbstractTableModel):
             return
         self.beginResetModel()
         self.rows, self.columns = rows, wanted
-        self._cells.clear()
+        self._cells, self._roles = {}, {}
         self.endResetModel()
 
     def look_again(self) -> None:
         """Say which rows show something else now; of those that nobody asked for nothing is."""
-        before, self._cells = self._cells, {}
+        before, self._cells, self._roles = self._cells, {}, {}
         changed = [row for row, cells in before.items() if self.row_cells(row) != cells]
         if changed:
             last = self.index(max(changed), len(self.columns) - 1)
@@ -145,27 +147,25 @@ class TableModel(QAbstractTableModel):
         return said.get(Qt.ItemDataRole(role))
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        cell, column = self.cell(index.row(), index.column()), self.columns[index.column()]
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return cell.text
-            case Qt.ItemDataRole.ToolTipRole:
-                return cell.tip
-            case Qt.ItemDataRole.AccessibleTextRole:
-                return cell.said or None
-            case Qt.ItemDataRole.TextAlignmentRole:
-                return column.align
-            case Qt.ItemDataRole.DecorationRole if cell.swatch is not None:
-                return swatch(cell.swatch)
-            case Qt.ItemDataRole.ForegroundRole if cell.colour:
-                return QColor(getattr(current_theme(), cell.colour))
-            case Qt.ItemDataRole.BackgroundRole if cell.background:
-                return QColor(getattr(current_theme(), cell.background))
-            case Qt.ItemDataRole.FontRole:
-                return self.font(cell, index.column())
-            case _ if role == VALUE:
-                return cell.text if cell.value is None else cell.value
-        return None
+        place = index.row(), index.column()
+        if place not in self._roles:  # asked for seven times whenever a cell is painted
+            self._roles[place] = self._roles_of(self.cell(*place), place[1])
+        shown = self._roles[place].get(role)
+        return QColor(getattr(current_theme(), shown)) if shown and role in _COLOURS else shown
+
+    def _roles_of(self, cell: Cell, column: int) -> dict[int, Any]:
+        roles = Qt.ItemDataRole
+        return {
+            roles.DisplayRole: cell.text,
+            roles.ToolTipRole: cell.tip,
+            roles.AccessibleTextRole: cell.said or None,
+            roles.TextAlignmentRole: self.columns[column].align,
+            roles.DecorationRole: None if cell.swatch is None else swatch(cell.swatch),
+            roles.ForegroundRole: cell.colour or None,
+            roles.BackgroundRole: cell.background or None,
+            roles.FontRole: self.font(cell, column),
+            VALUE: cell.text if cell.value is None else cell.value,
+        }
 
     def font(self, cell: Cell, column: int) -> QFont | None:
         """Letters of a cell; None for those of the table."""

@@ -24,8 +24,8 @@ def strip_between(
 
 def strip_pixels(lane: Lane, edges: FloatArray, height: int, theme: Theme) -> ImageArray:
     """Picture (height, C, 4) RGBA of a lane, with the frames at the columns' edges (C + 1,)."""
-    pixels = np.empty((height, len(edges) - 1, 4), dtype=np.uint8)
-    pixels[:] = rgba(theme.base)
+    whole = np.full((height, len(edges) - 1), _number(theme.base))
+    pixels = whole.view(np.uint8).reshape(*whole.shape, 4)
     has_values = len(lane.values) > 0
     if lane.kind == "bars":
         _paint_bars(pixels, lane, edges)
@@ -96,11 +96,9 @@ def _number(colour: str) -> np.uint32:
 
 def _stripe(whole: NDArray[np.uint32], columns: NDArray[np.bool_], colour: np.uint32) -> None:
     # slanted lines over the whole height: nothing is clicked there, on purpose or not yet
-    if not columns.any():
-        return
-    rows, places = np.indices(whole.shape)
-    inside = (rows > 0) & (rows < whole.shape[0] - 1)
-    whole[((rows + places) % 6 < 2) & inside & columns] = colour
+    places, rows = np.flatnonzero(columns), np.arange(1, len(whole) - 1)[:, None]
+    slanted = (rows + places) % 6 < 2
+    whole[1:-1, places] = np.where(slanted, colour, whole[1:-1, places])
 
 
 def _widened(columns: NDArray[np.bool_], edges: FloatArray) -> NDArray[np.bool_]:
@@ -149,22 +147,26 @@ class TimelinePainter:
         self._first_row = first_row
         self._theme = current_theme()
 
-    def lanes(
-        self, lanes: Sequence[Lane], tall: int, selected: Collection[str], ratio: float
+    def strips(
+        self, lanes: Sequence[Lane], kept: Collection[Lane], tall: int, ratio: float
     ) -> None:
-        """Paint strips of lanes `tall` pixels high, `ratio` device pixels for one, and names."""
-        painter, scale, theme = self._painter, self._scale, self._theme
-        high, width = tall - _LANE_GAP, int(scale.left)
-        if scale.frame_count:
-            columns = max(1, round(scale.width * ratio))
-            rows = max(4, round(high * ratio))
-            for lane, top in self._seen(lanes, tall):
-                pixels = strip_between(lane, scale.first, scale.last, (columns, rows), theme)
-                form = QImage.Format.Format_RGBA8888
-                image = QImage(pixels.data, columns, rows, 4 * columns, form)
-                painter.drawImage(QRectF(scale.left, top, scale.width, high), image)
-                if lane.kind == "bars":
-                    self._bar_labels(lane, top, high)
+        """Paint strips `tall` pixels high, `ratio` device pixels for one, but for `kept` lanes."""
+        scale, high = self._scale, tall - _LANE_GAP
+        columns, rows = max(1, round(scale.width * ratio)), max(4, round(high * ratio))
+        for lane, top in self._seen(lanes, tall) if scale.frame_count else ():
+            if lane in kept:
+                continue
+            size = columns, rows
+            pixels = strip_between(lane, scale.first, scale.last, size, self._theme)
+            form = QImage.Format.Format_RGBA8888
+            image = QImage(pixels.data, columns, rows, 4 * columns, form)
+            self._painter.drawImage(QRectF(scale.left, top, scale.width, high), image)
+            if lane.kind == "bars":
+                self._bar_labels(lane, top, high)
+
+    def names(self, lanes: Sequence[Lane], tall: int, selected: Collection[str]) -> None:
+        painter, theme = self._painter, self._theme
+        high, width = tall - _LANE_GAP, int(self._scale.left)
         names = QRectF(0, RULER_HEIGHT, width - 2, self._size.height())
         painter.fillRect(names, QColor(theme.window))
         for lane, top in self._seen(lanes, tall):

@@ -74,6 +74,7 @@ class TimelineView(QAbstractScrollArea):
         self._drag_start = 0
         self._drag_from = QPointF()
         self._picture: QPixmap | None = None
+        self._painted_lanes: tuple[Lane, ...] = ()
         self.horizontalScrollBar().valueChanged.connect(self._on_scrolled)
         self.verticalScrollBar().valueChanged.connect(self._forget_picture)
 
@@ -104,14 +105,15 @@ class TimelineView(QAbstractScrollArea):
         shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])
         if shown == self.lanes:
             return
-        same_names = [lane.name for lane in shown] == [lane.name for lane in self.lanes]
+        names, before = ([(one.name, one.colour) for one in each] for each in (shown, self.lanes))
         self.lanes = shown
-        if not same_names:
+        if names != before:
             self._select_lanes(self.selected_lanes & {lane.id for lane in shown})
             self._place_lanes()
             # a scroll bar that comes or goes makes this widget place the lanes again
             self._set_scroll_bars()
-        self._forget_picture()
+            self._forget_picture()
+        self.viewport().update()
 
     def set_frame(self, frame: int) -> None:
         """Move the playhead, and turn the page where it would not be seen."""
@@ -169,7 +171,7 @@ class TimelineView(QAbstractScrollArea):
         self._set_scale(self.scale.moved(first - self.scale.first))
 
     def _forget_picture(self) -> None:
-        self._picture = None
+        self._picture, self._painted_lanes = None, ()
         self.viewport().update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -194,9 +196,7 @@ class TimelineView(QAbstractScrollArea):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self.viewport())
-        if self._picture is None:
-            self._picture = self._painted()
-        painter.drawPixmap(0, 0, self._picture)
+        painter.drawPixmap(0, 0, self._painted())
         if self.scale.frame_count:
             over = TimelinePainter(painter, self.scale, self.viewport().size())
             if self.selection is not None:
@@ -205,17 +205,24 @@ class TimelineView(QAbstractScrollArea):
         painter.end()
 
     def _painted(self) -> QPixmap:
-        ratio = self.devicePixelRatioF()
-        size = self.viewport().size()
-        picture = QPixmap(round(size.width() * ratio), round(size.height() * ratio))
-        picture.setDevicePixelRatio(ratio)
-        picture.fill(current_theme().window)
+        """The picture of the lanes; only those that have changed since are painted again."""
+        there, kept = self._picture, self._painted_lanes
+        if there is not None and kept == self.lanes:
+            return there
+        ratio, size = self.devicePixelRatioF(), self.viewport().size()
+        picture = there or QPixmap(round(size.width() * ratio), round(size.height() * ratio))
+        self._picture, self._painted_lanes = picture, self.lanes
+        if there is None:
+            picture.setDevicePixelRatio(ratio)
+            picture.fill(current_theme().window)
         painter = QPainter(picture)
         font = QFont(self.font())  # letters that fit a lane
         font.setPixelSize(min(QFontInfo(font).pixelSize(), self.lane_height - 2))
         painter.setFont(font)
         parts = TimelinePainter(painter, self.scale, size, self.verticalScrollBar().value())
-        parts.lanes(self.lanes, self.lane_height, self.selected_lanes, ratio)
+        parts.strips(self.lanes, frozenset(kept), self.lane_height, ratio)
+        if there is None:
+            parts.names(self.lanes, self.lane_height, self.selected_lanes)
         painter.setFont(self.font())
         parts.ruler(self._fps)
         if self._hint and not self.lanes:

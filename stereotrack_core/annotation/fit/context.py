@@ -51,7 +51,7 @@ def standing(body: BodyModel, middle: FloatArray, yaw: float = 0.0) -> Pose:
 def triangulated(clicks: Clicks, landmarks: int) -> FloatArray:
     """Points (L, 3), world, that most clicks of a frame agree with; NaN where there are none."""
     points = np.full((landmarks, 3), np.nan)
-    for landmark in range(landmarks):
+    for landmark in np.unique(clicks.landmark):
         own = clicks.landmark == landmark
         places = clicks.rotations[own], clicks.translations[own], clicks.normalised[own]
         sigma = np.maximum(clicks.sigma[own], _LEAST_SIGMA)
@@ -85,10 +85,7 @@ def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usua
 
 _FRAMES, _FEWEST = 12, 3  # frames that the shape is fitted to, and fewest; else the average one
 _ROUNDS = 6
-
 _NEAR = (0.05, 10.0, 15.0)  # error of a pose fitted to clicks: m; deg of torso, of a joint
-
-
 CLICKED_SHAPE = BodyShape(girdle=False)  # to begin with; clicks themselves shift the shoulders
 
 

@@ -1,28 +1,267 @@
-"""The body fitted to clicked landmarks: one frame live, a trajectory, or a whole recording."""
+"""The body fitted to clicked landmarks: one frame live, a trajectory, or a whole recording.
+
+In a trajectory, clicks are followed over the frames, forward and backward, and the frames between
+them filled. Frames are asked one by one, outwards from those whose clicks tell the pose: from the
+neighbour's pose, from what was filled in, and from the other way along the line of sight of a lone
+camera. The start whose fit explains clicks, points and movement best is taken.
+"""
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, measurements
-from stereotrack_core.annotation.fit.context import FitContext
+import numpy as np
+
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, measurements
+from stereotrack_core.annotation.fit.context import (
+    FitContext,
+    filled_over_time,
+    pose_at,
+    triangulated,
+)
 from stereotrack_core.annotation.fit.live import fitted_frame
-from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
-from stereotrack_core.annotation.fit.state import FitSettings
-from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_depth
-from stereotrack_core.annotation.fit.trajectory import (
-    Clouds,
-    connected_stretches,
-    fitted_stretch,
-    put_together,
+from stereotrack_core.annotation.fit.residuals import MEDIAN_SURPRISE
+from stereotrack_core.annotation.fit.results import (
+    CLICKED,
+    GAP,
+    INTERPOLATED,
+    FrameFit,
+    TrajectoryFit,
+    exact_residuals,
+    reported,
+)
+from stereotrack_core.annotation.fit.state import FitSettings, Freedom, pose_sigmas
+from stereotrack_core.annotation.fit.stretch import (
+    Fitted,
+    FrameData,
+    MeasuredDepth,
+    Stretch,
+    depth_cost,
+    recorded_depth,
 )
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray, stretches_of
 from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
 from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.skeleton import FOREARMS, PARENTS, SHANKS, THIGHS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
+
+_ROUNDS_ALONE = 4
+_STEP = (0.06, 10.0, 20.0)  # movement in a frame at 10 Hz: metres; degrees of torso, of a joint
+_TOLD = (0.05, 8.0, 15.0)  # how far a pose that clicks tell may be off
+_LEGS = (*THIGHS, *SHANKS)
+_LEG_SIGMA = np.radians(45.0)
+_STATED_AT = 10.0  # frames per second
+_LARGEST = 25.0  # what one click can cost at most when poses are compared
+_ENDS = {
+    UPPER_ARMS[0]: "left_elbow",
+    UPPER_ARMS[1]: "right_elbow",
+    FOREARMS[0]: "left_hand",
+    FOREARMS[1]: "right_hand",
+}
+"""The landmark at the far end of a part of the arms."""
+
+
+def _asked_between(
+    stretch: Stretch,
+    data: Sequence[FrameData],
+    poses: Sequence[Pose],
+    known: BoolArray,
+    fps: float,
+    cancelled: Callable[[], bool],
+) -> list[Pose]:
+    """Poses to begin from; of `known` (K,) frames the clicks tell the pose. Raises Cancelled."""
+    f = stretch.freedom
+    found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
+    if not known.any():
+        return found
+    filled = list(found)
+    sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
+    told_sigma = pose_sigmas(f, *_TOLD)  # where the clicks tell all but the legs
+    for at in (f.columns.first[part] for part in _LEGS if f.with_depth):
+        told_sigma[at : at + 2] = _LEG_SIGMA
+    distance = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).min(axis=1)
+    for k in np.argsort(distance, kind="stable").tolist():  # known ones first, then outwards
+        if cancelled():
+            raise Cancelled
+        frame = data[k]
+        if not len(frame.clicks) and (frame.depth is None or not f.with_depth):
+            continue
+        if known[k]:
+            if f.with_depth and frame.depth is not None:
+                found[k] = _asked(stretch, frame, filled[k], filled[k], told_sigma)[1]
+            continue
+        around = [i for i in (k - 1, k + 1) if 0 <= i < len(known)]
+        neighbours = [found[i] for i in around if distance[i] < distance[k]]
+        starts = [*neighbours, filled[k]]
+        starts += _other_ways(stretch, frame, filled[k])
+        results = [_asked(stretch, frame, start, neighbours[0], sigma) for start in starts]
+        found[k] = min(results, key=lambda result: result[0])[1]
+    return found
+
+
+def _on_legs(pose: Pose) -> Pose:
+    """The pose with legs that go straight down, however the trunk bends."""
+    rotations = pose.rotations.copy()
+    down = pose.torso.T @ np.array([0.0, 0.0, -1.0])
+    for part in _LEGS[:2]:
+        rotations[part] = rotation_towards(HANGING, down)
+    for part in _LEGS[2:]:
+        rotations[part] = np.eye(3)
+    return Pose(pose.position, rotations)
+
+
+def _asked(
+    stretch: Stretch, frame: FrameData, start: Pose, expected: Pose, sigma: FloatArray
+) -> tuple[float, Pose]:
+    found = stretch.fit([frame], [start], expected, sigma, rounds=_ROUNDS_ALONE)
+    pose = found.states[0].pose
+    moved = stretch.freedom.pose_difference(pose, expected) / sigma
+    cost = float(moved @ moved)
+    cost += float(np.minimum(found.judgements[0].surprise, _LARGEST).sum())
+    if frame.depth is not None and stretch.freedom.with_depth:
+        cost += depth_cost(stretch, frame.depth.points, pose)
+    return cost, pose
+
+
+def _cameras(stretch: Stretch, frame: FrameData) -> IntArray:
+    """In how many cameras each landmark (L,) of a frame is clicked."""
+    return np.bincount(frame.clicks.landmark, minlength=len(stretch.freedom.parts))
+
+
+def _other_ways(stretch: Stretch, frame: FrameData, pose: Pose) -> list[Pose]:
+    """The pose with one part the other way along the line of sight of the one camera."""
+    f, names = stretch.freedom, stretch.freedom.landmark_set.names
+    cameras = _cameras(stretch, frame)
+    frames, found = f.body.frames(pose), []
+    for part, name in _ENDS.items():
+        i = names.index(name)
+        if cameras[i] != 1:
+            continue
+        click = int(np.flatnonzero(frame.clicks.landmark == i)[0])
+        rotation = frame.clicks.rotations[click]
+        sight = rotation.T @ np.append(frame.clicks.normalised[click], 1.0)
+        sight /= np.linalg.norm(sight)
+        along = frames.rotations[part][:, 2]
+        turned = along - 2.0 * (along @ sight) * sight
+        rotations = pose.rotations.copy()
+        local = frames.rotations[PARENTS[part]].T @ turned
+        rotations[part] = rotation_towards(rotations[part], local)
+        found.append(Pose(pose.position, rotations))
+    return found
+
+
+_ROUNDS = 8
+_ANYWHERE = (2.0, 120.0, 90.0)  # error of a first pose: metres; degrees of torso and joints
+Clouds = Callable[[int], Cloud | MeasuredDepth | None]  # depth of a frame; None where there is none
+
+
+def _connected_stretches(
+    context: FitContext,
+    clicked: Mapping[int, Sequence[Click]],
+    gaps: Sequence[range],
+    has_depth: bool,
+) -> list[range]:
+    """Frames that hang together: between gaps, and near enough to a clicked frame."""
+    frames = range(min(clicked), max(clicked) + 1) if clicked else range(0)
+    near = np.array([not any(frame in gap for gap in gaps) for frame in frames], dtype=np.bool_)
+    own = np.array([bool(clicked[frame]) for frame in frames], dtype=np.bool_)
+    found: list[range] = []
+    for run in stretches_of(near):
+        inside = np.flatnonzero(own[run.start : run.stop]) + run.start
+        if not len(inside):
+            continue
+        reach = len(frames)
+        if not has_depth:
+            reach = int(context.settings.longest_fill * context.fps)
+        away = np.abs(np.arange(run.start, run.stop)[:, None] - inside).min(axis=1)
+        kept = stretches_of(away <= reach)
+        found += [frames[run.start + one.start : run.start + one.stop] for one in kept]
+    return found
+
+
+def _fitted_stretch(
+    context: FitContext, data: Sequence[FrameData], cancelled: Callable[[], bool]
+) -> tuple[Freedom, Fitted]:
+    """Fit the clicks alone, and with what that gives to begin from, clicks and depth."""
+    seen = [triangulated(one.clicks, len(context.whole.names)) for one in data]
+    points = filled_over_time(np.array(seen))
+    start = [pose_at(point, context.body, context.whole, context.usual) for point in points]
+    stretch = context.by_clicks
+    wanted = len(context.asked.landmarks)
+    # their clicks tell the pose where the landmarks that are asked for are in two cameras each
+    known: BoolArray = np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
+    found = _together(stretch, data, start, cancelled)
+    if not known.all():
+        start = [state.pose for state in found.states]
+        start = _asked_between(stretch, data, start, known, context.fps, cancelled)
+        found = _together(stretch, data, start, cancelled)
+    if not any(one.depth is not None for one in data):
+        return stretch.freedom, found
+    start = [state.pose for state in found.states]
+    context = context.shaped(data, start, np.flatnonzero(known))
+    stretch = context.by_depth
+    start = _asked_between(stretch, data, start, known, context.fps, cancelled)
+    return stretch.freedom, _together(stretch, data, start, cancelled)
+
+
+def _together(
+    stretch: Stretch,
+    data: Sequence[FrameData],
+    start: Sequence[Pose],
+    cancelled: Callable[[], bool],
+) -> Fitted:
+    sigma = pose_sigmas(stretch.freedom, *_ANYWHERE)
+    return stretch.fit(data, start, start[0], sigma, rounds=_ROUNDS, cancelled=cancelled)
+
+
+def _put_together(
+    context: FitContext,
+    clicked: Mapping[int, Sequence[Click]],
+    frames: range,
+    filled: Sequence[tuple[range, Freedom, Fitted]],
+) -> TrajectoryFit:
+    """Arrange fitted stretches as one trajectory; frames in none of them are gaps."""
+    names, count = context.asked.names, len(frames)
+    places = np.full((count, len(names), 3), np.nan)
+    covariance = np.full((count, len(names), 3, 3), np.nan)
+    limbs, nine = np.full((count, len(LIMBS)), np.nan), np.full((count, len(LANDMARKS), 3), np.nan)
+    kind = np.full(count, GAP, dtype="U12")
+    residual: dict[ClickKey, FloatArray] = {}
+    outlier: dict[ClickKey, float] = {}
+    surprise: list[FloatArray] = []
+    for stretch, freedom, found in filled:
+        for i, frame in enumerate(stretch):
+            k, own = frames.index(frame), clicked[frame]
+            report = reported(freedom, found.states[i], found.P[i], len(names))
+            places[k], covariance[k] = report.places, report.covariance
+            limbs[k], nine[k] = report.limb_sigma_deg, report.nine
+            kind[k] = CLICKED if own else INTERPOLATED
+            off = exact_residuals(own, names, report.places, context.cameras)
+            judgement = found.judgements[i]
+            surprise.append(judgement.surprise)
+            for one, miss, p in zip(own, off, judgement.outlier_probability, strict=True):
+                residual[one.key], outlier[one.key] = miss, float(p)
+    squared = np.concatenate([np.zeros(0), *surprise])
+    factor = float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE)) if len(squared) else np.nan
+    return TrajectoryFit(
+        names=names,
+        frame=np.array(frames, dtype=np.int64),
+        landmarks=places,
+        covariance=covariance,
+        limb_sigma_deg=limbs,
+        kind=kind,
+        nine=nine,
+        residual_px=residual,
+        outlier_probability=outlier,
+        sigma_factor=factor,
+    )
 
 
 class ClickFit(FitContext):
@@ -53,15 +292,15 @@ class ClickFit(FitContext):
         clouds = clouds if self.settings.use_depth else None
         filled = []
         with one_blas_thread():
-            for stretch in connected_stretches(self, clicked, gaps, clouds is not None):
+            for stretch in _connected_stretches(self, clicked, gaps, clouds is not None):
                 data = []
                 for frame in stretch:
                     if cancelled():
                         raise Cancelled
                     data.append(self.data(clicked[frame], clouds(frame) if clouds else None))
                     on_frame(frame)
-                filled.append(fitted_stretch(self, stretch, data, cancelled))
-            return put_together(self, clicked, frames, filled)
+                filled.append((stretch, *_fitted_stretch(self, data, cancelled)))
+            return _put_together(self, clicked, frames, filled)
 
 
 @dataclass(frozen=True)
@@ -115,11 +354,9 @@ def fit_reference(
             by_frame[click.frame].append(click)
     if not by_frame:
         where = "" if r.views is None else " of these views"
-        raise InputError(
-            f"there is no click in frames {frames.start} to {frames.stop - 1}{where}",
-            where=r.source,
-            remedy="Click a few frames first, or choose other frames or views.",
-        )
+        what = f"there is no click in frames {frames.start} to {frames.stop - 1}{where}"
+        remedy = "Click a few frames first, or choose other frames or views."
+        raise InputError(what, where=r.source, remedy=remedy)
     person = proportions_of(recording.subject)
     fitting = ClickFit(recording.cameras, r.landmarks, person, r.settings, recording.fps)
     with recorded_depth(recording, r.settings, r.views) as depth:

@@ -151,7 +151,6 @@ class BiasedSurface:
 
 
 _LEAST_WEIGHT = 1e-4
-
 MEDIAN_SURPRISE = 2.0 * np.log(2.0)  # median of chi squared with two degrees of freedom
 _UPPER_QUARTILE = 2.0 * np.log(4.0)  # the same for the upper quartile
 _TOLD_BY_OTHERS = 0.9  # leverage below which others say something of a click

@@ -63,7 +63,6 @@ class TrajectoryFit:
 
 
 _SEEN_BY = {0: "not clicked in any camera", 1: "seen by one camera"}
-
 _UNSURE = 0.02  # metres of sigma in the worst direction from which a landmark is spoken of
 _UNSURE_LIMB = 10.0  # degrees from which a limb is spoken of
 _ALONG = np.cos(np.radians(35.0))  # a direction nearer to a ray is along its view
@@ -115,11 +114,11 @@ def exact_residuals(
     cameras: Mapping[str, Camera],
 ) -> FloatArray:
     """Click minus place (M, 2) in raw pixels, through the real lens; NaN behind a camera."""
-    found = [
-        np.array(one.position) - cameras[one.camera].project(places[names.index(one.landmark)])
-        for one in measurements
-    ]
-    return np.array(found, dtype=np.float64).reshape(-1, 2)
+    found = np.empty((len(measurements), 2))
+    for i, one in enumerate(measurements):
+        found[i] = one.position
+        found[i] -= cameras[one.camera].project(places[names.index(one.landmark)])
+    return found
 
 
 def frame_fit(
@@ -136,9 +135,9 @@ def frame_fit(
     said = _words(report, measurements, judgement.outlier_probability, residual, context)
     if factor > 1.0:
         said = [f"the clicks scatter {factor:.1f} times as much as their stated uncertainty", *said]
+    where = found.states[0].pose, report.places, report.covariance, residual
     return FrameFit(
-        *(found.states[0].pose, report.places, report.covariance, residual),
-        *(judgement.outlier_probability, report.limb_sigma_deg, tuple(said), factor),
+        *where, judgement.outlier_probability, report.limb_sigma_deg, tuple(said), factor
     )
 
 

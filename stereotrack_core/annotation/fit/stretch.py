@@ -213,8 +213,8 @@ class Stretch:
         limits = limit_rows(body, state.pose, self._limits, f.joints)
         total, rows = gathered((limits,), frames, f.columns), list[ClickResidual | BiasedSurface]()
         if len(frame.clicks):
-            variance = self.sigmas(frame.clicks, i) ** 2 / judgement.weight
-            rows.append(self.click_residual(frame.clicks, state, np.repeat(variance, 2)))
+            variance = _sigmas(frame.clicks, i) ** 2 / judgement.weight
+            rows.append(self._click_residual(frame.clicks, state, variance))
         if f.with_depth and frame.depth is not None and len(frame.depth.points):
             off = biased(frames, state.biases)
             rows.append(self.surface(frame.depth.points, body, off, i))
@@ -224,16 +224,12 @@ class Stretch:
             rows += (BiasedSurface(row, f, off) for row in edges.residuals(body, state.pose))
         return sum((row.information(frames) for row in rows), total)
 
-    def sigmas(self, clicks: Clicks, i: int) -> FloatArray:
-        """Pixels (M,) that right clicks are taken to scatter in round `i`."""
-        least = _LEAST_SIGMAS[i] if i < len(_LEAST_SIGMAS) else 0.0
-        return np.maximum(clicks.sigma, least)
-
-    def click_residual(
-        self, clicks: Clicks, state: FitState, variance: FloatArray
+    def _click_residual(
+        self, clicks: Clicks, state: FitState, variance: FloatArray | float = 1.0
     ) -> ClickResidual:
-        """The clicks as a residual."""
-        return ClickResidual(clicks, self.freedom, self.freedom.own_place(state.offsets), variance)
+        own = self.freedom.own_place(state.offsets)
+        variances = np.repeat(np.broadcast_to(variance, len(clicks)), 2)
+        return ClickResidual(clicks, self.freedom, own, variances)
 
     def surface(
         self, points: FloatArray, body: BodyModel, off: PartFrames, i: int
@@ -251,7 +247,7 @@ class Stretch:
 
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
-        s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
+        s, row = self.settings, self._click_residual(clicks, state)
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
         weight = mixture_weight(residual, clicks.sigma, s.outlier_share)
         return replace(_all_right(clicks), outlier_probability=1.0 - weight)
@@ -262,13 +258,17 @@ class Stretch:
         """Judge the clicks of a frame after round `i`."""
         if not len(clicks):
             return old
-        s, sigma = self.settings, self.sigmas(clicks, i)
-        row = self.click_residual(clicks, state, np.ones(2 * len(clicks)))
+        row, sigma = self._click_residual(clicks, state), _sigmas(clicks, i)
         frames = self.freedom.body_at(state.offsets).frames(state.pose)
         J = row.jacobian(frames).reshape(len(clicks), 2, -1)
         residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(residual, spread, sigma, old.weight, s.outlier_share)
+        return judged(residual, spread, sigma, old.weight, self.settings.outlier_share)
+
+
+def _sigmas(clicks: Clicks, i: int) -> FloatArray:
+    """Pixels (M,) that right clicks are taken to scatter in round `i`."""
+    return np.maximum(clicks.sigma, _LEAST_SIGMAS[i] if i < len(_LEAST_SIGMAS) else 0.0)
 
 
 def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:

@@ -15,8 +15,8 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     Evidence,
     FailureSegment,
     Verdict,
+    turns,
 )
-from stereotrack_core.evaluation.failure_segments.stretches import turns
 from stereotrack_core.evaluation.limbs import limb_ends
 from stereotrack_core.evaluation.summary import points_at
 from stereotrack_core.geometry.triangulation import segment_distance

@@ -1,6 +1,6 @@
 """All failures of a run, with their probable causes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,9 +13,9 @@ from stereotrack_core.evaluation.failure_segments.causes import (
     whereabouts,
 )
 from stereotrack_core.evaluation.failure_segments.looks import Looker
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
-from stereotrack_core.evaluation.failure_segments.stretches import (
+from stereotrack_core.evaluation.failure_segments.segment import (
     FailureRules,
+    FailureSegment,
     failures_by_error,
     failures_by_signs,
 )
@@ -25,11 +25,10 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
+from stereotrack_core.work import NO_WORK, Work
 
 _INSIDE, _USUAL = 6, 10  # frames that are looked at in a failure, and outside of any
 _APART = 0.5  # seconds that a frame outside of any failure is away from all
-
-Report = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +61,12 @@ def failures(
     return find_failures(FailureSearch(run, fps, reference, recording))
 
 
-def find_failures(
-    search: FailureSearch,
-    report: Report = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> tuple[FailureSegment, ...]:
+def find_failures(search: FailureSearch, work: Work = NO_WORK) -> tuple[FailureSegment, ...]:
     """Failures by error, if there is a reference, and by the run's own signs; with causes.
 
     Those found without truth are explained without it. Raises Cancelled, InputError.
     """
-    return explained(search, stretches_of(search), report, cancelled)
+    return explained(search, stretches_of(search), work)
 
 
 def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
@@ -87,10 +82,7 @@ def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
 
 
 def explained(
-    search: FailureSearch,
-    failures: Sequence[FailureSegment],
-    report: Report = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    search: FailureSearch, failures: Sequence[FailureSegment], work: Work = NO_WORK
 ) -> tuple[FailureSegment, ...]:
     """Failures with probable causes, by clouds of six frames of each and of ten usual ones."""
     places = {
@@ -108,12 +100,9 @@ def explained(
         total, done, looks = sum(len(frames) for frames, _ in asked), 0, []
         with Looker(recording, search.run) as looker:
             for frames, where in asked:
-
-                def each(count: int, before: int = done) -> None:
-                    report((before + count) / max(total, 1), "analysing frames")
-
+                part = work.part(done / max(total, 1), (done + len(frames)) / max(total, 1))
                 points = where.at(np.array(frames, dtype=np.int64))
-                looks.append(looker.looks(frames, points, each, cancelled))
+                looks.append(looker.looks(frames, points, part))
                 done += len(frames)
         for one, told, seen in zip(failures, evidence, looks[1:], strict=True):
             told += look_evidence(one, looker.view_names, seen, looks[0])

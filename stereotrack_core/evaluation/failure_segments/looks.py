@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,6 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.limbs import limb_ends
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.description import Recording
@@ -25,6 +24,7 @@ from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.clouds import read_cloud
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from stereotrack_core.work import NO_WORK, Work
 
 _ALONG = np.linspace(0.15, 1.0, 7)
 _THICK = 0.05  # metres from a limb's axis to its surface, about
@@ -80,13 +80,7 @@ class Looker:
         self._chain.close()
         self._reader.close()
 
-    def looks(
-        self,
-        frames: Sequence[int],
-        points: FloatArray,
-        each: Callable[[int], None] = lambda _: None,
-        cancelled: Callable[[], bool] = lambda: False,
-    ) -> list[Look]:
+    def looks(self, frames: Sequence[int], points: FloatArray, work: Work = NO_WORK) -> list[Look]:
         """Look at some frames, ascending, with landmarks at `points` (F, 9, 3)."""
         if not self._learned:
             last = int(self._run.frame[-1]) if len(self._run.frame) else 0
@@ -94,11 +88,9 @@ class Looker:
             self._learned = True
         found = []
         for i, frame in enumerate(frames):
-            if cancelled():
-                raise Cancelled
+            work.step(i / len(frames), "analysing frames")
             cloud, _ = read_cloud(self._chain, self._reader, int(frame))
             found.append(self._look(cloud, points[i]))
-            each(i + 1)
         return found
 
     def _look(self, cloud: Cloud, landmarks: FloatArray) -> Look:

@@ -130,7 +130,7 @@ def limb_icp(measured: Measurements, predicted: Belief, _: State) -> tuple[Belie
 
 def _registered(part: int, data: FloatArray, pose: Pose, setup: Setup, all_data: int) -> Registered:
     """Move one part of a pose rigidly to its data (N, 3), which are so many of all data."""
-    p, body, own = setup.parameters, setup.body, setup.body.cones.part == part
+    p, body, own = setup.parameters, setup.body, setup.body.cones["part"] == part
     reach, effective = p.max_correspondence_distance, p.effective_sample_size * len(data) / all_data
     trust = Trust(reach, p.loss_scale, p.sigma_measurement, effective)
     frames = body.frames(pose)

@@ -73,11 +73,7 @@ def annealed_particles(
 
 
 def _scattered(
-    setup: Setup,
-    predicted: Belief,
-    last: Particles | None,
-    gone: float,
-    rng: np.random.Generator,
+    setup: Setup, predicted: Belief, last: Particles | None, gone: float, rng: np.random.Generator
 ) -> FloatArray:
     """Particles (K, n) as displacements of the predicted pose, before the first layer."""
     P0, joints = predicted.P, setup.joints

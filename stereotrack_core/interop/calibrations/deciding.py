@@ -79,11 +79,6 @@ def _apart(a: Camera, b: Camera) -> float:
     return float(np.linalg.norm(a.position_world - b.position_world))
 
 
-def _faces(camera: Camera, point: FloatArray) -> bool:
-    way = camera.camera_from_world.apply(point)
-    return bool(way[2] > _FACING * float(np.linalg.norm(way)))
-
-
 def _same_way(a: Camera, b: Camera) -> bool:
     axes = a.camera_from_world.rotation[2], b.camera_from_world.rotation[2]
     return bool(axes[0] @ axes[1] > _PARALLEL)
@@ -101,7 +96,8 @@ def in_order(cameras: Mapping[str, Camera], pairs: Pairs) -> bool | None:
     if at_one_place(apart):
         return False
     centre = common_centre(apart)
-    if not all(_faces(camera, centre) for camera in apart.values()):
+    ways = [camera.camera_from_world.apply(centre) for camera in apart.values()]
+    if not all(way[2] > _FACING * np.linalg.norm(way) for way in ways):
         return False
     # two cameras alone look at one place in other conventions as well
     return True if len(apart) > 2 or pairs else None
@@ -125,25 +121,6 @@ def lengths_of(
     if base:
         lengths["base line"] = float(np.median(base))
     return {name: length for name, length in lengths.items() if np.isfinite(length)}
-
-
-def _is_possible(lengths: Mapping[str, float], metres: float) -> bool:
-    """Whether all lengths of a rig are possible in a unit of so many metres."""
-    limits = [(_POSSIBLE_M[name], length * metres) for name, length in lengths.items()]
-    return bool(limits) and all(least <= size <= most for (least, most), size in limits)
-
-
-def moved(cameras: Mapping[str, Camera], metres: float) -> dict[str, Camera]:
-    """The same cameras with the lengths of their places multiplied."""
-    return {
-        name: replace(
-            camera,
-            camera_from_world=RigidTransform(
-                camera.camera_from_world.rotation, camera.camera_from_world.translation * metres
-            ),
-        )
-        for name, camera in cameras.items()
-    }
 
 
 DOCUMENTED = "world-to-camera"
@@ -184,8 +161,7 @@ def completed(
     sizes = {(camera.width, camera.height) for camera in known.values()}
     foreign = foreign.of_size(size or (sizes.pop() if len(sizes) == 1 else None))
     chosen = _names(foreign, recording, names)
-    notes = []
-    cameras = []
+    notes, cameras = [], []
     for one, name in zip(foreign.cameras, chosen, strict=True):
         shown = (known[name].width, known[name].height) if name in known else None
         own = one.size or shown or size
@@ -197,15 +173,14 @@ def completed(
             notes.append(PADDED.format(name, *own, *shown))
             own = shown
         if shown is not None and own != shown:
-            both = (
-                f"{own[0]} x {own[1]} pixels, those of the recording have {shown[0]} x {shown[1]}"
+            what = (
+                f"the calibration of {name} is for images of {own[0]} x {own[1]} pixels, those of "
+                f"the recording have {shown[0]} x {shown[1]}"
             )
-            what = f"the calibration of {name} is for images of {both}"
             remedy = "Use a calibration made with images of this size, or the original images."
             raise InputError(what, where=foreign.where, remedy=remedy)
         cameras.append(replace(one, name=name, size=own))
-    lacking = [name for name in known if name not in chosen]
-    if lacking:
+    if lacking := [name for name in known if name not in chosen]:
         notes.append(f"the file lacks {', '.join(lacking)} of the recording")
     return replace(foreign, cameras=tuple(cameras), notes=(*foreign.notes, *notes))
 
@@ -259,9 +234,9 @@ def decide(
         cameras = cameras_read(foreign, DOCUMENTED)
         return Decided(cameras, DOCUMENTED, unit or "m", (), (*foreign.notes, note))
     chosen, why, doubts = _convention(foreign, pairs, convention)
-    cameras = cameras_read(foreign, chosen)
-    scale, because, odd = _unit(foreign, cameras, pairs, unit)
-    cameras = moved(cameras, METRES_PER_UNIT[scale])
+    in_file = cameras_read(foreign, chosen)
+    scale, because, odd = _unit(foreign, in_file, pairs, unit)
+    cameras = {name: camera.scaled(METRES_PER_UNIT[scale]) for name, camera in in_file.items()}
     notes = [*foreign.notes, *doubts, *odd]
     if (own := world_camera(cameras.values())) is not None:
         notes.append(
@@ -290,10 +265,12 @@ def _convention(
             + (f". With {others} they would; check them in the workbench" if others else "")
         )
         return DOCUMENTED, reason, () if DOCUMENTED in fitting else (unusual,)
-    contradict = "the places of the cameras contradict the convention that"
     what = "the cameras look at no common place, however rotations and translations are read"
     if fitting:
-        what = f"{contradict} {foreign.format} documents; these fit: {' or '.join(fitting)}"
+        what = (
+            "the places of the cameras contradict the convention that "
+            f"{foreign.format} documents; these fit: {' or '.join(fitting)}"
+        )
     remedy = "Choose one with --convention, and check the cameras in the workbench."
     raise Undecided(what, where=foreign.where, remedy=remedy)
 
@@ -305,7 +282,12 @@ def _unit(
     if given is not None:
         return given, f"unit {given}: given with --units", ()
     lengths = lengths_of(cameras, pairs, foreign.square)
-    possible = [unit for unit, metres in METRES_PER_UNIT.items() if _is_possible(lengths, metres)]
+    limits = [(length, *_POSSIBLE_M[name]) for name, length in lengths.items()]
+    possible = [
+        unit
+        for unit, metres in METRES_PER_UNIT.items()
+        if limits and all(least <= length * metres <= most for length, least, most in limits)
+    ]
     stated = foreign.unit
     if stated is not None and (stated in possible or not lengths or foreign.documented):
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
@@ -327,14 +309,12 @@ def _unit(
 
 
 def _lengths(lengths: Mapping[str, float], unit: str) -> str:
-    metres = METRES_PER_UNIT[unit]
-    return ", ".join(f"{name} {_length(one * metres)}" for name, one in lengths.items()) or "-"
-
-
-def _length(metres: float) -> str:
-    if metres < 0.01:
-        return f"{1000 * metres:.2g} mm"
-    return f"{metres:,.0f} m" if metres >= 100 else f"{metres:.2f} m"
+    texts = []
+    for name, length in lengths.items():
+        metres = length * METRES_PER_UNIT[unit]
+        size = f"{metres:,.0f} m" if metres >= 100 else f"{metres:.2f} m"
+        texts.append(f"{name} {size if metres >= 0.01 else f'{1000 * metres:.2g} mm'}")
+    return ", ".join(texts) or "-"
 
 
 def with_calibration(
@@ -358,8 +338,12 @@ def with_calibration(
     sizes = {size_of(use) for use in choices.used()}
     size = sizes.pop() if len(sizes) == 1 else None
     foreign = completed(read_foreign(paths), size=size)
-    matched = _matched(choices, [one.name for one in foreign.cameras])
-    pairs = _pairs(matched, [one.name for one in foreign.cameras])
+    theirs = [one.name for one in foreign.cameras]
+    matched = _matched(choices, theirs)
+    names = {name: matched.cameras.get(name, name) for name in matched.camera_names()}
+    views = dict.fromkeys(use.view for use in matched.used())
+    both = [(names.get(f"{view}_left", ""), names.get(f"{view}_right", "")) for view in views]
+    pairs = [pair for pair in both if set(pair) <= set(theirs)]
     decided = decide(foreign, pairs, convention=convention, unit=unit)
     return replace(matched, calibration=paths[0], given=decided.cameras), decided
 
@@ -391,11 +375,3 @@ def _matched(choices: Choices, theirs: Sequence[str]) -> Choices:
         found = {ours[0]: theirs[0]}
     known = {name: camera for name, camera in choices.cameras.items() if camera in theirs}
     return replace(choices, cameras={**found, **known})
-
-
-def _pairs(choices: Choices, theirs: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Left and right cameras of the stereo views, by the names of the file."""
-    names = {name: choices.cameras.get(name, name) for name in choices.camera_names()}
-    views = dict.fromkeys(use.view for use in choices.used())
-    both = [(names.get(f"{view}_left", ""), names.get(f"{view}_right", "")) for view in views]
-    return tuple(pair for pair in both if set(pair) <= set(theirs))

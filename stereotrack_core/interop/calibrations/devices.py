@@ -1,4 +1,4 @@
-"""Calibrations that come with cameras and their drivers: ROS, Qualisys, ZED.
+"""Calibrations of cameras and their drivers, ROS, Qualisys, ZED, and of MATLAB.
 
 ROS ``camera_info``: files of camera_calibration, and messages as ``topic echo`` prints them. One
 camera a file, metres. The files of a stereo camera place it: the rectified cameras share axes,
@@ -14,6 +14,11 @@ lenses at each resolution; their coefficients are in the same sections, or for a
 ``[LEFT_DISTO]`` and ``[RIGHT_DISTO]``. ``[STEREO]`` places the right camera: x_right = R x_left + T
 with T = (-Baseline, TY, TZ) and R of the rotation vector (RX, CV, RZ), as Stereolabs' own
 calibration tool writes OpenCV's result.
+
+MATLAB's ``stereoParameters`` and ``cameraParameters``, as JSON or as a MAT file of structs, which
+are made with ``toStruct``: it cannot hold MATLAB's objects for others. MATLAB multiplies from the
+left (x_2 = x_1 R + t), so that its matrices are transposed; newer versions also give ``K`` and
+``PoseCamera2``, which are not. The centre of the first pixel is (1, 1).
 """
 
 from collections.abc import Mapping
@@ -23,7 +28,6 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.interop.calibrations import foreign
 from stereotrack_core.interop.calibrations.documents import Document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
@@ -31,7 +35,6 @@ from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, Fo
 _KEYS = {
     "matrix": ("camera_matrix", "K", "k"),
     "distortions": ("distortion_coefficients", "D", "d"),
-    "rectification": ("rectification_matrix", "R", "r"),
     "projection": ("projection_matrix", "P", "p"),
     "width": ("image_width", "width"),
     "height": ("image_height", "height"),
@@ -60,31 +63,24 @@ def read_camera_info(document: Document) -> ForeignCalibration | None:
     name = (
         foreign.text_of(content.get("camera_name")) or foreign.text_of(frame) or document.path.stem
     )
-    rotation, translation = _place(content, where)
-    values = {
-        "size": [_ros_value(content, key, where) for key in ("width", "height")],
-        **{key: _ros_value(content, key, where) for key in ("matrix", "distortions")},
-        "fisheye": _MODELS[model],
-        "rotation": rotation,
-        "translation": translation,
-    }
-    camera = foreign.camera_of(name, values, where)
-    return ForeignCalibration("ROS camera_info", where, (camera,), "m", documented=True)
-
-
-def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArray]:
-    """camera_from_world, where the world is the rectified left camera."""
-    turned = np.eye(3)
+    turned = np.eye(3)  # camera_from_world, where the world is the rectified left camera
     given = content.get("rectification_matrix", content.get("R", content.get("r")))
     if given is not None:
         turned = foreign.rotation_of(foreign.data_of(given), f"{where}, rectification matrix").T
     stated, place = _ros_value(content, "projection", where), f"{where}, projection matrix"
     projection = foreign.array_of(stated, (3, 4), place, "3 x 4 numbers")
-    focal_x, focal_y = projection[0, 0], projection[1, 1]
-    aside = np.zeros(3)
-    if focal_x and focal_y:  # zero in messages of cameras that are not calibrated
-        aside = np.array([projection[0, 3] / focal_x, projection[1, 3] / focal_y, 0.0])
-    return turned, turned @ aside
+    aside, focal = np.zeros(3), projection.diagonal()[:2]
+    if focal.all():  # zero in messages of cameras that are not calibrated
+        aside[:2] = projection[:2, 3] / focal
+    values = {
+        "size": [_ros_value(content, key, where) for key in ("width", "height")],
+        **{key: _ros_value(content, key, where) for key in ("matrix", "distortions")},
+        "fisheye": _MODELS[model],
+        "rotation": turned,
+        "translation": turned @ aside,
+    }
+    camera = foreign.camera_of(name, values, where)
+    return ForeignCalibration("ROS camera_info", where, (camera,), "m", documented=True)
 
 
 def _ros_value(content: Mapping[str, Any], name: str, where: str) -> Any:
@@ -213,3 +209,104 @@ def _zed_value(
     if text is None and default is not None:
         return default
     return foreign.number_of(foreign.needed(table, key.casefold(), where), f"{where}, {key}")
+
+
+_PAIR, _ONE = ("CameraParameters1", "CameraParameters2"), ("RadialDistortion",)
+_DEEPEST = 3
+_FIRST_PIXEL = 1.0
+_COUNTS_FROM_ONE = "MATLAB counts pixels from 1: the principal points are moved by one pixel"
+
+
+def _struct(content: Any, keys: tuple[str, ...], depth: int = 0) -> Mapping[str, Any] | None:
+    """The first struct with all of the keys, however the variable is called that holds it."""
+    if not isinstance(content, Mapping) or depth > _DEEPEST:
+        return None
+    if all(key in content for key in keys):
+        return content
+    found = (_struct(value, keys, depth + 1) for value in content.values())
+    return next((one for one in found if one is not None), None)
+
+
+def read_matlab(document: Document) -> ForeignCalibration | None:
+    """Read a pair or one camera, None of another file; InputError for what is wrong, and where."""
+    where = document.where
+    pair, one = (_struct(document.content, keys) for keys in (_PAIR, _ONE))
+    if pair is None:
+        if one is None and document.kind != "mat":
+            return None
+        if one is None:
+            what = "it contains no stereoParams or cameraParams that can be read"
+            remedy = "In MATLAB: s = toStruct(stereoParams); save('stereo.mat', 's', '-v7')."
+            raise foreign.refusal(where, what, remedy)
+        camera = _camera(one, document.path.stem, where, (None, None))
+        return _calibration(where, (camera,), one)
+    first, second = (foreign.table_of(pair[key], f"{where}, {key}") for key in _PAIR)
+    cameras = (
+        _camera(first, "left", f"{where}, {_PAIR[0]}", (np.eye(3), np.zeros(3))),
+        _camera(second, "right", f"{where}, {_PAIR[1]}", _second_from_first(pair, where)),
+    )
+    return _calibration(where, cameras, first)
+
+
+def _calibration(
+    where: str, cameras: tuple[ForeignCamera, ...], stated: Mapping[str, Any]
+) -> ForeignCalibration:
+    unit, notes = foreign.unit_named(stated.get("WorldUnits")), (_COUNTS_FROM_ONE,)
+    return ForeignCalibration(
+        "MATLAB", where, cameras, unit, stated=unit is not None, notes=notes, documented=True
+    )
+
+
+def _second_from_first(pair: Mapping[str, Any], where: str) -> tuple[Any, Any]:
+    """Rotation and translation of the second camera."""
+    pose = pair.get("PoseCamera2")
+    if not isinstance(pose, Mapping):
+        turned = foreign.rotation_of(
+            foreign.needed(pair, "RotationOfCamera2", where), f"{where}, RotationOfCamera2"
+        )
+        return turned.T, foreign.needed(pair, "TranslationOfCamera2", where)
+    place = f"{where}, PoseCamera2"
+    if pose.get("A") is not None:
+        matrix = foreign.array_of(pose["A"], (4, 4), f"{place}.A", "4 x 4 numbers")
+        return matrix[:3, :3], matrix[:3, 3]
+    return foreign.needed(pose, "R", place), foreign.needed(pose, "Translation", place)
+
+
+def _camera(
+    table: Mapping[str, Any], name: str, place: str, placed: tuple[Any, Any]
+) -> ForeignCamera:
+    inner = table.get("Intrinsics")
+    if isinstance(inner, Mapping):
+        table = {**table, **inner}
+    radial = foreign.needed(table, "RadialDistortion", place)
+    radial = foreign.array_of(radial, None, f"{place}, RadialDistortion", "numbers")
+    tangential = table.get("TangentialDistortion", [0.0, 0.0])
+    tangential = foreign.numbers_of(tangential, 2, f"{place}, TangentialDistortion")
+    if radial.size not in (2, 3):
+        what = f"it has {radial.size} numbers, not 2 or 3"
+        raise foreign.refusal(f"{place}, RadialDistortion", what)
+    size = table.get("ImageSize") or None  # empty where MATLAB was not told; height and width
+    values = {
+        "size": None if size is None else foreign.numbers_of(size, 2, f"{place}, ImageSize")[::-1],
+        "matrix": _matrix(table, place),
+        "distortions": [*radial[:2], *tangential, *radial[2:]],
+        "rotation": placed[0],
+        "translation": placed[1],
+    }
+    camera = foreign.camera_of(name, values, place)
+    matrix = camera.matrix.copy()
+    matrix[:2, 2] -= _FIRST_PIXEL
+    return replace(camera, matrix=matrix)
+
+
+def _matrix(table: Mapping[str, Any], place: str) -> Any:
+    """Camera matrix as it is given, or of focal length, principal point and skew."""
+    given = next((table[key] for key in ("K", "IntrinsicMatrix") if table.get(key)), None)
+    if given is not None:
+        return given
+    focal, centre = (
+        foreign.numbers_of(foreign.needed(table, key, place), 2, f"{place}, {key}")
+        for key in ("FocalLength", "PrincipalPoint")
+    )
+    skew = foreign.number_of(table.get("Skew", 0.0), f"{place}, Skew")
+    return foreign.pinhole((*focal, *centre), skew)

@@ -20,9 +20,7 @@ from stereotrack_core.recording.toml_table import load_toml
 
 Kind = Literal["toml", "yaml", "json", "xml", "mat", "ini"]
 
-_TEXT_BYTES = 8 * MB
-"""Of a calibration as text, with all corners of the board that some tools keep in it."""
-
+_TEXT_BYTES = 8 * MB  # a calibration as text, with all corners of the board that some tools keep
 _YAML_BYTES = MB  # which takes some seconds to read
 
 _MAT_BYTES = 64 * MB
@@ -58,16 +56,12 @@ def read_document(path: Path) -> Document:
         return Document(path, "ini", _ini(text, path))
     if text.startswith("<"):
         return Document(path, "xml", _xml(text, path))
-    if text.startswith("{"):
-        return Document(path, "json", _table(parsed_json(text, str(path)), path))
-    return Document(path, "yaml", _table(_yaml(text, path), path))
-
-
-def _table(content: Any, path: Path) -> Mapping[str, Any]:
+    kind: Kind = "json" if text.startswith("{") else "yaml"
+    content = parsed_json(text, str(path)) if kind == "json" else _yaml(text, path)
     if not isinstance(content, Mapping):
         what = "this is not a calibration file: it holds no names with values"
         raise InputError(what, where=str(path), remedy="Check that it is the right file.")
-    return content
+    return Document(path, kind, content)
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]

@@ -56,8 +56,7 @@ class ForeignCalibration:
     stated: bool = False  # whether the unit stands in the file itself
     square: float | None = None  # a square of the calibration board, in the file's unit
     notes: tuple[str, ...] = ()
-    documented: bool = False
-    """Whether the format's documentation states how rotation and translation map."""
+    documented: bool = False  # whether the format documents how rotation and translation map
     other_sizes: tuple[ForeignCalibration, ...] = ()
     """The same cameras at every image size, if the file holds several."""
 
@@ -164,8 +163,7 @@ def rotation_of(value: Any, where: str) -> FloatArray:
     if off < 1e-9:
         return matrix
     u, _, v = np.linalg.svd(matrix)
-    nearest: FloatArray = u @ v
-    return nearest
+    return np.asarray(u @ v)
 
 
 def camera_of(name: str, values: Mapping[str, Any], where: str) -> ForeignCamera:

@@ -39,7 +39,10 @@ Values = Mapping[str, Any]  # values by their name in lower case, without what j
 
 def read_storage(documents: Sequence[Document]) -> ForeignCalibration:
     """Read files that belong together; raises InputError for what is wrong, with its place."""
-    contents = [_content(one) for one in documents]
+    contents: list[Mapping[str, Any]] = [
+        {child.tag: _node(child) for child in one.content} if one.kind == "xml" else one.content
+        for one in documents
+    ]
     where = ", ".join(one.where for one in documents)
     own = [_known(content) for content in contents]
     merged = {key: value for content in contents for key, value in content.items()}
@@ -54,13 +57,6 @@ def read_storage(documents: Sequence[Document]) -> ForeignCalibration:
     square = None if square is None else foreign.number_of(square, f"{where}, square_size")
     stated = unit is not None
     return ForeignCalibration("OpenCV", where, tuple(cameras), unit, stated=stated, square=square)
-
-
-def _content(document: Document) -> Mapping[str, Any]:
-    if document.kind != "xml":
-        content: Mapping[str, Any] = document.content
-        return content
-    return {child.tag: _node(child) for child in document.content}
 
 
 def _node(element: Element) -> Any:
@@ -189,36 +185,29 @@ def storage_text(cameras: Sequence[Camera], unit: str, suffix: str) -> str:
     storage = cv2.FileStorage(
         f"calibration{suffix}", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY
     )
+    metres = foreign.METRES_PER_UNIT[unit]
     storage.write("unit", unit)
     storage.startWriteStruct("names", cv2.FILE_NODE_SEQ)
     for camera in cameras:
         storage.write("", camera.name)
     storage.endWriteStruct()
     for camera in cameras:
-        _write_camera(storage, camera, foreign.METRES_PER_UNIT[unit])
+        placed, name = camera.camera_from_world, camera.name
+        storage.write(f"W_{name}", camera.width)
+        storage.write(f"H_{name}", camera.height)
+        storage.write(f"K_{name}", camera.matrix)
+        storage.write(f"dist_{name}", camera.distortions.reshape(1, -1))
+        if camera.fisheye:
+            storage.write(f"fisheye_{name}", 1)
+        storage.write(f"R_{name}", vector_from_rotation(placed.rotation).reshape(3, 1))
+        storage.write(f"Rot_{name}", np.ascontiguousarray(placed.rotation))
+        storage.write(f"T_{name}", (placed.translation / metres).reshape(3, 1))
     if len(cameras) == 2:
-        _write_pair(storage, cameras[0], cameras[1], foreign.METRES_PER_UNIT[unit])
+        for number, camera in enumerate(cameras, start=1):
+            storage.write(f"M{number}", camera.matrix)
+            storage.write(f"D{number}", camera.distortions.reshape(1, -1))
+        second_from_first = cameras[1].camera_from_world @ cameras[0].world_from_camera
+        storage.write("R", np.ascontiguousarray(second_from_first.rotation))
+        storage.write("T", (second_from_first.translation / metres).reshape(3, 1))
     text: str = storage.releaseAndGetString()
     return text
-
-
-def _write_camera(storage: Any, camera: Camera, metres: float) -> None:
-    placed, name = camera.camera_from_world, camera.name
-    storage.write(f"W_{name}", camera.width)
-    storage.write(f"H_{name}", camera.height)
-    storage.write(f"K_{name}", camera.matrix)
-    storage.write(f"dist_{name}", camera.distortions.reshape(1, -1))
-    if camera.fisheye:
-        storage.write(f"fisheye_{name}", 1)
-    storage.write(f"R_{name}", vector_from_rotation(placed.rotation).reshape(3, 1))
-    storage.write(f"Rot_{name}", np.ascontiguousarray(placed.rotation))
-    storage.write(f"T_{name}", (placed.translation / metres).reshape(3, 1))
-
-
-def _write_pair(storage: Any, first: Camera, second: Camera, metres: float) -> None:
-    second_from_first = second.camera_from_world @ first.world_from_camera
-    for number, camera in ((1, first), (2, second)):
-        storage.write(f"M{number}", camera.matrix)
-        storage.write(f"D{number}", camera.distortions.reshape(1, -1))
-    storage.write("R", np.ascontiguousarray(second_from_first.rotation))
-    storage.write("T", (second_from_first.translation / metres).reshape(3, 1))

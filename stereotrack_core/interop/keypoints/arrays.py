@@ -22,8 +22,7 @@ from stereotrack_core.tables import number_or_nan, read_cells, whole_number
 
 CONFIDENCES = ("visibility", "likelihood", "confidence", "score", "presence")
 """What a point's confidence is called."""
-_SHARE = 2.0
-"""Below which all places of a picture are shares of its size; no person is two pixels large."""
+_SHARE = 2.0  # below it all places of a picture are shares of its size: nobody is two pixels large
 
 
 def read_array(source: KeypointSource) -> Iterator[FileRow]:
@@ -35,7 +34,11 @@ def read_array(source: KeypointSource) -> Iterator[FileRow]:
         array = array[None]
     if array.ndim != 4 or array.shape[3] < 2:
         raise InputError(f"the array has the shape {array.shape}", where=str(path), remedy=remedy)
-    names = _names(source, array.shape[2])
+    count, body = array.shape[2], len(MEDIAPIPE_33)
+    if source.layout is None and count > body and not layouts_of(count):  # hands and face follow
+        names: Sequence[str] = (*MEDIAPIPE_33, *(f"point_{i}" for i in range(body, count)))
+    else:
+        names = source.points_of(count, str(path))
     for camera, places in zip(_cameras(source, len(array)), array[..., :2], strict=True):
         if source.camera is not None and camera != source.camera_of("", str(path)):
             continue
@@ -43,13 +46,6 @@ def read_array(source: KeypointSource) -> Iterator[FileRow]:
         for frame, k in np.argwhere(np.isfinite(places).all(axis=2)).tolist():
             x, y = places[frame, k].tolist()
             yield frame, camera, names[k], x, y, 1.0, source.name, Who(0)
-
-
-def _names(source: KeypointSource, count: int) -> Sequence[str]:
-    """Names of the points: a body's, which hands and face may follow."""
-    if source.layout is None and count > len(MEDIAPIPE_33) and not layouts_of(count):
-        return (*MEDIAPIPE_33, *(f"point_{i}" for i in range(len(MEDIAPIPE_33), count)))
-    return source.points_of(count, str(source.path))
 
 
 def _cameras(source: KeypointSource, count: int) -> Sequence[str]:

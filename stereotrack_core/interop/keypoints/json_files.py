@@ -27,7 +27,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -54,10 +53,20 @@ _IDENTITIES = ("track_id", "person_id", "instance_id", "idx")
 """Keys of a person's identity over all pictures; ``idx`` is AlphaPose's."""
 
 
-def is_results(content: Any) -> bool:
-    """Whether JSON is a results file."""
+def read_json_rows(source: KeypointSource, content: Any) -> Iterator[FileRow]:
+    """Rows of JSON by what it holds, COCO's annotations if nothing else; InputError if unknown."""
     first = content[0] if isinstance(content, list) and content else None
-    return isinstance(first, Mapping) and {"image_id", "keypoints"} <= set(first)
+    keys = set(first) if isinstance(first, Mapping) else set()
+    if is_openpose(content):
+        return read_openpose(source)
+    if is_mediapipe(content):
+        return read_mediapipe(source, content)
+    is_demo = isinstance(content, Mapping) and "instance_info" in content
+    if is_demo or {"frame_id", "instances"} <= keys:
+        return read_mmpose(source, content)
+    if {"image_id", "keypoints"} <= keys:
+        return read_results(source, content)
+    return read_annotations(source)
 
 
 def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
@@ -101,27 +110,19 @@ def _coco_rows(
 ) -> Iterator[FileRow]:
     """Rows of people, each with its place in the file and its detector; points by category."""
     every = [_triples(one, "keypoints", where) for one, where, _ in people]
-    scale = _scale_of(every)
+    marks = {sure for values in every for _, _, sure in values}
+    scale = 1.0 / _VISIBLE if _VISIBLE in marks and marks <= {0.0, 1.0, _VISIBLE} else 1.0
     count: Counter[tuple[int, str, str]] = Counter()
     for (one, where, detector), values in zip(people, every, strict=True):
         if (place := place_of(one.get("image_id"), where)) is None:
             continue
-        who = Who(count[*place, detector], _identity(one))
+        identities = (stated_name(one.get(key)) for key in _IDENTITIES)
+        who = Who(count[*place, detector], next(filter(None, identities), ""))
         count[*place, detector] += 1
         named = categories.get(one.get("category_id"))
         names = source.points_of(len(values), where) if named is None else map(str, named)
         for name, (x, y, mark) in zip(names, values, strict=False):
             yield *place, name, x, y, mark * scale, detector or source.name, who
-
-
-def _identity(one: Mapping[str, Any]) -> str:
-    return next(filter(None, (stated_name(one.get(key)) for key in _IDENTITIES)), "")
-
-
-def _scale_of(people: Sequence[Sequence[tuple[float, float, float]]]) -> float:
-    """Factor from the third numbers of a file's points to confidences."""
-    marks = {sure for values in people for _, _, sure in values}
-    return 1.0 / _VISIBLE if _VISIBLE in marks and marks <= {0.0, 1.0, _VISIBLE} else 1.0
 
 
 def _triples(one: Mapping[str, Any], key: str, where: str) -> list[tuple[float, float, float]]:
@@ -169,14 +170,6 @@ _MMPOSE_KIND: Kind = {
     "instance_info": _MMPOSE_FRAMES,
 }
 _FIRST_OF_DEMO = 1
-
-
-def is_mmpose(content: Any) -> bool:
-    """Whether JSON is such a file."""
-    if isinstance(content, Mapping):
-        return "instance_info" in content
-    first = content[0] if isinstance(content, list) and content else None
-    return isinstance(first, Mapping) and {"frame_id", "instances"} <= set(first)
 
 
 def read_mmpose(source: KeypointSource, content: Any) -> Iterator[FileRow]:
@@ -321,13 +314,7 @@ def read_openpose(source: KeypointSource) -> Iterator[FileRow]:
                 yield *place, name, x, y, sure, source.name, who
 
 
-@cache
-def _camera_folder(folder: Path) -> str:
-    """Name of a folder without what says that it holds JSON."""
-    name = folder.resolve().name
-    return name.removesuffix("_json") or name
-
-
 def _named(path: Path) -> str:
     """Path of the picture that a file is of, as its camera and its frame are told by."""
-    return f"{_camera_folder(path.parent)}/{path.name.removesuffix(_END)}"
+    folder = path.parent.resolve().name
+    return f"{folder.removesuffix('_json') or folder}/{path.name.removesuffix(_END)}"

@@ -128,18 +128,26 @@ def _followed(rows: Sequence[FileRow]) -> list[Row]:
     sums: dict[tuple[int, int], float] = {}
     for frame, _, name, x, y, sure, _, who in rows:
         if np.isfinite((x, y)).all():
-            people = pictures.setdefault(frame, {})
-            if who.place not in people:
-                people[who.place] = np.full((len(keypoints), 2), np.nan)
-            people[who.place][keypoints[name]] = x, y
+            nowhere = np.full((len(keypoints), 2), np.nan)
+            pictures.setdefault(frame, {}).setdefault(who.place, nowhere)[keypoints[name]] = x, y
             sums[frame, who.place] = sums.get((frame, who.place), 0.0) + sure
     tracks: list[_Track] = []
     found: dict[tuple[int, int], int] = {}
-    for frame in sorted(pictures):
-        own = pictures[frame]
-        for index, track in _matches(tracks, frame, own).items():
-            found[frame, index] = track
-            tracks[track].confidence += sums[frame, index]
+    for frame, people in sorted(pictures.items()):
+        cost = np.array(
+            [[track.distance(frame, places) for track in tracks] for places in people.values()]
+        ).reshape(len(people), len(tracks))
+        # what is too far is as bad as any other, so that it does not push aside what is near
+        pairs = zip(*scipy.optimize.linear_sum_assignment(np.minimum(cost, 1.0)), strict=True)
+        matched = {int(row): int(track) for row, track in pairs if cost[row, track] < 1.0}
+        for row, (index, places) in enumerate(people.items()):
+            if row in matched:
+                tracks[matched[row]].go_on(frame, places)
+            else:
+                matched[row] = len(tracks)
+                tracks.append(_Track(places, np.zeros(2), frame, _size(places)))
+            found[frame, index] = matched[row]
+            tracks[matched[row]].confidence += sums[frame, index]
     order = sorted(range(len(tracks)), key=lambda k: -tracks[k].confidence)
     rank = {track: number for number, track in enumerate(order)}
     return [
@@ -147,24 +155,6 @@ def _followed(rows: Sequence[FileRow]) -> list[Row]:
         for row in rows
         if (row[0], row[7].place) in found
     ]
-
-
-def _matches(tracks: list[_Track], frame: int, people: Mapping[int, FloatArray]) -> dict[int, int]:
-    """The track of each person of a picture by index; new people begin one."""
-    indices = list(people)
-    cost = np.array(
-        [[track.distance(frame, people[index]) for track in tracks] for index in indices]
-    ).reshape(len(indices), len(tracks))
-    # what is too far is as bad as any other, so that it does not push aside what is near
-    pairs = zip(*scipy.optimize.linear_sum_assignment(np.minimum(cost, 1.0)), strict=True)
-    found = {indices[row]: int(track) for row, track in pairs if cost[row, track] < 1.0}
-    for index, places in people.items():
-        if index in found:
-            tracks[found[index]].go_on(frame, places)
-        else:
-            found[index] = len(tracks)
-            tracks.append(_Track(places, np.zeros(2), frame, _size(places)))
-    return found
 
 
 _OTHERS = "of other people"
@@ -203,8 +193,7 @@ class FoundKeypoints:
     keypoints: Keypoints
     left_out: Mapping[str, int] = field(default_factory=dict)
     """Rows by the reason for which they are left out, in words."""
-    notes: tuple[str, ...] = ()
-    """What was decided about them, such as the order of points without names."""
+    notes: tuple[str, ...] = ()  # decisions about them, such as the order of points without names
     people: Mapping[int, str] = field(default_factory=dict)
     """Names of people by their number, as far as the file states identities."""
 
@@ -220,10 +209,8 @@ def found_in(
     """Take the rows that make sense; InputError where a stated name is unknown, or none is left."""
     for theirs, ours in source.names.items():
         if ours not in _KNOWN:
-            what = f"unknown keypoint {ours!r}"
-            remedy = (
-                f"Write a landmark or a keypoint, such as {', '.join(keypoint_names.COCO_17[:7])}."
-            )
+            what, some = f"unknown keypoint {ours!r}", ", ".join(keypoint_names.COCO_17[:7])
+            remedy = f"Write a landmark or a keypoint, such as {some}."
             raise InputError(what, where=f"--name {theirs}={ours}", remedy=remedy)
     left: Counter[str] = Counter()
     kept: list[FileRow] = []
@@ -249,8 +236,7 @@ def found_in(
         remedy = f"Check that the file is of this recording, and {names}."
         what = f"there is no keypoint to use ({said})"
         raise InputError(what, where=str(source.path), remedy=remedy)
-    choices = dict.fromkeys(choice.sentence() for choice in layouts)
-    notes = list(choices)
+    notes = list(dict.fromkeys(choice.sentence() for choice in layouts))
     seen = np.unique(keypoints.frame)
     if len(seen) > 1 and seen[0] == 1 and seen[-1] == len(seen):
         notes.append(

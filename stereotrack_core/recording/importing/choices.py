@@ -1,14 +1,87 @@
-"""Roles of the sources in views: proposed by names, decided by a person."""
+"""The sources of a recording that is made, videos or numbered images, and their roles in views.
+
+Roles are proposed by names and decided by a person.
+"""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
+
+from numpy.typing import NDArray
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.recording.images import Keep
+
+SourceKind: TypeAlias = Literal["video", "images", "depth"]
+
+AGAIN = "Use another copy of the file."
+
+METRIC_UNIT = 0.0005  # metres per count of depth maps that were floating-point metres: up to 32 m
+
+
+class Pictures(Protocol):
+    """Pictures of a source by number; used by one thread at a time."""
+
+    def count(self) -> int:
+        """Number of frames."""
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:
+        """Picture of frame k; DamagedFrame where there is none."""
+
+    def close(self) -> None:
+        """Close what is open."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """One video, or the numbered images of one folder."""
+
+    name: str  # unique among all sources that were found
+    path: Path  # the video, its first chapter, or the first image
+    kind: SourceKind
+    width: int
+    height: int  # size in pixels, as stored
+    frames: int  # number of frames; for a video as far as its header states it
+    fps: float | None = None  # frames per second; None where the files do not state it
+    clock: bool = True  # whether a video states the times of its frames; a raw stream does not
+    chapters: tuple[Path, ...] = ()
+    """The files of a video that the camera split, in their order; none of other videos."""
+    track: int = 0  # index of the video track in the file
+    tracks: int = 1  # number of video tracks in the file
+    bits: int = 8  # bits of a stored value: 16 of depth maps and of pictures with more than 8 bits
+    white: int = 0  # stored value that becomes white in a picture of 8 bits; 0 until it is measured
+    saturated: float = 0.0
+    """Share of the pixels of the measured pictures that are as bright as white, or brighter."""
+    created: float | None = None  # time in seconds since 1970 that a video states, even if whole
+    start: float | None = None  # time of the first frame, seconds since 1970, if the file states it
+    sound: bool = False
+    turned: int = 0  # degrees clockwise to look upright: 0, 90, 180 or 270
+    images: tuple[Path, ...] = ()  # image files in their order; none for a video
+    pattern: str = ""  # printf pattern of the images' names; empty if there is none
+    numbers: tuple[int, ...] = ()  # frame of each image, from 0; left-out numbers have no image
+    lowest: int | None = None  # the number in the first image's name, where numbers count frames
+    times: tuple[float, ...] = ()  # seconds since 1970 of each frame, where names state them
+    uneven: float = 0.0  # largest distance of a frame from its place at a constant rate, in frames
+    pause: float = 0.0  # longest time between two frames in seconds; 0 where it is not known
+    unit: float | None = None  # metres per count, where the depth maps state it
+    rate: float | None = None
+    """Frames per second at which frames are picked by their times; None: all are taken."""
+    begin: float = 0.0  # seconds after the first frame at which picking begins
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.width, self.height
+
+    def says(self) -> str:
+        """Size, length and rate in words."""
+        rate = "" if self.fps is None else f", {self.fps:.4g} fps"
+        chapters = f" in {len(self.chapters)} chapters" if self.chapters else ""
+        return f"{self.width} x {self.height}, {self.frames} frames{rate}{chapters}"
+
 
 Role: TypeAlias = Literal[
     "mono",
@@ -48,8 +121,7 @@ class Use:
     source: Source
     role: Role = "mono"
     view: str = ""  # name of the view that it belongs to
-    mirrored: bool = False
-    """Whether its images are mirror images, as those of the Kinect v1, to be turned back."""
+    mirrored: bool = False  # whether its images, mirrored as those of a Kinect v1, are turned back
     background: Path | None = None  # a picture or video of the empty scene, as this source shows it
     lead: float = 0.0  # the source's own frame at the common instant; with fractions, also negative
 
@@ -61,15 +133,13 @@ class Choices:
     name: str
     uses: tuple[Use, ...]
     fps: float | None  # frame sets per second
-    calibration: Path | None = None
-    """A calibration; None: the cameras are guessed from the size of the images."""
+    calibration: Path | None = None  # without it, cameras are guessed from the images' size
     given: Mapping[str, Camera] | None = None
     """The cameras of the calibration by name, where it is no calibration.toml."""
     cameras: Mapping[str, str] = field(default_factory=dict)
     """Name of the camera in the calibration by camera name here, where they differ."""
     depth_unit: float = _USUAL_UNIT  # metres per count of the depth maps that do not state it
-    resample: bool = True
-    """Whether frames are picked by their times where sources run at other or uneven rates."""
+    resample: bool = True  # whether frames are picked by their times if rates differ or are uneven
 
     def used(self) -> tuple[Use, ...]:
         """The uses that are not ``unused``."""

@@ -15,10 +15,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import WHITEST, DamagedFrame, brightness_of, read_image
 from stereotrack_core.recording.importing import readers
-from stereotrack_core.recording.importing.choices import Use, cameras_of, size_of
-from stereotrack_core.recording.importing.image_groups import is_image
-from stereotrack_core.recording.importing.source import Pictures
+from stereotrack_core.recording.importing.choices import Pictures, Use, cameras_of, size_of
 from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.stream_files import is_image
 from stereotrack_core.recording.writing import VideoWriter, remuxed, write_png
 
 _CHUNK = 4 * 1024 * 1024  # bytes
@@ -37,8 +36,7 @@ class StreamFiles:
     how: Literal["stay", "copy", "remux", "convert"]
     """``remux``: the packets of a track, or of all chapters, are copied into a new file."""
     half: int | None = None  # half of the images that it shows; None for the whole
-    pictured: bool = False
-    """Whether it is a picture of the depth map, for a depth camera without another image."""
+    pictured: bool = False  # whether it is a picture of the depth map, for want of another image
     empty: bool = False  # whether it is the background of the stream rather than its frames
 
 

@@ -211,23 +211,17 @@ def as_stored(camera: Camera, turned: int) -> Camera:
             "cannot be turned back",
             remedy="Calibrate with the images as stored, or with at most 8 coefficients.",
         )
-    for _ in range(turned // 90):
-        camera = _quarter_back(camera)
+    quarter = RigidTransform(_STORED_FROM_UPRIGHT, np.zeros(3))
+    for _quarter in range(turned // 90):  # pixel (u, v) is shown at (height - 1 - v, u)
+        height = camera.width  # of the image before the turn
+        (fx, _, cx), (_, fy, cy), _ = camera.matrix
+        distortions = camera.distortions.copy()
+        if not camera.fisheye and distortions.size >= 4:
+            p1, p2 = distortions[2:4]
+            distortions[2:4] = -p2, p1
+        camera = replace(
+            camera, width=camera.height, height=height,
+            matrix=np.array([[fy, 0.0, cy], [0.0, fx, height - 1 - cx], [0.0, 0.0, 1.0]]),
+            distortions=distortions, camera_from_world=quarter @ camera.camera_from_world,
+        )  # fmt: skip
     return camera
-
-
-def _quarter_back(camera: Camera) -> Camera:
-    """Undo a quarter turn clockwise: pixel (u, v) is shown at (height - 1 - v, u)."""
-    height = camera.width  # of the image before the turn
-    (fx, _, cx), (_, fy, cy), _ = camera.matrix
-    distortions = camera.distortions.copy()
-    if not camera.fisheye and distortions.size >= 4:
-        p1, p2 = distortions[2:4]
-        distortions[2:4] = -p2, p1
-    return replace(
-        camera, width=camera.height, height=height,
-        matrix=np.array([[fy, 0.0, cy], [0.0, fx, height - 1 - cx], [0.0, 0.0, 1.0]]),
-        distortions=distortions,
-        camera_from_world=RigidTransform(_STORED_FROM_UPRIGHT, np.zeros(3))
-        @ camera.camera_from_world,
-    )  # fmt: skip

@@ -9,14 +9,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.recording.importing.choices import Choices, Role, Use
+from stereotrack_core.recording.importing.choices import Choices, Role, Source, Use
 from stereotrack_core.recording.importing.readers import measured, open_source
-from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.importing.sources import Found
 
-_SIDE_BY_SIDE = 2.5
-"""Width over height from which an image is taken for two; the widest films have 2.4."""
-
+_SIDE_BY_SIDE = 2.5  # width over height from which an image is two; the widest films have 2.4
 _SIDES: Mapping[str, Role] = {
     "left": "left", "l": "left", "links": "left", "right": "right", "r": "right", "rechts": "right",
     "infra1": "left", "infra2": "right",
@@ -50,8 +47,7 @@ def propose(found: Found) -> Choices:
     )
 
 
-Views: TypeAlias = Mapping[str, tuple[str, ...]]
-"""Names of one or two sources by the name of their view."""
+Views: TypeAlias = Mapping[str, tuple[str, ...]]  # names of one or two sources by view
 
 
 def viewed(uses: Sequence[Use], views: Views) -> tuple[Use, ...]:

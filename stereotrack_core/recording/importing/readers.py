@@ -6,7 +6,7 @@ the sensor (255, 1023, 4095, 16383 or 65535): as the files state it, else the sm
 pictures stay below.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -22,11 +22,9 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording import images
-from stereotrack_core.recording.importing.choices import Choices, Use
-from stereotrack_core.recording.importing.source import AGAIN, Pictures, Source
-from stereotrack_core.recording.importing.video_sources import no_video
+from stereotrack_core.recording.importing.choices import AGAIN, Choices, Pictures, Source
+from stereotrack_core.recording.stream_files import no_video
 from stereotrack_core.recording.video import FrameTimes, VideoStream, open_container, video_stream
-from stereotrack_core.recording.writing import counts_of
 
 _NEAR_GREY, _FAR_GREY = 255.0, 40.0
 
@@ -51,9 +49,8 @@ def open_stored(source: Source, kind: images.PictureKind = "stored") -> Pictures
     """Open a source to read frames as stored, 8 or 16 bits; InputError where it cannot be."""
     if source.images:
         files = dict(zip(source.numbers, source.images, strict=True))
-        if kind == "depth" and source.unit is not None:
-            return MetricImages(files, source.unit)
-        return images.NumberedImages(files, source.pattern or "%d", kind)
+        unit = source.unit if kind == "depth" else None
+        return images.NumberedImages(files, source.pattern or "%d", kind, unit)
     chapters: list[VideoStream] = []
     for path in source.chapters or (source.path,):
         try:
@@ -61,7 +58,7 @@ def open_stored(source: Source, kind: images.PictureKind = "stored") -> Pictures
         except (av.FFmpegError, OSError, IndexError) as error:
             for one in chapters:
                 one.close()
-            raise no_video(path, error) from None
+            raise no_video(error, str(path)) from None
     return chapters_of(chapters)
 
 
@@ -83,7 +80,7 @@ def _times_of_video(path: Path, source: Source) -> FloatArray:
         with open_container(path) as container:
             tick = float(video_stream(container, source.track).time_base)
     except (av.FFmpegError, OSError, IndexError) as error:
-        raise no_video(path, error) from None
+        raise no_video(error, str(path)) from None
     with closing(FrameTimes(path, source.track)) as index:
         stamps = np.array(index.times(), dtype=np.float64)
     if not (index.ordered and len(stamps)):
@@ -157,23 +154,6 @@ def resampled(reader: Pictures, times: FloatArray, rate: float, begin: float) ->
     return Picked([reader], lambda: chosen)
 
 
-class MetricImages(images.NumberedImages):
-    """Depth maps in metres as floating-point numbers, given as counts of a unit."""
-
-    def __init__(self, files: Mapping[int, Path], unit: float) -> None:
-        super().__init__(files, "%d", "depth")
-        self._metric, self._unit = files, unit
-
-    def read(self, k: int, keep: images.Keep) -> NDArray[Any]:
-        """Counts of frame k."""
-        file = self._metric.get(k)
-        return (
-            super().read(k, keep)
-            if file is None
-            else counts_of(images.read_metres(file), self._unit)
-        )
-
-
 def first_picture(source: Source, *, as_depth: bool = True) -> ImageArray:
     """The first picture (H, W) or (H, W, 3) BGR uint8, depth as near or far, if `as_depth`."""
     depth = source.kind == "depth" and as_depth
@@ -187,7 +167,7 @@ def first_picture(source: Source, *, as_depth: bool = True) -> ImageArray:
                 stream = video_stream(container, source.track)
                 picture = images.picture_of(next(container.decode(stream)), kind)
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
-        raise no_video(source.path, error) from None
+        raise no_video(error, str(source.path)) from None
     except images.DamagedFrame as problem:
         raise InputError(str(problem), where=str(source.path), remedy=AGAIN) from None
     return shown_depth(picture, depth_range(picture)) if depth else picture
@@ -254,15 +234,11 @@ def _stated(path: Path) -> int | None:
 def with_one_white(choices: Choices) -> Choices:
     """Choices with one white of pictures above 8 bits, and one of depth cameras' infrared ones."""
     uses = list(choices.uses)
-    shown = [k for k, use in enumerate(uses) if shows_brightness(use)]
+    used = [k for k, use in enumerate(uses) if use.role not in ("depth", "unused")]
+    shown = [k for k in used if uses[k].source.bits > 8]  # those that are written again with 8
     sources = {k: measured(uses[k].source) for k in shown}
     for k in shown:
         alike = [j for j in shown if (uses[j].role == "image") == (uses[k].role == "image")]
         white = max(sources[j].white for j in alike)
         uses[k] = replace(uses[k], source=replace(sources[k], white=white))
     return replace(choices, uses=tuple(uses))
-
-
-def shows_brightness(use: Use) -> bool:
-    """Whether a source of more than 8 bits is written again with 8."""
-    return use.source.bits > 8 and use.role not in ("depth", "unused")

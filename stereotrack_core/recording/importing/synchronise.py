@@ -1,24 +1,135 @@
 """When sources show the same instant: by their start times, or a flash, clap or motion they share.
 
-Each method turns a source into a signal over time. Two signals are laid over each other where their
-normalised correlation is highest, between samples by a parabola. The answer is refused where the
-signals agree too little, or as well elsewhere.
+Each method turns a source into a signal over time, one number per frame or millisecond. Two signals
+are laid over each other where their normalised correlation is highest, between samples by a
+parabola. The answer is refused where they agree too little, or as well elsewhere.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
+import av
+import cv2
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.importing.choices import Choices
-from stereotrack_core.recording.importing.signals import SOUND_RATE, brightness, loudness, motion
-from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.reading import reason
+from stereotrack_core.recording.images import DamagedFrame
+from stereotrack_core.recording.importing.choices import Choices, Source
+from stereotrack_core.recording.importing.readers import open_source
 from stereotrack_core.recording.importing.video_sources import MOST_UNEVEN
+from stereotrack_core.recording.video import open_container, video_stream
 from stereotrack_core.tables import finite_number, read_rows, whole_number
+
+SOUND_RATE = 1000.0  # values per second of :func:`loudness`
+_WIDTH, _HEIGHT = 80, 60  # pixels to which images are reduced
+_SAMPLES = 16_000  # per second, of the sound
+_PER_VALUE = int(_SAMPLES / SOUND_RATE)
+_SLOW = 15.0  # frames
+_STILL = 2.0  # levels of 255; smaller changes of a pixel are noise
+
+IsCancelled = Callable[[], bool]
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """Values at equal steps of time."""
+
+    values: FloatArray  # (N,)
+    begin: float = 0.0  # seconds of the first value after the first frame of the source
+
+
+def brightness(source: Source, cancelled: IsCancelled) -> Signal:
+    """Rise of the mean brightness from the frame before (F,); 0 where it falls."""
+    means = np.array([float(picture.mean()) for picture in _pictures(source, cancelled)])
+    return Signal(np.concatenate([[0.0], np.maximum(np.diff(means), 0.0)]))
+
+
+def motion(source: Source, cancelled: IsCancelled) -> Signal:
+    """How much faster pixels change than in the frames around; see :func:`motion_of`."""
+    return Signal(motion_of(_pictures(source, cancelled)))
+
+
+def motion_of(pictures: Iterable[FloatArray]) -> FloatArray:
+    """How much faster pixels change than in the frames around (F,), of :func:`reduced` pictures.
+
+    The square root of their mean change from the frame before, without what varies slowly: phases
+    of rest and motion look alike to each other wherever they are laid.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    values, before = [0.0], None
+    for picture in pictures:
+        if before is not None:
+            change = np.abs(picture - before)
+            values.append(float(np.sqrt(np.maximum(change - _STILL, 0.0).mean())))
+        before = picture
+    values[0] = values[1] if len(values) > 1 else 0.0
+    slow = gaussian_filter1d(values, _SLOW)
+    return np.asarray(np.array(values) - slow)
+
+
+def loudness(source: Source, cancelled: IsCancelled) -> Signal:
+    """Rise of the sound's loudness (N,), one value a millisecond; InputError without sound."""
+    if not source.sound:
+        what = f"{source.name} has no sound"
+        raise InputError(what, where=str(source.path), remedy="Use another method, such as motion.")
+    try:
+        with open_container(source.path) as container:
+            stream = video_stream(container)
+            shown = float((stream.start_time or 0) * stream.time_base)
+        samples, heard = _sound(source, cancelled)
+    except (av.FFmpegError, OSError, IndexError) as error:
+        what = f"its sound cannot be read ({reason(error)})"
+        remedy = "Use another method, such as motion."
+        raise InputError(what, where=str(source.path), remedy=remedy) from None
+    count = len(samples) // _PER_VALUE
+    loud = np.abs(samples[: count * _PER_VALUE]).reshape(count, _PER_VALUE).mean(axis=1)
+    rise = np.maximum(np.diff(loud, prepend=loud[:1]), 0.0)
+    return Signal(rise, heard - shown)
+
+
+def _sound(source: Source, cancelled: IsCancelled) -> tuple[FloatArray, float]:
+    """Samples of one channel, and the time of the first in seconds."""
+    resampler = av.AudioResampler("flt", "mono", _SAMPLES)
+    parts: list[Any] = []
+    begin: float | None = None
+    with open_container(source.path) as container:
+        for frame in container.decode(audio=0):
+            if cancelled():
+                raise Cancelled
+            if begin is None:
+                begin = float((frame.pts or 0) * frame.time_base)
+            parts += [one.to_ndarray().ravel() for one in resampler.resample(frame)]
+    parts += [one.to_ndarray().ravel() for one in resampler.resample(None)]
+    return np.concatenate(parts).astype(np.float64), begin or 0.0
+
+
+def _pictures(source: Source, cancelled: IsCancelled) -> Iterator[FloatArray]:
+    """All pictures in grey, reduced (H, W) float32; a damaged one counts as the one before."""
+    depth = source.kind == "depth"
+    before: Any = np.zeros((_HEIGHT, _WIDTH), np.float32)
+    with closing(open_source(source, "depth" if depth else "grey")) as reader:
+        for k in range(reader.count()):
+            if cancelled():
+                raise Cancelled
+            with suppress(DamagedFrame):
+                picture: Any = reader.read(k, lambda _number, _picture: None)
+                before = reduced(picture.astype(np.float32) / (64.0 if depth else 1.0))
+            yield before
+
+
+def reduced(picture: Any) -> FloatArray:
+    """A grey picture reduced to (H, W) float32, as :func:`motion_of` compares them."""
+    return np.asarray(
+        cv2.resize(
+            picture.astype(np.float32, copy=False), (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA
+        )
+    )
+
 
 Method: TypeAlias = Literal["start", "flash", "clap", "motion"]
 
@@ -234,23 +345,17 @@ def _check_evidence(source: Source, first: Source, evidence: tuple[float, float,
 def _start_of(source: Source) -> float:
     """Seconds of the first frame that is used, by a timestamps.csv beside it, else by metadata."""
     for folder in (source.path.parent, source.path.parent.parent):
-        found = _stamped(folder / TIMESTAMPS, source.name)
-        if found is not None:
-            return found + source.begin
+        path = folder / TIMESTAMPS
+        rows = read_rows(path, ("frame", "view", "seconds")) if path.is_file() else ()
+        for line, cells in rows:
+            own = cells["view"] == source.name
+            if own and whole_number(cells["frame"], path, line, "frame") == 0:
+                return finite_number(cells["seconds"], path, line, "seconds") + source.begin
     if source.start is None:
         what = "the file does not state its start time with fractions of a second"
         remedy = f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds."
         raise InputError(what, where=str(source.path), remedy=remedy)
     return source.start + source.begin
-
-
-def _stamped(path: Path, name: str) -> float | None:
-    if not path.is_file():
-        return None
-    for line, cells in read_rows(path, ("frame", "view", "seconds")):
-        if cells["view"] == name and whole_number(cells["frame"], path, line, "frame") == 0:
-            return finite_number(cells["seconds"], path, line, "seconds")
-    return None
 
 
 _MOST_DRIFT = 0.5  # frames over the length of a source

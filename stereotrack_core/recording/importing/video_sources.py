@@ -13,9 +13,9 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.reading import check_file, readable, reason
-from stereotrack_core.recording.importing.image_groups import is_video
-from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.reading import check_file
+from stereotrack_core.recording.importing.choices import Source
+from stereotrack_core.recording.stream_files import is_video, no_video
 from stereotrack_core.recording.video import FrameTimes, open_container, video_stream, video_tracks
 
 _RAW_STREAMS = frozenset(
@@ -51,24 +51,22 @@ def tracks_of(path: Path) -> list[Source]:
     check_file(path)
     try:
         with open_container(path) as container:
-            titles = [_title_of(one) for one in video_tracks(container)]
-        sources = [_video(path, track) for track in range(len(titles))]
+            metadata = [one.metadata for one in video_tracks(container)]
+        sources = [_video(path, track) for track in range(len(metadata))]
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
-        raise no_video(path, error) from None
+        raise no_video(error, str(path)) from None
     if not sources:
-        raise no_video(path, IndexError())
+        raise no_video(IndexError(), str(path))
     if len(sources) == 1:
         return sources
-    usual = ["depth" if one.kind == "depth" else f"track{one.track + 1}" for one in sources]
-    return [
-        replace(one, name=f"{path.stem}_{title or otherwise}", tracks=len(titles))
-        for one, title, otherwise in zip(sources, titles, usual, strict=True)
-    ]
-
-
-def _title_of(stream: Any) -> str:
-    title = stream.metadata.get("title") or stream.metadata.get("handler_name") or ""
-    return "" if title.lower().endswith("handler") else title.strip().lower().replace(" ", "_")
+    named = []
+    for one, own in zip(sources, metadata, strict=True):
+        title = (own.get("title") or own.get("handler_name") or "").strip()
+        if not title or title.lower().endswith("handler"):
+            title = "depth" if one.kind == "depth" else f"track{one.track + 1}"
+        title = title.lower().replace(" ", "_")
+        named.append(replace(one, name=f"{path.stem}_{title}", tracks=len(sources)))
+    return named
 
 
 def _video(path: Path, track: int) -> Source:
@@ -85,10 +83,13 @@ def _video(path: Path, track: int) -> Source:
         frames = stream.frames or round((seconds or 0.0) * (fps or 0.0))
         created, sound = _created(container, stream), bool(container.streams.audio)
         fps, uneven, pause = _steadiness(path, stream, track, fps, clock=clock)
+    if not frames:
+        with closing(FrameTimes(path, track)) as index:
+            frames = index.count()
     return Source(
         name=path.stem, path=path, kind="depth" if depth else "video",
         width=int(context.width), height=int(context.height),
-        frames=int(frames) or _counted(path, track), fps=fps, clock=clock, track=track,
+        frames=int(frames), fps=fps, clock=clock, track=track,
         bits=16 if depth else 8, created=created,
         start=created if created and created % 1.0 else None,
         sound=sound, turned=turned, uneven=uneven, pause=pause,
@@ -118,12 +119,6 @@ def _steadiness(
     if uneven > MOST_UNEVEN:
         return rate_of(times)
     return fps, uneven, float(np.diff(times).max())
-
-
-def _counted(path: Path, track: int) -> int:
-    """Number of frames of a video whose header does not tell it."""
-    with closing(FrameTimes(path, track)) as index:
-        return index.count()
 
 
 def chapters_from(path: Path) -> tuple[Path, ...]:
@@ -156,15 +151,6 @@ def _created(container: Any, stream: Any) -> float | None:
     return next((created for created in found if created % 1.0), next(iter(found), None))
 
 
-def no_video(path: Path, error: Exception) -> InputError:
-    """The error for a file that is no video."""
-    empty = isinstance(error, IndexError | StopIteration)
-    what = f"it cannot be opened as a video ({'it contains no image' if empty else reason(error)})"
-    return InputError(
-        what, where=str(path), remedy=readable(error, "Convert it to a common format such as MP4.")
-    )
-
-
 # Videos that a camera splits while it records. GoPro states it in the names; other cameras (DJI,
 # Canon, Panasonic, AVCHD) number their files, and times of creation tell what follows what.
 _GOPRO = re.compile(r"(G[HXSL])(\d{2})(\d{4})", re.IGNORECASE)  # GX010042: chapter 1 of video 42
@@ -195,7 +181,12 @@ def joined(sources: Sequence[Source]) -> tuple[list[Source], list[str]]:
     for one in sources:
         place = next((k for k, other in enumerate(result) if _follows(other, one)), None)
         if place is not None:
-            result[place] = _continued(result[place], one)
+            first = result[place]
+            result[place] = replace(
+                first, chapters=(*(first.chapters or (first.path,)), one.path),
+                frames=first.frames + one.frames, sound=first.sound and one.sound,
+                uneven=max(first.uneven, one.uneven), pause=max(first.pause, one.pause),
+            )  # fmt: skip
             continue
         result.append(one)
         named = chapter_of(one.path)
@@ -229,11 +220,3 @@ def _follows(before: Source, after: Source) -> bool:
         return False
     begins_at_end = abs(before.created + seconds - after.created) <= _SAME_INSTANT_S
     return begins_at_end and is_next_file(last, after.path)
-
-
-def _continued(first: Source, following: Source) -> Source:
-    return replace(
-        first, chapters=(*(first.chapters or (first.path,)), following.path),
-        frames=first.frames + following.frames, sound=first.sound and following.sound,
-        uneven=max(first.uneven, following.uneven), pause=max(first.pause, following.pause),
-    )  # fmt: skip

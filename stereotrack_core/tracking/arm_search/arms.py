@@ -118,14 +118,14 @@ def arm_shape(body: BodyModel, side: int) -> ArmShape:
     """Shape of a body's arm, where the shoulder rests."""
     p, cones = body.skeleton.proportions, body.cones
     limbs = UPPER_ARMS[side], FOREARMS[side]
-    indices = np.concatenate([np.flatnonzero(cones.part == limb) for limb in limbs])
+    indices = np.concatenate([np.flatnonzero(cones["part"] == limb) for limb in limbs])
     return ArmShape(
         side=side,
         shoulder=body.skeleton.joints[UPPER_ARMS[side]],
         upper_length=p.upper_arm_length,
         fore_length=p.forearm_length,
         hand_length=p.hand_length,
-        radii=np.stack([cones.r1[indices], cones.r2[indices]], axis=1),
+        radii=np.stack([cones["r1"][indices], cones["r2"][indices]], axis=1),
     )
 
 

@@ -34,7 +34,9 @@ class SeenPicture(NamedTuple):
         """Inverse ranges (h, w) of cones (C,), 0 beside them, and parts in front, -1 for none."""
         picture = np.zeros(self.measured.shape, dtype=np.float32)
         owner = np.full(self.measured.shape, -1, dtype=np.int8)
-        _draw_owned(self, placed, picture, owner)
+        images = np.empty((len(placed), _COLUMNS))
+        _project(placed, self, images)
+        _draw(images, self, placed["part"], picture, owner)
         return picture, owner
 
     def unlike(
@@ -150,24 +152,11 @@ def _near_at(im: Any, column: float, line: float) -> Any:
 
 
 @compiled()
-def _draw(images: Any, seen: Any, picture: Any) -> None:
-    """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing."""
-    for c in range(images.shape[0]):
-        im = images[c]
-        if im[10] < 0.5:
-            continue
-        i0, i1, j0, j1 = _reached(im, seen)
-        for i in range(i0, i1 + 1):
-            for j in range(j0, j1 + 1):
-                near = _near_at(im, seen.left + seen.step * j, seen.top + seen.step * i)
-                picture[i, j] = max(picture[i, j], near)
+def _draw(images: Any, seen: Any, part: Any, out_picture: Any, out_owner: Any) -> None:
+    """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing.
 
-
-@compiled()
-def _draw_owned(seen: Any, placed: Any, out_picture: Any, out_owner: Any) -> None:
-    """Draw cones (C,), and note the part that is in front."""
-    images = np.empty((placed.shape[0], _COLUMNS))
-    _project(placed, seen, images)
+    If they are given, the `part` (C,) that is in front becomes the pixel's owner (h, w).
+    """
     for c in range(images.shape[0]):
         im = images[c]
         if im[10] < 0.5:
@@ -177,7 +166,9 @@ def _draw_owned(seen: Any, placed: Any, out_picture: Any, out_owner: Any) -> Non
             for j in range(j0, j1 + 1):
                 near = _near_at(im, seen.left + seen.step * j, seen.top + seen.step * i)
                 if near > out_picture[i, j]:
-                    out_picture[i, j], out_owner[i, j] = near, placed[c].part
+                    out_picture[i, j] = near
+                    if part is not None:
+                        out_owner[i, j] = part[c]
 
 
 @compiled()
@@ -187,7 +178,7 @@ def _draw_with(rest: Any, arms: Any, seen: Any, squared_sigma: float, pictures: 
     for k in range(arms.shape[0]):
         pictures[k] = rest
         _project(arms[k], seen, images)
-        _draw(images, seen, pictures[k])
+        _draw(images, seen, None, pictures[k], None)
         for i in range(rest.shape[0]):
             for j in range(rest.shape[1]):
                 model, known = pictures[k, i, j], seen.measured[i, j]
@@ -211,7 +202,7 @@ def _disagreements(
     height, width = seen.measured.shape
     images, behind = np.empty((rest.shape[0], _COLUMNS)), np.zeros((height, width), np.float32)
     _project(rest, seen, images)
-    _draw(images, seen, behind)
+    _draw(images, seen, None, behind, None)
     one = np.empty((left.shape[0], height, width), np.float32)
     other = np.empty((right.shape[0], height, width), np.float32)
     one_costs = _draw_with(behind, left, seen, squared_sigma, one)

@@ -34,23 +34,19 @@ def anatomy_cost(body: BodyModel, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
     cost, mirrored = np.empty(len(arms)), -1.0 if shape.side == LEFT else 1.0
     places = _SHARES @ shape.nodes(arms)
-    _anatomy_costs(arms.upper, arms.fore, mirrored, places, body.cones.records[:1], cost)
-    return cost
-
-
-def change_cost(predicted: Arms, arms: Arms) -> FloatArray:
-    """Cost (K,) of the change against the predicted arm."""
-    cost = np.empty(len(arms))
-    _change_costs(predicted.upper, predicted.fore, arms.upper, arms.fore, cost)
+    _anatomy_costs(arms.upper, arms.fore, mirrored, places, body.cones[:1], cost)
     return cost
 
 
 @compiled()
-def _change_costs(was_upper: Any, was_fore: Any, upper: Any, fore: Any, out_cost: Any) -> None:
+def change_cost(was_upper: Any, was_fore: Any, upper: Any, fore: Any) -> Any:
+    """Cost (K,) of arms (K, 3) for their change against the one that is predicted (1, 3)."""
+    cost = np.empty(upper.shape[0])
     for k in range(upper.shape[0]):
         moved = _angle(was_upper[0], upper[k]) / _UPPER_MOVES
         turned = _angle(was_fore[0], fore[k]) / _FORE_MOVES
-        out_cost[k] = 2.0 * (math.log1p(moved * moved) + math.log1p(turned * turned))
+        cost[k] = 2.0 * (math.log1p(moved * moved) + math.log1p(turned * turned))
+    return cost
 
 
 @compiled(inline="always")
@@ -59,19 +55,15 @@ def _angle(a: Any, b: Any) -> float:
     return math.atan2(math.sqrt(x * x + y * y + z * z), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArray:
+@compiled()
+def crossing_cost(left: Any, right: Any, least: float) -> Any:
     """Cost (K, L) of pairs of arms, nodes (K, 4, 3) and (L, 4, 3), that go through each other.
 
     Axes of forearms are at `least` so many metres apart, see :mod:`residuals.limits`; 0: none.
     """
-    total: FloatArray = np.zeros((len(left), len(right)))
-    if least > 0.0:
-        _crossing_costs(left, right, least, total)
-    return total
-
-
-@compiled()
-def _crossing_costs(left: Any, right: Any, least: float, out_cost: Any) -> None:
+    cost = np.zeros((left.shape[0], right.shape[0]))
+    if least <= 0.0:
+        return cost
     u, v = np.empty(3), np.empty(3)
     for k in range(left.shape[0]):
         for m in range(right.shape[0]):
@@ -86,13 +78,14 @@ def _crossing_costs(left: Any, right: Any, least: float, out_cost: Any) -> None:
                 for i in range(3):
                     squared += (left[k, a, i] + s * u[i] - right[m, c, i] - t * v[i]) ** 2
                 room = ROOM[meet] * least - math.sqrt(squared)
-                out_cost[k, m] += 3.0 * _steps(room / 0.03)
+                cost[k, m] += 3.0 * _steps(room / 0.03)
+    return cost
 
 
 @compiled(error_model="numpy")
-def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
-    """Fill unsigned distances (K, N) of points (3, N) from the surfaces of arms (K, 4, 3)."""
-    result[:] = math.inf
+def arm_distances(points: Any, nodes: Any, radii: Any) -> Any:
+    """Unsigned distances (K, N) of points (3, N) from the surfaces of arms (K, 4, 3)."""
+    result = np.full((nodes.shape[0], points.shape[1]), math.inf)
     x, y, z = points[0], points[1], points[2]
     for k in range(nodes.shape[0]):
         near = result[k]
@@ -109,14 +102,16 @@ def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
                 dx, dy, dz = px - t * bx, py - t * by, pz - t * bz
                 off = math.sqrt(dx * dx + dy * dy + dz * dz) - (thick + t * taper)
                 near[i] = min(near[i], abs(off))
+    return result
 
 
 @compiled()
-def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: Any) -> None:
-    """Fill sums (K, L) of d^2 / (d^2 + s^2), d the least of others (N,) and of a pair's distances.
+def pair_sums(others: Any, left: Any, right: Any, squared_scale: float) -> Any:
+    """Sums (K, L) of d^2 / (d^2 + s^2), d the least of others (N,) and of a pair's distances.
 
     Pairs are all of left (K, N) and right (L, N); each counts a datum as its nearer arm alone does.
     """
+    result = np.empty((left.shape[0], right.shape[0]))
     one, other = np.empty(left.shape), np.empty(right.shape)
     one_costs, other_costs = np.empty(left.shape), np.empty(right.shape)
     _explained(others, left, squared_scale, one, one_costs)
@@ -127,6 +122,7 @@ def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: 
             for i in range(others.shape[0]):
                 total += one_costs[k, i] if one[k, i] <= other[m, i] else other_costs[m, i]
             result[k, m] = total
+    return result
 
 
 @compiled()

@@ -91,7 +91,7 @@ class ArmSearch:
         self._free = free
         self.parameters = parameters
         self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
-        of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
+        of_arm = [np.isin(body.cones["part"], [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
         self._arms = [replace(body, cones=body.cones[chosen]) for chosen in of_arm]
         self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
         self._reach = max(shape.reach for shape in self._shapes) + 0.1
@@ -176,9 +176,9 @@ class ArmSearch:
         self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray
     ) -> dict[str, FloatArray]:
         """Costs (K,) of places of one arm by name; the other one is so far (N,) from the data."""
-        shape, explained = evidence.shapes[side], np.empty((len(arms), 1))
+        shape = evidence.shapes[side]
         distances = self._distances(evidence, shape, arms)
-        pair_sums(evidence.body_distance, distances, other[None], _SQUARED_SCALE, explained)
+        explained = pair_sums(evidence.body_distance, distances, other[None], _SQUARED_SCALE)
         return {"data": explained[:, 0], **self._own_terms(evidence, shape, arms, expected)}
 
     def _unlike(
@@ -206,9 +206,8 @@ class ArmSearch:
         distances = self._distances(evidence, shape, arms)
         own = sum(self._own_terms(evidence, shape, arms, expected).values(), np.zeros(len(arms)))
         chosen: dict[int, None] = {0: None}
-        explained = np.empty((len(arms), 2))
         others = np.stack([np.full_like(other, np.inf), other])  # without and with the other arm
-        pair_sums(evidence.body_distance, distances, others, _SQUARED_SCALE, explained)
+        explained = pair_sums(evidence.body_distance, distances, others, _SQUARED_SCALE)
         for cost in explained.T:
             order = np.argsort(own + cost, kind="stable")
             best = _apart(arms, order) if self._free else order[:_KEPT].tolist()
@@ -220,8 +219,8 @@ class ArmSearch:
         self, evidence: Evidence, kept: list[tuple[Arms, FloatArray, FloatArray]], pose: Pose
     ) -> list[Pose]:
         (left, left_distance, left_own), (right, right_distance, right_own) = kept
-        cost = np.empty((len(left), len(right)))
-        pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
+        apart = left_distance, right_distance
+        cost: FloatArray = pair_sums(evidence.body_distance, *apart, _SQUARED_SCALE)
         cost += left_own[:, None] + right_own
         cost += self._crossing(evidence, left, right)
         if evidence.pictures:
@@ -244,7 +243,8 @@ class ArmSearch:
 
     def _crossing(self, evidence: Evidence, left: Arms, right: Arms) -> FloatArray:
         nodes = evidence.shapes[LEFT].nodes(left), evidence.shapes[RIGHT].nodes(right)
-        return crossing_cost(*nodes, self.parameters.arms_apart)
+        cost: FloatArray = crossing_cost(*nodes, self.parameters.arms_apart)
+        return cost
 
     def _own_terms(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
@@ -255,12 +255,13 @@ class ArmSearch:
         natural = anatomy_cost(self.body, shape, arms)
         if self._free:
             return {"keypoints": seen, "anatomy": _NATURAL * natural}
-        return {"keypoints": seen, "anatomy": natural, "change": change_cost(expected, arms)}
+        change = change_cost(expected.upper, expected.fore, arms.upper, arms.fore)
+        return {"keypoints": seen, "anatomy": natural, "change": change}
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
-        result = np.empty((len(arms), len(evidence.points)))
-        arm_distances(evidence.side_by_side, shape.nodes(arms), shape.radii, result)
-        return result
+        nodes = shape.nodes(arms)
+        distances: FloatArray = arm_distances(evidence.side_by_side, nodes, shape.radii)
+        return distances
 
 
 def _apart(arms: Arms, order: IntArray) -> list[int]:

@@ -63,7 +63,7 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
             tried = there[(allowed >= first) & (allowed < first + len(turned))]
             if len(tried):
                 gains = _gains(
-                    pictures, pose.position, np.isin(body.cones.part, moved), here, tried
+                    pictures, pose.position, np.isin(body.cones["part"], moved), here, tried
                 )
                 result[limb] = gains.max() / own[list(moved)].sum()
     return result

@@ -1,8 +1,7 @@
 """Features by which each limb of a pose is judged, and the probability that it fails."""
 
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -29,7 +28,7 @@ from stereotrack_core.tracking.estimate import (
 from stereotrack_core.tracking.failure.alternatives import elsewhere
 from stereotrack_core.tracking.failure.coefficients import CONSTANTS, SLOPES
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
-from stereotrack_core.tracking.residuals.surface import unexplained_fraction_of
+from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 from stereotrack_core.tracking.state import Setup
 
 # Names of the columns of :func:`limb_features`; coefficients are found by them.
@@ -40,34 +39,39 @@ FEATURES: tuple[str, ...] = (
 LOST_DEG = 45.0  # error of a limb's direction beyond which it fails
 THROUGH, BEHIND, VISIBLE = LOOKS = range(3)  # columns: beside the person, before its range, all
 
+# (6, 2). Of limbs without keypoints; columns: disagreement x confidence, confidence.
+UNSEEN: FloatArray = np.zeros((len(LIMBS), 2))
 _LITTLE = 0.05  # share of a limb's area that is added before logarithms are taken
 _STEP = 3
 _SQUARED_SIGMA = 0.8**2
+_MOST_POINTS = 1500  # of a cloud, thinned out, whose unexplained fraction is stated
 _ALONG = np.linspace(0.25, 1.0, 4)
 
 
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """What a tracker's step says about its pose beside the estimate."""
+def judged(
+    found: Estimate,
+    cloud: Cloud,
+    setup: Setup,
+    sigma_points: Pose,
+    movement: FloatArray,
+    disagreement: FloatArray = UNSEEN,
+) -> Estimate:
+    """The estimate with the features by which it can be judged, and what they say.
 
-    sigma_points: Pose  # stacked (2n + 1), of the posterior
-    movement: FloatArray  # (n,). Of the error state since the frame before.
-    # (6, 2), of keypoints; zeros without any
-    disagreement: FloatArray = field(default_factory=lambda: np.zeros((len(LIMBS), 2)))
-
-
-def judged(found: Estimate, cloud: Cloud, setup: Setup, evidence: Evidence) -> Estimate:
-    """The estimate with the features by which it can be judged, and what they say."""
+    `sigma_points`, stacked (2n + 1), are of the posterior; `movement` (n,) is of the error state
+    since the frame before; for `disagreement` (6, 2) see :func:`disagreement`.
+    """
     begun, body = perf_counter(), setup.body
-    sigma = limb_sigma_deg(body.frames(evidence.sigma_points), setup.weights.covariance)
-    share = unexplained_fraction_of(cloud.points, body, body.frames(found.pose))
-    found = dataclasses.replace(found, unexplained_fraction=share)
-    jump = unexpected(evidence.movement, found.prior, setup.joints)
-    features = limb_features(cloud, body, found.pose, jump, evidence.disagreement)
-    return dataclasses.replace(
+    sigma = limb_sigma_deg(body.frames(sigma_points), setup.weights.covariance)
+    thin = cloud.points[:: max(1, len(cloud.points) // _MOST_POINTS)]
+    share = unexplained_fraction(surface_distances(thin, body, found.pose))
+    jump = unexpected(movement, found.prior, setup.joints)
+    features = limb_features(cloud, body, found.pose, jump, disagreement)
+    return replace(
         found,
+        unexplained_fraction=share,
         limb_sigma_deg=overconfidence(len(setup.cameras)) * sigma,
-        limb_lost=failure_probability(features, views_of_somebody(cloud)),
+        limb_lost=failure_probability(features, views_named(len(seen_pictures(cloud, _STEP)))),
         limb_features=features,
         seconds={**found.seconds, "judge": perf_counter() - begun},
     )
@@ -76,11 +80,6 @@ def judged(found: Estimate, cloud: Cloud, setup: Setup, evidence: Evidence) -> E
 def with_neighbours(features: FloatArray) -> FloatArray:
     """Features (..., 6, 2 S) of each limb beside those of the other half of its arm."""
     return np.concatenate([features, features[..., list(NEIGHBOUR), :]], axis=-1)
-
-
-def views_of_somebody(cloud: Cloud) -> str:
-    """How many views see the person: ``one``, ``two`` or ``several``."""
-    return views_named(len(seen_pictures(cloud, _STEP)))
 
 
 def coefficients_of(views: str) -> str:
@@ -94,7 +93,7 @@ def failure_probability(features: FloatArray | None, views: str) -> FloatArray:
     A logistic regression of the features (6, S), for upper arms and for forearms, fitted on
     simulated recordings by ``tools/fit_lost_limbs.py``; torso and head failed too rarely to learn
     from. One view has coefficients of its own: in it an upper arm that nobody sees may be hidden
-    behind its own forearm. For `views` see :func:`views_of_somebody`.
+    behind its own forearm. `views`: how many see the person, as :func:`views_named` has it.
     """
     if features is None:
         return np.full(len(LIMBS), np.nan)
@@ -169,8 +168,8 @@ NEIGHBOUR = (0, 0, 4, 5, 2, 3)  # the limb whose place says something about each
 def _own_areas(body: BodyModel) -> FloatArray:
     """Areas (6,) of the limbs, seen from the side, in square metres."""
     cones = body.cones
-    area = (cones.r1 + cones.r2) * cones.height
-    sums = np.bincount(LIMB_OF_PART[cones.part], area, len(LIMBS) + 1)[:-1]
+    area = (cones["r1"] + cones["r2"]) * cones["height"]
+    sums = np.bincount(LIMB_OF_PART[cones["part"]], area, len(LIMBS) + 1)[:-1]
     return np.maximum(sums.astype(np.float64), 1e-3)
 
 
@@ -195,7 +194,7 @@ def _looks(
 def _buried(body: BodyModel, frames: PartFrames) -> FloatArray:
     """How deep (6,) the arms' axes lie in the torso at most, decimetres; 0 for the others."""
     n = len(LIMBS)
-    torso = placed_cones(body, frames)[LIMB_OF_PART[body.cones.part] == TORSO]
+    torso = placed_cones(body, frames)[LIMB_OF_PART[body.cones["part"]] == TORSO]
     along = body.skeleton.lengths[:n, None] * _ALONG
     axes = frames.origins[:n, None] + along[..., None] * frames.rotations[:n, None, :, 2]
     off = nearest_on_surface(axes.reshape(-1, 3), torso, np.inf).distance.reshape(n, -1)
@@ -244,7 +243,6 @@ def _unexplained_near(seen: Any, picture: Any, joints: Any, reach: Any, out_coun
                     out_count[k] += 1.0
 
 
-UNSEEN: FloatArray = np.zeros((len(LIMBS), 2))  # columns: disagreement x confidence, confidence
 # Limb and the keypoints at both of its ends.
 _ENDS = tuple(
     (limb, f"{side}_{begin}", f"{side}_{end}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.arm_search.arms import arm_of_pose
@@ -83,11 +83,9 @@ class PoseFinder:
         data = _thinned(cloud.points, _FINE_DATA)
         fine = Measurements(self.setup, cloud, data)
         seeds = [last, *seeds_in(self.setup.body, cloud.points, self.setup.upright)]
-        order = np.argsort(self._coarse_cost(cloud, coarse, seeds), kind="stable")
-        tried = _spread([seeds[k] for k in order], _TRIED, trunks_differ)
+        tried = _spread(self._ranked(cloud, coarse, seeds), _TRIED, trunks_differ)
         followed = [self._followed(pose, fine) for pose in tried]
-        order = np.argsort(self._coarse_cost(cloud, coarse, followed), kind="stable")
-        spread = _spread([followed[k] for k in order], _SEARCHED, trunks_differ)
+        spread = _spread(self._ranked(cloud, coarse, followed), _SEARCHED, trunks_differ)
         found = sorted((self._with_arms(pose, fine) for pose in spread), key=by_cost)
         return found + [self._with_arms(each.pose, fine) for each in found[:_REPEATED]]
 
@@ -100,22 +98,22 @@ class PoseFinder:
         """How much more natural a pose is the other way round; negative where it is less."""
         return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
 
-    def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
-        body = self.setup.body
+    def _ranked(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> list[Pose]:
+        """Poses by what speaks against their trunks, least first."""
+        body, facing = self.setup.body, [self._facing_cost(pose, cloud) for pose in poses]
         unexplained = unexplained_by_trunk(data, body, poses)
-        facing = self._facing_costs(poses, cloud)
-        return _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
-
-    def _facing_costs(self, poses: Sequence[Pose], cloud: Cloud) -> list[float]:
-        """What speaks against the ways that poses face, without keypoints."""
-        body, upright = self.setup.body, self.setup.upright
-        points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
-        return [facing_cost(body, upright_pose(pose, upright), points, cameras) for pose in poses]
+        cost = _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
+        return [poses[k] for k in np.argsort(cost, kind="stable")]
 
     def _facing_cost(self, pose: Pose, cloud: Cloud) -> float:
+        """What speaks against the way a pose faces, without keypoints."""
+        body, upright = self.setup.body, self.setup.upright
+        points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
+        return facing_cost(body, upright_pose(pose, upright), points, cameras)
+
+    def _heading_cost(self, pose: Pose, cloud: Cloud) -> float:
         """What speaks against the way a pose faces; keypoints tell left from right."""
-        (cost,) = self._facing_costs([pose], cloud)
-        sigma = self.setup.parameters.keypoint_sigma
+        cost, sigma = self._facing_cost(pose, cloud), self.setup.parameters.keypoint_sigma
         fit = KeypointObservation(cloud.keypoints, sigma).fitted(self.setup.body, pose)
         return cost if fit is None else cost + _KEYPOINTS * fit.independence * fit.cost()
 
@@ -150,7 +148,7 @@ class PoseFinder:
         return float(np.sum(arms))
 
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
-        return _NATURAL_ARMS * self.arms_cost(pose) + self._facing_cost(pose, cloud)
+        return _NATURAL_ARMS * self.arms_cost(pose) + self._heading_cost(pose, cloud)
 
     def _cost_at(self, pose: Pose, cloud: Cloud, evidence: Evidence) -> float:
         body = self.setup.body
@@ -159,7 +157,7 @@ class PoseFinder:
             self._arms.cost(evidence, pose, pose)
             + _ALL_DATA * unexplained_fraction(surface_distances(data, body, pose))
             + trunk_sight_cost(cloud, body, [pose])[0]
-            + self._facing_cost(pose, cloud)
+            + self._heading_cost(pose, cloud)
         )
 
 
@@ -196,5 +194,6 @@ def trunks_differ(a: Pose, b: Pose) -> bool:
 
 
 def _arms_differ(a: Pose, b: Pose) -> bool:
-    arms = [*UPPER_ARMS, *FOREARMS]
-    return bool(np.max(angle_between(a.rotations[arms, :, 2], b.rotations[arms, :, 2])) > _FAR)
+    return bool(
+        np.max(angle_between(a.rotations[ARM_PARTS, :, 2], b.rotations[ARM_PARTS, :, 2])) > _FAR
+    )

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import BodyModel, landmarks_of_frames
+from stereotrack_core.body.model import BodyModel, landmarks
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import SHANKS, TORSO
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
@@ -137,7 +137,7 @@ def arms_forward(finder: PoseFinder, pose: Pose) -> float:
     body = finder.setup.body
     anatomy = finder.arms_cost(turned_round(pose)) - finder.arms_cost(pose)
     frames = body.frames(pose)
-    at = dict(zip(LANDMARKS, landmarks_of_frames(body, frames), strict=True))
+    at = dict(zip(LANDMARKS, landmarks(body, pose), strict=True))
     forearms = [at[f"{side}_hand"] - at[f"{side}_elbow"] for side in ("left", "right")]
     before = float(np.mean(forearms, axis=0) @ frames.rotations[TORSO, :, 1])
     return _FORWARD * _beyond(anatomy, 3.0, 9.0) + _HANDS * _beyond(before, 0.05, 0.10)

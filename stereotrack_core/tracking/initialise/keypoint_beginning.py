@@ -38,7 +38,7 @@ def told_by_first_frames(
         state, estimate = step(model, state, cloud)
         places = landmarks(body, estimate.pose)
         frames.append(TrackedFrame(cloud.frame, estimate, places, cloud, {}).without_cloud())
-    frames = list(smoothed(frames, model.setup, fit_movement=True).frames)
+    frames = smoothed(frames, model.setup, fit_movement=True)
     known = [i for i, frame in enumerate(frames) if frame.tracked]
     shape = body.shape
     if len(known) < _FEWEST:

@@ -30,9 +30,9 @@ def pose_of_keypoints(
     if trunk is None:
         return None
     found = dict(zip(LANDMARKS, np.full((len(LANDMARKS), 3), np.nan), strict=True)) | trunk
-    ears = [points[name] for name in ("left_ear", "right_ear", "nose") if name in points]
-    if "head" in points or ears:
-        found["head"] = points["head"] if "head" in points else np.mean(ears, axis=0)
+    of_head = ("head",) if "head" in points else ("left_ear", "right_ear", "nose")
+    if head := [points[name] for name in of_head if name in points]:
+        found["head"] = np.mean(head, axis=0)
     p = body.skeleton.proportions
     for side in _SIDES:
         elbow, hand, wrist = (points.get(f"{side}_{name}") for name in ("elbow", "hand", "wrist"))

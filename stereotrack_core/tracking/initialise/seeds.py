@@ -1,13 +1,11 @@
 """Poses to begin from when nothing is known: postures, headings, heights."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_pose
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, SHANKS, THIGHS, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS, HEAD, SHANKS, THIGHS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.upright import Z_UP, Upright
 
@@ -24,8 +22,8 @@ def t_pose_in_cloud(body: BodyModel, points: FloatArray, upright: Upright = Z_UP
     points = upright.points(points)
     middle, heights = _middle_and_heights(points, _AROUND)
     cones = body.cones
-    head = np.flatnonzero((cones.part == HEAD) & cones.round_end)[0]
-    crown = cones.origins[head, 2] + cones.height[head] + cones.r2[head]
+    head = np.flatnonzero((cones["part"] == HEAD) & cones["round_end"])[0]
+    crown = cones["origin"][head, 2] + cones["height"][head] + cones["r2"][head]
     top_over_hips = float(body.skeleton.joints[HEAD, 2] + crown)
     hips = np.append(middle, float(np.percentile(heights, _CROWN)) - top_over_hips)
     return _in_world(t_pose(hips), upright)
@@ -47,21 +45,15 @@ def _in_world(pose: Pose, upright: Upright) -> Pose:
     return pose if upright == Z_UP else pose.turned(upright.rotation.T)
 
 
-@dataclass(frozen=True)
-class _Posture:
-    """Trunk, thighs and shanks in the plane that the body bends in, degrees from upright."""
-
-    lean: float
-    thigh: float
-    shank: float
-
-
-_POSTURES = (
-    _Posture(0.0, 0.0, 0.0),  # standing
-    _Posture(35.0, 5.0, 5.0),  # bent
-    _Posture(75.0, 10.0, 5.0),  # bent deeply
-    _Posture(25.0, 70.0, 35.0),  # squatting
-    _Posture(75.0, 60.0, 30.0),  # squatting bent deeply
+# Trunk, thighs and shanks in the plane that the body bends in, radians from upright.
+_POSTURES = np.radians(
+    [
+        [0.0, 0.0, 0.0],  # standing
+        [35.0, 5.0, 5.0],  # bent
+        [75.0, 10.0, 5.0],  # bent deeply
+        [25.0, 70.0, 35.0],  # squatting
+        [75.0, 60.0, 30.0],  # squatting bent deeply
+    ]
 )
 
 
@@ -72,7 +64,7 @@ def seeds_in(body: BodyModel, points: FloatArray, upright: Upright = Z_UP) -> li
     top, bottom = np.percentile(heights, [_TOP, _BOTTOM])
     seeds = []
     for posture in _POSTURES:
-        plain = _posed(posture)
+        plain = _posed(*posture)
         low, high, centre = _extent(body, plain)
         heights_of_hips = {round(top - high, 2), round(bottom - low, 2)}
         for turn in 2.0 * np.pi * np.arange(_HEADINGS) / _HEADINGS:
@@ -84,19 +76,18 @@ def seeds_in(body: BodyModel, points: FloatArray, upright: Upright = Z_UP) -> li
     return [_in_world(seed, upright) for seed in seeds]
 
 
-def _posed(posture: _Posture) -> Pose:
-    """The posture facing north with its hips at the origin; arms hang down."""
-    lean, thigh, shank = np.radians([posture.lean, posture.thigh, posture.shank])
+def _posed(lean: float, thigh: float, shank: float) -> Pose:
+    """A posture facing north with its hips at the origin; arms hang down."""
     torso = rotation_from_vector(np.array([-lean, 0.0, 0.0]))
     pose = hanging_pose(np.zeros(3), torso)
     rotations = pose.rotations.copy()
     down = np.array([0.0, 0.0, -1.0])
     ahead = np.array([0.0, np.sin(thigh), -np.cos(thigh)])
     behind = np.array([0.0, -np.sin(shank), -np.cos(shank)])
-    for thigh, shank in zip(THIGHS, SHANKS, strict=True):
-        rotations[thigh] = rotation_towards(rotations[thigh], torso.T @ ahead)
-        local = (torso @ rotations[thigh]).T @ behind
-        rotations[shank] = rotation_towards(rotations[shank], local)
+    for upper, lower in zip(THIGHS, SHANKS, strict=True):
+        rotations[upper] = rotation_towards(rotations[upper], torso.T @ ahead)
+        local = (torso @ rotations[upper]).T @ behind
+        rotations[lower] = rotation_towards(rotations[lower], local)
     for part in UPPER_ARMS:
         rotations[part] = rotation_towards(rotations[part], torso.T @ down)
     return Pose(pose.position, rotations)
@@ -105,7 +96,7 @@ def _posed(posture: _Posture) -> Pose:
 def _extent(body: BodyModel, pose: Pose) -> tuple[float, float, FloatArray]:
     """Lower end, upper end and middle (3,) of torso, head and legs, relative to the hips."""
     frames = body.frames(pose)
-    cones = placed_cones(body, frames)[~np.isin(body.cones.part, [*UPPER_ARMS, *FOREARMS])]
+    cones = placed_cones(body, frames)[~np.isin(body.cones["part"], ARM_PARTS)]
     ends = cones["origin"] + cones["rotation"][:, :, 2] * cones["height"][:, None]
     radius = np.where(cones["round_end"], cones["r2"], 0.0)
     high = float(np.max(np.maximum(ends[:, 2] + radius, cones["origin"][:, 2])))

@@ -12,6 +12,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import (
+    ARM_PARTS,
     CLAVICLES,
     FOREARMS,
     HEAD,
@@ -52,7 +53,7 @@ def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Po
 
     Points in reach of a shoulder count less, because arms may explain them.
     """
-    rest = ~np.isin(body.cones.part, [*UPPER_ARMS, *FOREARMS])
+    rest = ~np.isin(body.cones["part"], ARM_PARTS)
     reach = sum(float(body.skeleton.lengths[part]) for part in (UPPER_ARMS[0], FOREARMS[0]))
     result = np.empty(len(poses))
     for k, pose in enumerate(poses):

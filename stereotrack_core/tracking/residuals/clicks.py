@@ -11,10 +11,10 @@ from itertools import product
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import BodyModel, landmarks, landmarks_of_frames
-from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
+from stereotrack_core.body.model import BodyModel, landmarks
+from stereotrack_core.body.pose import Pose, orthonormal
 from stereotrack_core.body.posing import pose_showing
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS, FOREARMS, HEAD, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.rotation import (
     angle_between,
     rotation_from_vector,
@@ -51,20 +51,18 @@ class ClickObservation:
         """One residual for each click; far from the landmark, it loses its weight."""
         if not self.clicks:
             return ()
-        frames = body.frames(pose)
-        places = landmarks_of_frames(body, frames)
-        return tuple(self._residual(click, places, frames) for click in self.clicks)
-
-    def _residual(
-        self, click: Detection, places: FloatArray, frames: PartFrames
-    ) -> DetectionResidual:
-        k = LANDMARKS.index(click.kind)
-        part, place = _PARTS[k], places[k]
-        assert click.camera is not None  # noqa: S101 - clicks are made in pictures
-        depth = max(float(click.camera.camera_from_world.apply(place)[2]), _OFF)
-        off = _OFF * float(click.camera.matrix[0, 0]) / depth
-        local = frames.rotations[part].T @ (place - frames.origins[part])
-        return residual_at(click, part, local, frames, float(np.hypot(self.widened, off)))
+        frames, places = body.frames(pose), landmarks(body, pose)
+        found = list[DetectionResidual]()
+        for click in self.clicks:
+            k = LANDMARKS.index(click.kind)
+            part, place = _PARTS[k], places[k]
+            assert click.camera is not None  # noqa: S101 - clicks are made in pictures
+            depth = max(float(click.camera.camera_from_world.apply(place)[2]), _OFF)
+            off = _OFF * float(click.camera.matrix[0, 0]) / depth
+            local = frames.rotations[part].T @ (place - frames.origins[part])
+            widened = float(np.hypot(self.widened, off))
+            found.append(residual_at(click, part, local, frames, widened))
+        return tuple(found)
 
 
 def pose_by_clicks(setup: Setup, near: Pose, clicks: tuple[Detection, ...]) -> Pose:
@@ -132,9 +130,7 @@ def _fitted(setup: Setup, start: Pose, clicks: tuple[Detection, ...]) -> Pose:
 
 def missed(body: BodyModel, pose: Pose, clicks: Sequence[Detection]) -> float:
     """Sum of the distances of clicks from a pose, pixels; of each at most that of another place."""
-    frames = body.frames(pose)
-    places = landmarks_of_frames(body, frames)
-    total = 0.0
+    places, total = landmarks(body, pose), 0.0
     for click in clicks:
         assert click.camera is not None  # noqa: S101 - clicks are made in pictures
         pixel = click.camera.project(places[LANDMARKS.index(click.kind)])
@@ -147,6 +143,5 @@ def contradicted(body: BodyModel, pose: Pose, clicked: Pose) -> bool:
     """Whether clicks put the body elsewhere than a pose has it, by more than following mends."""
     turn = float(np.linalg.norm(vector_from_rotation(clicked.torso @ pose.torso.T)))
     away = float(np.linalg.norm(clicked.position - pose.position))
-    limbs = [*UPPER_ARMS, *FOREARMS]
-    one, other = (body.frames(each).rotations[limbs, :, 2] for each in (pose, clicked))
+    one, other = (body.frames(each).rotations[ARM_PARTS, :, 2] for each in (pose, clicked))
     return turn > _TURN or away > _PLACE or float(angle_between(one, other).max()) > _LIMB

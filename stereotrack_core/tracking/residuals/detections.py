@@ -76,10 +76,12 @@ class DetectionObservation:
         are two hands. Weights are w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma, as of the cloud's
         data.
         """
-        frames = body.frames(pose)
+        frames, groups = body.frames(pose), dict[str, list[Detection]]()
+        for one in self.detections:
+            groups.setdefault("" if one.camera is None else one.camera.name, []).append(one)
         return tuple(
             _residual_of(detection, part, body, frames)
-            for group in _by_source(self.detections)
+            for group in groups.values()
             for detection, part in _assigned(group, body, frames, self.gate)
         )
 
@@ -138,15 +140,6 @@ def _assigned(
     rows, chosen = scipy.optimize.linear_sum_assignment(cost)
     pairs = zip(rows, chosen, strict=True)
     return [(detections[i], parts[k]) for i, k in pairs if k < len(parts) and cost[i, k] < gate**2]
-
-
-def _by_source(detections: tuple[Detection, ...]) -> list[list[Detection]]:
-    """Detections in space together, and those of each camera."""
-    groups: dict[str, list[Detection]] = {}
-    for detection in detections:
-        name = "" if detection.camera is None else detection.camera.name
-        groups.setdefault(name, []).append(detection)
-    return list(groups.values())
 
 
 def _undistorted(detection: Detection) -> tuple[FloatArray, float]:

@@ -86,7 +86,7 @@ def limit_rows(
     rows = np.zeros(len(limbs) + len(FOREARMS) * (1 + _CHECKED) + len(PAIRS), dtype=ROW)
     bounds = parameters.clearance, parameters.arms_apart
     placed = frames.rotations, frames.origins
-    torso = body.cones.records[:1]
+    torso = body.cones[:1]
     count = _fill_limits(limbs, placed, body.skeleton.lengths, torso, bounds, rows)
     result: Rows = rows[:count]
     return result

@@ -135,11 +135,16 @@ class KeypointFit:
         sure = np.clip(seen.confidence[k, v], _LEAST_SURE, 1.0)
         own = (self.sigma**2 / sure**2 + placed.slack[k] ** 2) * self.metre[k, v] ** 2
         variance = (own + _FLOOR**2) / weight[k, v]
-        points = PinholePoints(
-            placed.part[k], placed.point[k], seen.rotation[v], seen.translation[v], seen.focal[v]
+        residual = ReprojectionResidual(
+            part=placed.part[k],
+            point=placed.point[k],
+            rotation=seen.rotation[v],
+            translation=seen.translation[v],
+            focal=seen.focal[v],
+            measured=seen.pixel[k, v].reshape(-1),
+            variance=np.repeat(variance, 2),
         )
-        measured = seen.pixel[k, v].reshape(-1)
-        return (ReprojectionResidual(points, measured, np.repeat(variance, 2)),)
+        return (residual,)
 
 
 def _placed(seen: SightedKeypoints, body: BodyModel) -> PlacedKeypoints | None:
@@ -219,38 +224,31 @@ def pixel_gradients(
 
 
 @dataclass(frozen=True, eq=False)
-class PinholePoints:
-    """m points of the body, each in the picture of a camera."""
+class ReprojectionResidual:
+    """Measured pixels of m points of the body, each in the picture of a camera."""
 
     part: IntArray  # (m,)
     point: FloatArray  # (m, 3). In the frames of the parts.
     rotation: FloatArray  # (m, 3, 3). camera_from_world
     translation: FloatArray  # (m, 3), metres. camera_from_world
     focal: FloatArray  # (m,), pixels
+    measured: FloatArray  # (2 m,), pixels, column and row of one point after the other
+    variance: FloatArray  # (2 m,), square pixels
 
     def in_camera(self, frames: PartFrames) -> FloatArray:
         """The points (..., m, 3) in the frames of their cameras, for one pose or stacked ones."""
         world = frames.apply(self.part, self.point)
         return np.asarray(np.einsum("mij,...mj->...mi", self.rotation, world) + self.translation)
 
-
-@dataclass(frozen=True, eq=False)
-class ReprojectionResidual:
-    """Measured pixels of points of the body."""
-
-    points: PinholePoints
-    measured: FloatArray  # (2 m,), pixels, column and row of one point after the other
-    variance: FloatArray  # (2 m,), square pixels
-
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The points' pixels (S, 2 m) for stacked poses."""
-        pixels = pinhole(self.points.in_camera(frames), self.points.focal)
+        pixels = pinhole(self.in_camera(frames), self.focal)
         return pixels.reshape(len(pixels), -1)
 
     def rows(self, frames: PartFrames) -> Rows:
         """Columns and rows of the pixels in turn, linearised at one pose."""
-        points, at = self.points, self.points.in_camera(frames)
-        off = self.measured - pinhole(at, points.focal).reshape(-1), self.variance
-        along = pixel_gradients(points.rotation, at, points.focal).reshape(-1, 3)
-        world = np.repeat(frames.apply(points.part, points.point), 2, axis=0)
-        return rows_of(PIXEL, np.repeat(points.part, 2), world, along, off)
+        at = self.in_camera(frames)
+        off = self.measured - pinhole(at, self.focal).reshape(-1), self.variance
+        along = pixel_gradients(self.rotation, at, self.focal).reshape(-1, 3)
+        world = np.repeat(frames.apply(self.part, self.point), 2, axis=0)
+        return rows_of(PIXEL, np.repeat(self.part, 2), world, along, off)

@@ -14,7 +14,15 @@ import numpy as np
 from stereotrack_core.body.manifold import OUTLINE
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import (
+    ARM_PARTS,
+    CLAVICLES,
+    FOREARMS,
+    HEAD,
+    PARTS,
+    TORSO,
+    UPPER_ARMS,
+)
 from stereotrack_core.body.surface import ClosestPoints, in_cone, parts_of_cones, places_for
 from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud, EdgeMap
@@ -40,7 +48,7 @@ _INSIDE = 3.0  # pixels inside of an edge where its range is read
 # Legs are left to the cloud: their cones are too rough to be measured at the edge.
 MEASURED_PARTS = (TORSO, *CLAVICLES, HEAD, *UPPER_ARMS, *FOREARMS)
 _MEASURED = np.isin(np.arange(len(PARTS)), MEASURED_PARTS)
-_LIMB = np.isin(np.arange(len(PARTS)), (*UPPER_ARMS, *FOREARMS))
+_LIMB = np.isin(np.arange(len(PARTS)), ARM_PARTS)
 _ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # along a cone where its outline is measured; 0: base
 
 

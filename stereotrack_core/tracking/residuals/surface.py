@@ -16,14 +16,6 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 
 UNEXPLAINED_SCALE = 0.05  # metres from the model at which a datum counts as half unexplained
 FIRST_LOSS = 2.0  # factor on the scale of the loss in the first iterations
-_MOST_POINTS = 1500
-
-
-def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> float:
-    """:func:`unexplained_fraction` of a cloud (N, 3), world, thinned out where it is large."""
-    thin = points[:: max(1, len(points) // _MOST_POINTS)]
-    closest = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
-    return unexplained_fraction(closest.distance)
 
 
 def surface_distances(points: FloatArray, body: BodyModel, pose: Pose) -> FloatArray:

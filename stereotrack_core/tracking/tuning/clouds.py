@@ -71,7 +71,7 @@ class CloudStore:
         """Shapes that were fitted, by what they depend on."""
         self.rows: dict[Hashable, float] = {}
         """By how much left images lie too low, by matching parameters, view and frames."""
-        self.cancelled: Callable[[], bool] = _never
+        self.cancelled: Callable[[], bool] = lambda: False
         self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
         self._fitting: dict[Hashable, dict[str, Value]] = {}
@@ -92,14 +92,20 @@ class CloudStore:
         self,
         key: CloudKey,
         stretch: range | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> KeptClouds:
         """Clouds for a run over `stretch`, kept before all others. Raises Cancelled, InputError."""
-        wanted = cancelled or _never
+        points, matching = key.until(Stage.POINTS), key.until(Stage.MATCHING)
+
+        def is_held(place: Any) -> bool:
+            kind, of, frame = place
+            of_key = of == points if kind == "points" else of[0] == matching
+            return stretch is not None and frame in stretch and bool(of_key)
+
         if stretch is not None:
-            self.memory.hold(_is_of(key, stretch))
-        self.cancelled = wanted
-        return KeptClouds(self, key, self.chain(key), wanted)
+            self.memory.hold(is_held)
+        self.cancelled = cancelled
+        return KeptClouds(self, key, self.chain(key), self.reader, cancelled)
 
     def chain(self, key: CloudKey) -> DepthChain:
         """What makes these clouds."""
@@ -164,25 +170,26 @@ class _Made:
         return bytes_of(self.seen) + points
 
 
+@dataclass(eq=False)
 class KeptClouds:
     """Clouds for one run, taken from the store or made for it."""
 
-    def __init__(
-        self, store: CloudStore, key: CloudKey, chain: DepthChain, cancelled: Callable[[], bool]
-    ) -> None:
-        self.chain, self.reader, self.key = chain, store.reader, key
-        self._store, self._cancelled = store, cancelled
-        self._went_on = False
+    store: CloudStore
+    key: CloudKey
+    chain: DepthChain
+    reader: FrameReader
+    cancelled: Callable[[], bool]
+    went_on: bool = False  # whether the background has learned from frames of this run
 
     def learn(self, _frames: range, _told: Told) -> None:
         """Forget what a background that goes on learning took from frames that come again."""
-        if self._went_on:
-            self.chain, self._went_on = self._store.chain(self.key), False
+        if self.went_on:
+            self.chain, self.went_on = self.store.chain(self.key), False
 
     def take(self, frame: int) -> tuple[Cloud, float]:
         """Cloud of a frame, and the seconds that reading its images took. Raises Cancelled."""
-        store = self._store
-        store.cancelled = self._cancelled
+        store = self.store
+        store.cancelled = self.cancelled
         store.go_on()
         if not (store.has_depth or self.chain.silhouettes):
             return cloudless(frame), 0.0
@@ -190,26 +197,26 @@ class KeptClouds:
             self.chain = store.chain(self.key)
             return self._kept(frame)
         # depends on all frames before it, so that it is of no use to another run
-        self._went_on = True
+        self.went_on = True
         seen, read = self._measured(frame)
         return self.chain.fused(seen), read
 
     def _kept(self, frame: int) -> tuple[Cloud, float]:
         place = "points", self.key.until(Stage.POINTS), frame
         fusion = self.key.until(Stage.FUSION)
-        made: _Made | None = self._store.memory.get(place)
+        made: _Made | None = self.store.memory.get(place)
         read = 0.0
         if made is None:
             seen, read = self._measured(frame)
             made = _Made(seen)
         if fusion not in made.clouds:
             made.clouds[fusion] = self.chain.fused(made.seen)
-            self._store.memory.put(place, made, made.bytes)
+            self.store.memory.put(place, made, made.bytes)
         return made.clouds[fusion], read
 
     def _measured(self, frame: int) -> tuple[MeasuredViews, float]:
         begun = time.perf_counter()
-        frame_set = self._store.reader.frame_set(frame)
+        frame_set = self.store.reader.frame_set(frame)
         read = time.perf_counter() - begun
         return self.chain.measured(frame_set), read
 
@@ -262,18 +269,3 @@ class _RememberedFrame(StereoFrame):
             size += sum(disparity.nbytes for disparity in self.matched.values())
             self.store.memory.put(self.place, self, size)
         return self.matched[region].copy()
-
-
-def _is_of(key: CloudKey, stretch: range) -> Callable[[Any], bool]:
-    """Whether a place in the memory belongs to a stretch with these parameters."""
-    points, matching = key.until(Stage.POINTS), key.until(Stage.MATCHING)
-
-    def held(place: Any) -> bool:
-        kind, of, frame = place
-        return frame in stretch and bool(of == points if kind == "points" else of[0] == matching)
-
-    return held
-
-
-def _never() -> bool:
-    return False

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import Proportions
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.frame import FirstFrame, Replaced, TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
@@ -21,7 +20,7 @@ from stereotrack_core.tracking.prepare import (
     with_lengths,
 )
 from stereotrack_core.tracking.run import Advance, advances
-from stereotrack_core.tracking.run_spec import FirstPose, Hooks, RunSpec
+from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.second_look import SecondLook, last_settled
 from stereotrack_core.tracking.tracking import Tracking
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
@@ -106,12 +105,7 @@ class Trial:
         self, store: CloudStore, cancelled: Callable[[], bool] = lambda: False
     ) -> Iterator[tuple[Tracking, Hooks]]:
         """A run that is prepared, and the hooks that stop it. Raises Cancelled, InputError."""
-
-        def ask(*_: object) -> None:
-            if cancelled():
-                raise Cancelled
-
-        hooks = Hooks(on_preparing=ask, before_step=ask)
+        hooks = Hooks.asking(cancelled)
         kept = store.clouds(self.key, self.reach, cancelled)
         with Clouds(store.recording, self.spec, kept) as clouds:
             if self.start is None:
@@ -144,30 +138,21 @@ class Trial:
                 ):
                     return
 
-    @property
-    def _fits_shape(self) -> bool:
-        p, stands = self.settings.tracking, self.start is not None and self.start.shape is not None
-        return p.fit_shape and p.matching == "data_to_model" and not stands
-
     def _continued(
         self, clouds: Clouds, start: TrialStart, shapes: dict[Hashable, BodyShape], hooks: Hooks
     ) -> Tracking:
         """Find out what is not known of the body, and begin where the run was."""
-        run, shape = unprepared(clouds), start.shape
+        run, shape, settings = unprepared(clouds), start.shape, self.settings
         if estimates_lengths(run) and clouds.have_depth:
             if start.lengths is not None:
                 run = with_lengths(run, start.lengths)
             else:
                 run = with_estimated_lengths(run, self.known, hooks)
-        if self._fits_shape:
-            lengths, first = run.body.skeleton.proportions, _pose_key(self.spec.init)
-            key = stage_key(self.settings, Stage.SHAPE), lengths, self.known, self.spec.seed, first
+        if shape is None and settings.tracking.fit_shape and settings.follows_data:
+            init, lengths = self.spec.init, run.body.skeleton.proportions
+            first = init if isinstance(init, str) else str(init.values())
+            key = stage_key(settings, Stage.SHAPE), lengths, self.known, self.spec.seed, first
             if key not in shapes:
                 shapes[key] = with_fitted_shape(run, self.known, hooks).body.shape
             shape = shapes[key]
         return continued(run, replace(start, shape=shape))
-
-
-def _pose_key(pose: FirstPose) -> Hashable:
-    """What tells first poses apart."""
-    return pose if isinstance(pose, str) else (pose.position.tobytes(), pose.rotations.tobytes())

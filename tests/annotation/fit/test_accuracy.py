@@ -8,7 +8,6 @@ from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.recording.folder import open_recording
 
 pytestmark = pytest.mark.slow
-
 ALONE, DIRTY, DEPTH = CASES[0], CASES[1], CASES[2]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
+from stereotrack_core.evaluation.failure_segments.segment import FailureRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.evaluation.failure_segments.runs import FPS, made, untracked
 

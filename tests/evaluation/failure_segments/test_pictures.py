@@ -16,6 +16,7 @@ from stereotrack_core.evaluation.failure_segments.find import FailureSearch, fin
 from stereotrack_core.evaluation.failure_segments.looks import Looker
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.work import Work
 from tests.evaluation.failure_segments.runs import recorded
 
 
@@ -72,7 +73,7 @@ def test_looks_tell_what_the_views_measure(seen):
         (look,) = looker.looks([2], truth.points[2:3])
         assert looker.view_names == ("N", "O", "S", "W")
         with pytest.raises(Cancelled):
-            looker.looks([2], truth.points[2:3], cancelled=lambda: True)
+            looker.looks([2], truth.points[2:3], Work(stopped=lambda: True))
     assert (look.points > 100).all()
     shares = look.agreed + look.before
     assert (shares[:, 2:] < 1.0 + 1e-9).all()

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.failure_segments.segment import limbs_words
-from stereotrack_core.evaluation.failure_segments.stretches import Stretch, high_stretches, joined
+from stereotrack_core.evaluation.failure_segments.segment import (
+    Stretch,
+    high_stretches,
+    joined,
+    limbs_words,
+)
 
 
 def ends(value, least=1, bridge=0):

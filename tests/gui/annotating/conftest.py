@@ -19,7 +19,7 @@ from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
@@ -134,7 +134,7 @@ def make():
 
 @pytest.fixture
 def stage(qtbot, project, make, shown, tmp_path):
-    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 10), sigma=1.0)))
+    project.apply(place_clicks(make.clicks_at(range(0, FRAMES, 10), sigma=1.0)))
     settings = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
     made = Stage(settings)
     made.timeline.set_range(FRAMES, 10.0)

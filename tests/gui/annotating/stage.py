@@ -4,9 +4,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from app.context import make_context
-from app.features.annotate.actions import add_commands
 from app.features.annotate.clicking.controller import ClickController
 from app.features.annotate.dialogs import AnnotationDialogs
+from app.features.annotate.feature import add_commands
 from app.features.annotate.filling.predicting import PredictionWork
 from app.features.annotate.panels import AnnotationPanels
 from app.widgets.forms.message import MessageBar

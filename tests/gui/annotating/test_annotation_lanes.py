@@ -8,8 +8,8 @@ from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
-from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.clicks import delete_clicks, move_clicks, place_clicks
+from stereotrack_core.project.marks import FrameFlag, flag_frames, mark_keyframes
 
 FRAMES = 60
 
@@ -26,13 +26,13 @@ def marks_of(lanes, landmark):
 
 
 def test_a_landmark_is_clicked_partly_flagged_missing_or_a_gap(project, lanes, make):
-    project.apply(PlaceClicks(make.clicks_at([3], cameras=("N", "O"))[:5]))
-    project.apply(PlaceClicks((Click(4, "N", "head", (3.0, 4.0)),)))
-    project.apply(PlaceClicks((Click(5, "N", "head", (3.0, 4.0), flag=UNCERTAIN),)))
-    project.apply(PlaceClicks((Click(6, "N", "head", None, Visibility.OUTSIDE),)))
-    project.apply(SetKeyframes((8,)))
-    project.apply(SetFlags((FrameFlag(9, "", "gap"), FrameFlag(10, "head", "gap"))))
-    project.apply(SetFlags((FrameFlag(11, "head", "review"),)))
+    project.apply(place_clicks(make.clicks_at([3], cameras=("N", "O"))[:5]))
+    project.apply(place_clicks((Click(4, "N", "head", (3.0, 4.0)),)))
+    project.apply(place_clicks((Click(5, "N", "head", (3.0, 4.0), flag=UNCERTAIN),)))
+    project.apply(place_clicks((Click(6, "N", "head", None, Visibility.OUTSIDE),)))
+    project.apply(mark_keyframes((8,)))
+    project.apply(flag_frames((FrameFlag(9, "", "gap"), FrameFlag(10, "head", "gap"))))
+    project.apply(flag_frames((FrameFlag(11, "head", "review"),)))
     head = marks_of(lanes, "head")
     said = [Mark(int(mark)).name for mark in head[3:12]]
     assert said == [
@@ -50,11 +50,11 @@ def test_following_edits_is_the_same_as_reading_everything(project, lanes, make)
         clicks = make.clicks_at(frames.tolist(), cameras=("N", "W"))
         chosen = [clicks[i] for i in rng.integers(0, len(clicks), 4)]
         edits = (
-            PlaceClicks(tuple(chosen)),
-            DeleteClicks(tuple(one.key for one in chosen)),
-            SetFlags((FrameFlag(int(frames[0]), "", "gap"),), off=bool(rng.integers(2))),
-            SetFlags((FrameFlag(int(frames[1]), "head"),)),
-            SetKeyframes((int(frames[0]),), ("wanted", "done", "none")[rng.integers(3)]),
+            place_clicks(tuple(chosen)),
+            delete_clicks(tuple(one.key for one in chosen)),
+            flag_frames((FrameFlag(int(frames[0]), "", "gap"),), off=bool(rng.integers(2))),
+            flag_frames((FrameFlag(int(frames[1]), "head"),)),
+            mark_keyframes((int(frames[0]),), ("wanted", "done", "none")[rng.integers(3)]),
         )
         project.apply(edits[rng.integers(5)])
         if rng.random() < 0.3:
@@ -65,7 +65,7 @@ def test_following_edits_is_the_same_as_reading_everything(project, lanes, make)
 
 
 def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
-    project.apply(PlaceClicks(make.clicks_at([10, 20])))
+    project.apply(place_clicks(make.clicks_at([10, 20])))
     frame = np.arange(10, 21)
     filled = ~np.isin(frame, (10, 20))
     points = np.stack([make.places_at(int(k)) for k in frame])
@@ -84,30 +84,30 @@ def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
 
 
 def test_a_keyframe_that_is_filled_in_is_still_missing(project, lanes, make):
-    project.apply(SetKeyframes((12,)))
+    project.apply(mark_keyframes((12,)))
     frame = np.arange(10, 15)
     points = np.stack([make.places_at(int(k)) for k in frame])
     lanes.show_reference(Reference(frame, points, filled=np.ones(5, dtype=np.bool_)))
     said = [Mark(int(mark)).name for mark in marks_of(lanes, "head")[10:15]]
     assert said == ["INTERPOLATED", "INTERPOLATED", "MISSING", "INTERPOLATED", "INTERPOLATED"]
-    project.apply(SetFlags((FrameFlag(13, "head", "gap"),)))
+    project.apply(flag_frames((FrameFlag(13, "head", "gap"),)))
     assert marks_of(lanes, "head")[13] == Mark.GAP
 
 
 def test_what_looks_like_an_outlier_is_flagged_until_it_is_edited(project, lanes, make):
-    project.apply(PlaceClicks(make.clicks_at([10, 20])))
+    project.apply(place_clicks(make.clicks_at([10, 20])))
     frame = np.array([10, 20])
     points = np.stack([make.places_at(int(k)) for k in frame])
     key = ClickKey(10, "N", "head")
     lanes.show_reference(Reference(frame, points), outliers=[key])
     assert marks_of(lanes, "head")[10] == Mark.FLAGGED
     assert lanes.flagged_frames().tolist() == [10]
-    project.apply(MoveClicks((key,), (10.0, 0.0)))
+    project.apply(move_clicks((key,), (10.0, 0.0)))
     assert marks_of(lanes, "head")[10] == Mark.CLICKED
 
 
 def test_flagged_frames_are_found_both_ways(project, lanes):
-    project.apply(SetFlags((FrameFlag(12, "head"), FrameFlag(40, "head"))))
+    project.apply(flag_frames((FrameFlag(12, "head"), FrameFlag(40, "head"))))
     assert lanes.next_flagged(12) == 40
     assert lanes.next_flagged(40) is None
     assert lanes.next_flagged(40, backwards=True) == 12

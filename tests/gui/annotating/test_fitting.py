@@ -9,10 +9,10 @@ from app.session.jobs import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import fit_of_reference
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.fitting import FITTED
-from stereotrack_core.project.marks import FrameFlag, SetFlags
+from stereotrack_core.project.marks import FrameFlag, flag_frames
 
 FRAMES = 30
 
@@ -20,8 +20,8 @@ FRAMES = 30
 @pytest.fixture
 def annotated(project, make):
     """Every fifth frame clicked, a gap in the middle."""
-    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 5), sigma=1.0, seed=2)))
-    project.apply(SetFlags(tuple(FrameFlag(frame, "", "gap") for frame in range(11, 15))))
+    project.apply(place_clicks(make.clicks_at(range(0, FRAMES, 5), sigma=1.0, seed=2)))
+    project.apply(flag_frames(tuple(FrameFlag(frame, "", "gap") for frame in range(11, 15))))
     return project
 
 
@@ -91,7 +91,7 @@ def test_it_can_be_stopped(qtbot, annotated, work):
 
 def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
     gap = range(16, 22)  # frame 20 is clicked
-    annotated.apply(SetFlags(tuple(FrameFlag(frame, "left_hand", "gap") for frame in gap)))
+    annotated.apply(flag_frames(tuple(FrameFlag(frame, "left_hand", "gap") for frame in gap)))
     now = fitted(qtbot, work)
     hand, head = (NINE.names.index(name) for name in ("left_hand", "head"))
     known = np.isfinite(now.reference.points).all(axis=-1)

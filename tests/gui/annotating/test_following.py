@@ -7,27 +7,20 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.prefilling import accept_predictions, propose_selection
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_png, write_recording_description
+from stereotrack_core.work import Work
 
 FRAMES, STEP = 12, 3
 
 
 def accept_proposed(project, selection):
     return accept_predictions(project, (PROPOSED,), selection, "proposals")
-
-
-def never() -> bool:
-    return False
-
-
-def nothing(_share, _words) -> None:
-    return None
 
 
 @pytest.fixture
@@ -56,10 +49,10 @@ def project(moving):
 
 def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
     project.apply(
-        PlaceClicks((Click(2, "N", "head", (200.0, 200.0)), Click(2, "O", "head", (300.0, 150.0))))
+        place_clicks((Click(2, "N", "head", (200.0, 200.0)), Click(2, "O", "head", (300.0, 150.0))))
     )
     selection = Selection(range(4, 10))
-    found = propose_selection(project, moving, selection, nothing, never)
+    found = propose_selection(project, moving, selection)
     assert found == "12 points proposed in frames 4 – 9."
     assert project.clicks.count() == 2
     places = {p.key: p.position for p in project.predictions.of_source(PROPOSED)}
@@ -75,19 +68,19 @@ def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
 
 
 def test_it_goes_backward_from_clicks_behind_and_not_beyond_other_clicks(project, moving):
-    project.apply(PlaceClicks((Click(9, "N", "head", (250.0, 200.0)),)))
-    project.apply(PlaceClicks((Click(5, "N", "head", (238.0, 200.0)),)))
-    propose_selection(project, moving, Selection(range(3, 10)), nothing, never)
+    project.apply(place_clicks((Click(9, "N", "head", (250.0, 200.0)),)))
+    project.apply(place_clicks((Click(5, "N", "head", (238.0, 200.0)),)))
+    propose_selection(project, moving, Selection(range(3, 10)))
     frames = {p.frame for p in project.predictions.of_source(PROPOSED)}
     assert frames == {3, 4, 6, 7, 8}
 
 
 def test_nothing_to_follow_is_said_and_it_can_be_stopped(project, moving):
     with pytest.raises(InputError, match="no click near frames 3 – 5"):
-        propose_selection(project, moving, Selection(range(3, 6)), nothing, never)
+        propose_selection(project, moving, Selection(range(3, 6)))
     with pytest.raises(InputError, match="there are no proposals in frames 3 – 5"):
         accept_proposed(project, Selection(range(3, 6)))
-    project.apply(PlaceClicks((Click(2, "N", "head", (200.0, 200.0)),)))
+    project.apply(place_clicks((Click(2, "N", "head", (200.0, 200.0)),)))
     with pytest.raises(Cancelled):
-        propose_selection(project, moving, Selection(range(3, 6)), nothing, lambda: True)
+        propose_selection(project, moving, Selection(range(3, 6)), Work(stopped=lambda: True))
     assert not project.predictions.of_source(PROPOSED)

@@ -7,12 +7,12 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.features.annotate.next_clicks import NextPresenter
-from app.widgets.tables.next_panel import NextPanel
+from app.widgets.tables.landmarks_panel import NextPanel
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.marks import FrameFlag, SetFlags
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.marks import FrameFlag, flag_frames
 from tests.annotation.fits import limb_sigma_deg
 
 LEFT = Qt.MouseButton.LeftButton
@@ -40,7 +40,7 @@ def fit_between(make, clicked, *, unsure=0.05) -> TrajectoryFit:
 
 @pytest.fixture
 def presenter(qtbot, project, make, tasks):
-    project.apply(PlaceClicks(make.clicks_at([0, 39])))
+    project.apply(place_clicks(make.clicks_at([0, 39])))
     heard = []
     made = NextPresenter(tasks, heard.append)
     made.problems, made.heard = [], heard
@@ -69,14 +69,14 @@ def test_the_middle_between_clicks_comes_first_and_a_click_there_is_taken_in(
     assert 15 < best.frame < 25
     assert best.reason
     there = make.clicks_at([best.frame])
-    after = ranking_after(qtbot, presenter, lambda: project.apply(PlaceClicks(there)))
+    after = ranking_after(qtbot, presenter, lambda: project.apply(place_clicks(there)))
     assert all(one.frame != best.frame for one in after.suggestions)
 
 
 def test_gaps_are_not_asked_for(qtbot, project, presenter, make):
     fit = fit_between(make, [0, 39])
     ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
-    gap = SetFlags(tuple(FrameFlag(frame, "", "gap") for frame in range(10, 30)))
+    gap = flag_frames(tuple(FrameFlag(frame, "", "gap") for frame in range(10, 30)))
     after = ranking_after(qtbot, presenter, lambda: project.apply(gap))
     assert after.suggestions
     assert all(one.frame not in range(10, 30) for one in after.suggestions)

@@ -6,7 +6,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.features.annotate.exchange.agreement import AgreementDialog
 from app.features.annotate.exchange.merging import ImportDialog, TakeInDialog
-from app.features.annotate.setup.subject_dialog import SubjectDialog
+from app.features.annotate.subject_dialog import SubjectDialog
 from app.widgets.forms.form_dialog import FormDialog
 from app.widgets.forms.numbers import WholeNumberField
 from app.widgets.timeline.lanes import Mark
@@ -15,7 +15,7 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
@@ -132,7 +132,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     path = tmp_path / "other.stereotrack"
     theirs = make.clicks_at([0, 10, 15], sigma=2.0, seed=7)
     with Project.create(path, stage.panels.recording.folder, who="B") as other:
-        other.apply(PlaceClicks(theirs))
+        other.apply(place_clicks(theirs))
     stage.trigger("agreement")
     qtbot.waitUntil(lambda: stage.findChild(AgreementDialog) is not None)
     dialog = stage.findChild(AgreementDialog)

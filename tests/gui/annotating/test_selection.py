@@ -3,8 +3,8 @@
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.marks import GAP, SetKeyframes
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.marks import GAP, mark_keyframes
 from stereotrack_core.project.selection import (
     Selection,
     clear_clicks,
@@ -17,7 +17,7 @@ from stereotrack_core.project.selection import (
 
 @pytest.fixture
 def annotated(project, make):
-    project.apply(PlaceClicks(make.clicks_at(range(0, 40, 5))))
+    project.apply(place_clicks(make.clicks_at(range(0, 40, 5))))
     return project
 
 
@@ -47,7 +47,7 @@ def test_gaps(annotated):
 
 
 def test_keyframes_every_n(annotated):
-    annotated.apply(SetKeyframes(tuple(range(0, 60, 10))))
+    annotated.apply(mark_keyframes(tuple(range(0, 60, 10))))
     assert annotated.progress().words() == "0 of 6 keyframes done"
     annotated.apply(set_keyframes(annotated, Selection(range(25)), "done"))
     assert annotated.progress().words() == "3 of 6 keyframes done"

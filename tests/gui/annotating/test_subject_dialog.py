@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import Qt
 
-from app.features.annotate.setup.subject_dialog import SubjectDialog
+from app.features.annotate.subject_dialog import SubjectDialog
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.entries import UseSubject
+from stereotrack_core.project.clicks import place_clicks
+from stereotrack_core.project.entries import use_subject
 from stereotrack_core.recording.description import Subject
 
 LEFT = Qt.MouseButton.LeftButton
@@ -51,7 +51,7 @@ def test_a_length_that_nobody_has_is_doubted(qtbot, dialog):
 
 def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
     tall = replace(AVERAGE, upper_arm_length=0.33, torso_length=0.55)
-    project.apply(PlaceClicks(make.clicks_at(range(20), sigma=1.0, proportions=tall)))
+    project.apply(place_clicks(make.clicks_at(range(20), sigma=1.0, proportions=tall)))
     qtbot.mouseClick(dialog.measure_button, LEFT)
     qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
     qtbot.mouseClick(dialog.take_button, LEFT)
@@ -72,7 +72,7 @@ def test_files_are_exchanged(project, make, dialog, tmp_path):
 
 
 def test_the_subject_in_use_is_shown_and_given_up(qtbot, project, make, shown, tasks):
-    project.apply(UseSubject(Subject("Bert", torso_length=0.6), "entered"))
+    project.apply(use_subject(Subject("Bert", torso_length=0.6), "entered"))
     dialog = shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 560, 420)
     assert dialog.name.text() == "Bert"
     assert dialog.lengths["torso_length"].value() == 600

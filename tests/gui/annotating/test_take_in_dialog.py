@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.features.annotate.exchange.merging import TakeInDialog
 from stereotrack_core.annotation.click import ClickKey, Visibility
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
+from stereotrack_core.project.clicks import delete_clicks, place, place_clicks
 from stereotrack_core.project.merging import incoming
 from tests.gui.annotating.notices import Notices
 
@@ -23,9 +23,9 @@ def moved(click, by):
 def theirs(project, make):
     """Of frame 3 equal, of 5 moved, deleted or outside, of 9 new."""
     mine = make.clicks_at([3, 5])
-    project.apply(PlaceClicks(mine))
+    project.apply(place_clicks(mine))
     deleted = next(c for c in mine if c.key == ClickKey(5, "S", "head"))
-    project.apply(DeleteClicks((deleted.key,)))
+    project.apply(delete_clicks((deleted.key,)))
     changed = [c for c in mine if c.frame == 5 and c.camera in ("N", "S") and c.landmark == "head"]
     outside = next(c for c in mine if c.key == ClickKey(5, "W", "head"))
     return [

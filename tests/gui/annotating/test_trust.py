@@ -11,7 +11,7 @@ from app.features.annotate.exchange.agreement import AgreementDialog, agreement_
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import BlindRepeats
-from stereotrack_core.project.clicks import BlindRepeat, PlaceClicks
+from stereotrack_core.project.clicks import blind_repeat, place_clicks
 from stereotrack_core.project.project import Project
 
 LEFT = Qt.MouseButton.LeftButton
@@ -20,14 +20,14 @@ LEFT = Qt.MouseButton.LeftButton
 @pytest.fixture
 def annotated(project, make):
     """Forty frames with clicks."""
-    project.apply(PlaceClicks(make.clicks_at(range(40), sigma=2.0, seed=1)))
+    project.apply(place_clicks(make.clicks_at(range(40), sigma=2.0, seed=1)))
     return project
 
 
 def test_what_is_under_way_survives_closing(recording, make):
     path = recording.folder.parent / "again.stereotrack"
     with Project.create(path, recording.folder) as project:
-        project.apply(PlaceClicks(make.clicks_at([3])))
+        project.apply(place_clicks(make.clicks_at([3])))
         BlindRepeats(project).begin(3)
     with Project.open(path) as project:
         assert BlindRepeats(project).active == 3
@@ -35,7 +35,7 @@ def test_what_is_under_way_survives_closing(recording, make):
 
 def test_the_measured_sigma_comes_from_repeats(annotated, make):
     again = make.clicks_at(range(0, 40, 2), sigma=2.0, seed=9)
-    annotated.apply(BlindRepeat(1, PlaceClicks(again)))
+    annotated.apply(blind_repeat(1, place_clicks(again)))
     assert len(annotated.clicks.repeat_differences()) == 20 * 36
     sigmas = annotated.click_sigmas(usual=6.0)
     assert set(sigmas) == set(NINE.names)

@@ -26,11 +26,11 @@ def test_a_run_that_begins_again_forgets_what_came_after(small_recording):
 def test_a_run_knows_the_stretches_that_a_second_look_changed(small_recording):
     run = made_run(open_recording(small_recording))
     stored = entry_of_run(run, Path("run.npz"))
-    assert stored.looked_again == []
+    assert not stored.looked_again
     stored.stored = replace(run, meta={**run.meta, "looked_again": [[2, 5], [7, 7]]})
     assert stored.looked_again == [(2, 5), (7, 7)]
     stored.stored = stored.origin = None
-    assert stored.looked_again == ()
+    assert not stored.looked_again
 
 
 def messages_of_run(window, qtbot, **changes):

@@ -43,6 +43,5 @@ def tuning(opened, qtbot, quick_run_file):
     tracker, quick = opened.context.session.track, preset("fast").replaced(**QUICK)
     tracker.put(replace(tracker.chosen, settings=quick))
     opened.context.docks.show_named("tune")
-    opened.features.tune.show_settings()
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
     return opened

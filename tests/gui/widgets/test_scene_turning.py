@@ -5,9 +5,8 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.widgets.scene import lettering
-from app.widgets.scene.content import SceneContent
-from app.widgets.scene.orbit import Orbit
+from app.widgets.scene import scene_view
+from app.widgets.scene.content import Orbit, SceneContent
 from app.widgets.scene.scene_view import SceneView
 from tests.gui.widgets.test_scene_view import pixels, snapshot
 
@@ -22,7 +21,7 @@ class Written:
 
     def __init__(self, monkeypatch):
         self.places = {}
-        monkeypatch.setattr(lettering, "_write", self.note)
+        monkeypatch.setattr(scene_view, "_write", self.note)
 
     def note(self, _painter, text, box, _colour, _shadow):
         self.places[text] = box.center()

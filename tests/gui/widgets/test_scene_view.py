@@ -6,10 +6,9 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QKeyEvent, QPainter
 
-from app.widgets.scene import renderer
-from app.widgets.scene.content import LAYERS, Ellipsoid, SceneContent
-from app.widgets.scene.orbit import Orbit
-from app.widgets.scene.renderer import SceneUnavailable
+from app.widgets.scene import drawing
+from app.widgets.scene.content import LAYERS, Ellipsoid, Orbit, SceneContent
+from app.widgets.scene.drawing import SceneUnavailable
 from app.widgets.scene.scene_view import SceneView
 from app.widgets.style.colours import LIMB_COLOURS
 from stereotrack_core.body.limbs import LIMBS
@@ -246,7 +245,7 @@ class TestWithoutOpenGL:
         def unavailable():
             raise SceneUnavailable("No OpenGL is available.")
 
-        monkeypatch.setattr(renderer, "SceneRenderer", unavailable)
+        monkeypatch.setattr(drawing, "SceneRenderer", unavailable)
         return shown(new_scene(), 300, 200)
 
     def test_widget_says_so(self, blind):

@@ -9,9 +9,9 @@ ROOT = Path(__file__).resolve().parents[3]
 RENDER = """
 from dataclasses import replace
 import numpy as np
-from app.widgets.scene.orbit import Orbit
+from app.widgets.scene.content import Orbit
 from app.widgets.scene.content import SceneContent
-from app.widgets.scene.renderer import SceneRenderer, SceneUnavailable
+from app.widgets.scene.drawing import SceneRenderer, SceneUnavailable
 from app.widgets.style.theme import load_theme
 try:
     window = SceneRenderer()

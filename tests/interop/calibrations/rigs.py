@@ -5,30 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
-
-STANDING = {
-    "left_shoulder": (-0.18, 0.02, 1.42),
-    "right_shoulder": (0.18, 0.0, 1.41),
-    "left_elbow": (-0.42, 0.12, 1.30),
-    "right_elbow": (0.45, 0.05, 1.38),
-    "left_hand": (-0.60, 0.30, 1.22),
-    "right_hand": (0.72, 0.10, 1.45),
-    "head": (0.0, 0.05, 1.62),
-    "left_hip": (-0.10, 0.0, 0.92),
-    "right_hip": (0.10, 0.0, 0.92),
-}
-
-
-def looking_at(place, target=(0.0, 0.0, 1.2)) -> RigidTransform:
-    """camera_from_world of an upright camera."""
-    place, target = np.asarray(place, float), np.asarray(target, float)
-    z = (target - place) / np.linalg.norm(target - place)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(z, x), z])
-    return RigidTransform(rotation, -rotation @ place)
+from tests.calibrate.scenes import looking_at
 
 
 def rig(*, fisheye: bool = False) -> list[Camera]:
@@ -38,7 +16,9 @@ def rig(*, fisheye: bool = False) -> list[Camera]:
     for i, (name, place) in enumerate(places.items()):
         matrix = np.array([[600.0 + 10 * i, 0, 321.5], [0, 603.0, 238.25], [0, 0, 1]])
         distortions = np.array([-0.2, 0.05, 1e-3, -5e-4, 0.01 * i])
-        cameras.append(Camera(name, 640, 480, matrix, distortions, False, looking_at(place)))
+        cameras.append(
+            Camera(name, 640, 480, matrix, distortions, False, looking_at(place, (0.0, 0.0, 1.2)))
+        )
     if fisheye:
         distortions = np.array([0.02, -0.01, 0.003, -0.001])
         cameras[2] = replace(cameras[2], distortions=distortions, fisheye=True)

@@ -9,9 +9,8 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.json_files import write_results
-from stereotrack_core.interop.keypoints.reading import read_keypoints
+from stereotrack_core.interop.keypoints.reading import read_keypoints, write_table
 from stereotrack_core.interop.keypoints.source import KeypointSource, Who, identified
-from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.recording.description import Recording

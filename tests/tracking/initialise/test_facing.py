@@ -19,9 +19,6 @@ from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points
 
 BODY = body_model(AVERAGE)
 NOBODY = np.empty((0, 3))
-ALL_AROUND = np.array([[0.0, 3.0, 2.1], [3.0, 0.0, 2.1], [0.0, -3.0, 2.1], [-3.0, 0.0, 2.1]])
-
-
 STANDING = hanging_pose(np.array([0.0, 0.0, 0.9]))
 
 
@@ -54,8 +51,8 @@ def test_landmarks_change_sides_and_stay_where_they_are(name):
 
 @pytest.mark.parametrize("pose", [_knees(30.0), _lean(40.0)], ids=["knees", "lean"])
 def test_bodies_bend_to_the_front_and_knees_to_the_back(pose):
-    assert facing_cost(BODY, pose, NOBODY, ALL_AROUND) == pytest.approx(0.0, abs=1e-9)
-    assert facing_cost(BODY, turned_round(pose), NOBODY, ALL_AROUND) > 5.0
+    assert facing_cost(BODY, pose, NOBODY, CAMERAS) == pytest.approx(0.0, abs=1e-9)
+    assert facing_cost(BODY, turned_round(pose), NOBODY, CAMERAS) > 5.0
 
 
 def test_toes_tell_the_front():
@@ -67,13 +64,13 @@ def test_toes_tell_the_front():
     ]
     toes = [ankle + [0.0, 0.10, -0.03] + rng.normal(0, 0.02, (40, 3)) for ankle in ankles]
     points = np.concatenate(toes)
-    assert facing_cost(BODY, STANDING, points, ALL_AROUND) < 1.0
-    assert facing_cost(BODY, turned_round(STANDING), points, ALL_AROUND) > 5.0
+    assert facing_cost(BODY, STANDING, points, CAMERAS) < 1.0
+    assert facing_cost(BODY, turned_round(STANDING), points, CAMERAS) > 5.0
 
 
 def test_who_is_seen_by_one_camera_rather_faces_it():
-    assert facing_cost(BODY, STANDING, NOBODY, ALL_AROUND[:1]) < 0.1
-    assert facing_cost(BODY, STANDING, NOBODY, ALL_AROUND[2:3]) > 10.0
+    assert facing_cost(BODY, STANDING, NOBODY, CAMERAS[:1]) < 0.1
+    assert facing_cost(BODY, STANDING, NOBODY, CAMERAS[2:3]) > 10.0
 
 
 @pytest.mark.parametrize("name", POSES)

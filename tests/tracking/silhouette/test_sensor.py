@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM
 from stereotrack_core.tracking.residuals.silhouette import (
@@ -16,7 +15,7 @@ from stereotrack_core.tracking.residuals.silhouette import (
     contours_of,
     edge_maps,
 )
-from tests.tracking.scenes import POSES, pose_with_arms
+from tests.tracking.scenes import POSES, moved, pose_with_arms
 from tests.tracking.views import FOCAL, cloud_of_body, cloud_seen
 
 BODY = body_model(AVERAGE)
@@ -33,10 +32,6 @@ def clouds():
 @pytest.fixture(scope="module")
 def edges(clouds):
     return {name: edge_maps(cloud) for name, cloud in clouds.items()}
-
-
-def _moved(pose, by):
-    return Pose(pose.position + np.asarray(by, dtype=float), pose.rotations)
 
 
 def _outlines(edges, pose):
@@ -61,7 +56,7 @@ def test_at_the_true_pose_outlines_lie_on_the_edges(edges, name):
 def test_a_shift_is_seen_along_the_directions(edges, angle, length, name):
     """Who stands aside by b is b . n away from every edge: outside one side, inside the other."""
     by = length * np.array([np.cos(angle), np.sin(angle), 0.0])
-    found = _outlines(edges[name], _moved(POSES[name], by))
+    found = _outlines(edges[name], moved(POSES[name], by))
     expected = -found.direction @ by
     off = abs(found.distance - expected)
     assert np.median(off) < 0.7 * PIXEL
@@ -73,11 +68,11 @@ def test_a_shift_is_seen_along_the_directions(edges, angle, length, name):
 
 def _part_alone(part):
     """The body of one part's cones."""
-    return dataclasses.replace(BODY, cones=BODY.cones[BODY.cones.part == part])
+    return dataclasses.replace(BODY, cones=BODY.cones[BODY.cones["part"] == part])
 
 
 def _of_forearm(found, body=BODY):
-    return (body.cones.part[found.cone] == LEFT_FOREARM).sum()
+    return (body.cones["part"][found.cone] == LEFT_FOREARM).sum()
 
 
 def test_outlines_that_another_part_covers_are_left_out():

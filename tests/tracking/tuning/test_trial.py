@@ -120,6 +120,6 @@ def test_lengths_that_a_run_has_estimated_are_kept_or_estimated_again(cones, sto
     with made.begun(store_of(cones)) as (run, _):
         frames, done = go_on(run, made.stretch)
         assert all(frame.tracked for frame in frames)
-    found = done.origin().recording.subject.upper_arm_length
+    found = done.origin().meta["subject"]["upper_arm_length"]
     assert (found == longer.upper_arm_length) == kept
     assert found == pytest.approx(done.body.skeleton.proportions.upper_arm_length)

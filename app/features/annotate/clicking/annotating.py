@@ -9,7 +9,7 @@ from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project import clicks as click_edits
 from stereotrack_core.project.blind_repeats import ROUND, BlindRepeats
-from stereotrack_core.project.edit import Edit, Together
+from stereotrack_core.project.edit import Edit, together
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accept
 
@@ -79,16 +79,11 @@ class Annotating:
             self._follow()
             self._tell(Part.CLICKS)
 
-    def click_here(self) -> Click | None:
-        key = ClickKey(self._document.frame, self._camera(), self.choice.landmark)
-        return self.clicks().get(key)
-
     def at_hand(self) -> Click | None:
         """The click that keys act on: touched last, else the chosen landmark's here."""
-        touched = self.choice.touched
-        if touched is not None and touched in self.clicks():
-            return self.clicks()[touched]
-        return self.click_here()
+        here = ClickKey(self._document.frame, self._camera(), self.choice.landmark)
+        clicks = self.clicks()
+        return clicks.get(self.choice.touched or here, clicks.get(here))
 
     def held(self) -> ClickKey | None:
         """The click that arrow keys move: the last one, until the frame changes or it is let go."""
@@ -217,20 +212,20 @@ class Annotating:
         if click is not None and click.position is not None:
             by = (position[0] - click.position[0], position[1] - click.position[1])
             with self._as_one():
-                self._edit(click_edits.MoveClicks((key,), by))
+                self._edit(click_edits.move_clicks((key,), by))
                 self.pick(key)
 
     def nudge(self, x: float, y: float) -> None:
         key = self.held()
         if key is not None:
             again = self._nudged == key
-            self._edit(click_edits.MoveClicks((key,), (x, y)), continues=again)
+            self._edit(click_edits.move_clicks((key,), (x, y)), continues=again)
             self._nudged = key
 
     def delete(self) -> None:
         with self._as_one():
             click = self.at_hand()
-            if click is not None and self._edit(click_edits.DeleteClicks((click.key,))):
+            if click is not None and self._edit(click_edits.delete_clicks((click.key,))):
                 self._choose(Choice(click.landmark, again=click.key))
                 self._follow()
 
@@ -239,7 +234,7 @@ class Annotating:
             click = self.at_hand()
             landmark = click.landmark if click is not None else self.choice.landmark
             keys = tuple(key for key in self.clicks() if key.landmark == landmark)
-            if keys and self._edit(click_edits.DeleteClicks(keys)):
+            if keys and self._edit(click_edits.delete_clicks(keys)):
                 self.choose(landmark)
 
     def mark(self, visibility: Visibility) -> None:
@@ -248,7 +243,7 @@ class Annotating:
             if visibility != Visibility.OUTSIDE:
                 click = self.at_hand()
                 if click is not None:
-                    self._edit(click_edits.MarkClicks((click.key,), visibility=visibility))
+                    self._edit(click_edits.mark_clicks((click.key,), visibility=visibility))
                 return
             key = self.choice.touched if self._is_picked() else None
             if key is None:
@@ -260,21 +255,21 @@ class Annotating:
             click = self.clicks().get(key)
             if click is None or click.position is None:
                 self.place(key, None, Visibility.OUTSIDE)
-            elif self._edit(click_edits.MarkClicks((key,), visibility=visibility)):
+            elif self._edit(click_edits.mark_clicks((key,), visibility=visibility)):
                 self._advance_from(key)
 
     def toggle_doubt(self) -> None:
         click = self.at_hand()
         if click is not None:
             flag = "" if click.flag == UNCERTAIN else UNCERTAIN
-            self._edit(click_edits.MarkClicks((click.key,), flag=flag))
+            self._edit(click_edits.mark_clicks((click.key,), flag=flag))
 
     def set_sigma(self, sigma: float | None) -> None:
         """Say to how many pixels the click that keys act on is good; None: as usual."""
         click = self.at_hand()
         if click is not None:
             keys = (click.key,)
-            self._edit(click_edits.MarkClicks(keys, sigma=sigma, usual_sigma=sigma is None))
+            self._edit(click_edits.mark_clicks(keys, sigma=sigma, usual_sigma=sigma is None))
 
     def accept(self, predictions: Sequence[Prediction]) -> None:
         """Let predictions be clicks that are certain enough, where nobody has clicked."""
@@ -285,7 +280,7 @@ class Annotating:
             taken = accepted.predictions
             with self._as_one():
                 if taken and self._edit(
-                    click_edits.AcceptPredictions(taken, even_deleted=len(free) == 1)
+                    click_edits.accept_points(taken, even_deleted=len(free) == 1)
                 ):
                     self._advance_from(taken[-1].key, new=True)
             if accepted.left_open:
@@ -294,11 +289,11 @@ class Annotating:
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""
         frame, first, second = found.frame, found.first, found.second
-        edits = [click_edits.SwapLandmarks(frame, name, first, second) for name in found.cameras]
+        edits = [click_edits.swap_landmarks(frame, name, first, second) for name in found.cameras]
         names = f"{first} and {second}".replace("_", " ")
         words = f"swap {names} in {len(edits)} cameras, frame {frame}"
         if edits:
-            self._edit(edits[0] if len(edits) == 1 else Together(words, tuple(edits)))
+            self._edit(edits[0] if len(edits) == 1 else together(words, tuple(edits)))
 
     @contextmanager
     def _as_one(self) -> Iterator[None]:
@@ -321,7 +316,7 @@ class Annotating:
 
     def _edit(self, edit: Edit, *, continues: bool = False) -> bool:
         self._nudged = None
-        edit = click_edits.BlindRepeat(ROUND, edit) if self.blind() else edit
+        edit = click_edits.blind_repeat(ROUND, edit) if self.blind() else edit
         return self._project.apply(edit, continues=continues) is not None
 
     def _advance_from(self, key: ClickKey, *, new: bool = False) -> None:

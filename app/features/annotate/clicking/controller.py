@@ -12,11 +12,9 @@ from stereotrack_core.recording.description import Stream
 
 from ....context import Context
 from ....session.changes import PROJECT, Part
-from ....session.drawn import FittedBody
-from ....session.messages import Message
+from ....session.messages import Message, stored_text
 from ....session.session import unless
-from ....session.surroundings import stored_text
-from ....session.view_state import PictureKind, camera_of
+from ....session.view_state import FittedBody, PictureKind, camera_of
 from ....widgets.camera.overlays import LEADING
 from ....widgets.forms.form_dialog import ask_for_number
 from ....widgets.forms.numbers import NumberField
@@ -25,8 +23,15 @@ from ....widgets.tables.panels import BodyPanel
 from .annotating import Annotating
 from .choosing import ADVANCES, Advance
 from .facts import AnnotationFacts
-from .landmark_rows import camera_rows, fit_words, landmark_rows, length_rows, limb_rows
-from .marks import marks_of, predictions_in
+from .marks import (
+    camera_rows,
+    fit_words,
+    landmark_rows,
+    length_rows,
+    limb_rows,
+    marks_of,
+    predictions_in,
+)
 from .proposing import ProposalPresenter
 
 _Key: TypeAlias = tuple[object, ...]
@@ -168,8 +173,8 @@ class ClickController:
         return True
 
     def _on_annotated(self) -> None:
-        if self.show():  # keys that follow a click at once find their commands ready
-            self._context.actions.refresh("&Annotate")
+        if self.show():  # arrow keys that follow a click at once move it
+            self._context.actions.refresh("&Annotate/Nudge")
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None

@@ -20,7 +20,7 @@ from stereotrack_core.worker_processes import TaskProcess
 
 from ....context import Context
 from ....session.changes import Part
-from ....session.newest import NewestAnswer
+from ....session.jobs import NewestAnswer
 from .annotating import Annotating
 from .marks import FEWEST, FrameMarks
 from .proposing import ProposalPresenter
@@ -190,7 +190,12 @@ class AnnotationFacts:
         return self._fit.at(frame)
 
     def _deep_question(self) -> frame_clicks.FitQuestion | None:
-        cloud = self._cloud()
+        if not self._wants_depth():
+            return None
+        frame = self._document.frame
+        cloud = self._clouds.cloud(frame)
+        if cloud is None:
+            self._clouds.ask(frame)
         return self._question(cloud) if cloud is not None else None
 
     def _question(self, cloud: Cloud | None) -> frame_clicks.FitQuestion | None:
@@ -213,14 +218,6 @@ class AnnotationFacts:
 
     def _wants_depth(self) -> bool:
         return self.use_depth and self._clouds.available and self._worth_fitting()
-
-    def _cloud(self) -> Cloud | None:
-        if not self._wants_depth():
-            return None
-        cloud = self._clouds.cloud(self._document.frame)
-        if cloud is None:
-            self._clouds.ask(self._document.frame)
-        return cloud
 
     def _waits_for_depth(self) -> bool:
         frame, clouds = self._document.frame, self._clouds

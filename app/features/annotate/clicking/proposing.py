@@ -26,7 +26,7 @@ from stereotrack_core.recording.reader import FrameReader
 from ....context import Context
 from ....session.changes import PROJECT, RECORDING, Part
 from ....session.document import Shared
-from ....session.newest import LatestOnly, NewestAnswer
+from ....session.jobs import LatestOnly, NewestAnswer
 from ....session.runs import RunEntry
 from .annotating import Annotating
 

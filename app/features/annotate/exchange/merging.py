@@ -171,7 +171,7 @@ class TakeInDialog(FormDialog):
 
     def _show_outcome(self) -> None:
         shown, with_new = self._shown, self.with_new.isChecked()
-        taken = len(shown.edit(self.decision.currentData(), with_new=with_new).clicks)
+        taken = len(shown.taken(self.decision.currentData(), with_new=with_new))
         kept = len(shown.conflicts) + len(shown.new) * with_new - taken
         verb = "keeps" if kept == 1 else "keep"
         left = f", {counted(kept, 'conflict')} {verb} the project's click" if kept else ""
@@ -188,7 +188,7 @@ class TakeInDialog(FormDialog):
         def work(_task: Task) -> str:
             edit = compare().edit(decision, with_new=with_new)
             project.apply(edit)
-            return edit.words()
+            return edit.words
 
         def done(words: str) -> None:
             self._context.notifier.say(words)

@@ -26,8 +26,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 
-from ....session.jobs import TaskList
-from ....session.newest import LatestOnly
+from ....session.jobs import LatestOnly, TaskList
 from ....widgets.forms.form_dialog import (
     FormDialog,
     ask_for_folder,

@@ -68,17 +68,16 @@ class PredictionWork:
         make = None if source == "proposed" else self._filling(source, project, recording)
 
         def work(task: Task) -> str:
-            how = (selection, task.report, task.token.cancelled)
             if make is None:
-                return prefilling.propose_selection(project, recording, *how)
-            return prefilling.fill_in(project, make(), *how)
+                return prefilling.propose_selection(project, recording, selection, task.work)
+            return prefilling.fill_in(project, make(), selection, task.work)
+
+        def tell(done: str) -> None:
+            self._p.say(done)
+            self._p.read_kept()
 
         title = "proposing landmarks" if make is None else "filling predictions"
-        self._job.run(Job(title, work, self._tell))
-
-    def _tell(self, done: str) -> None:
-        self._p.say(done)
-        self._p.read_kept()
+        self._job.run(Job(title, work, tell))
 
     def why_no_detection(self) -> str:
         absent = "" if is_installed() else NO_DETECTOR

@@ -25,6 +25,7 @@ from stereotrack_core.recording.importing.choices import (
     ROLES,
     Choices,
     Role,
+    Source,
     Use,
     doubts_about,
     problems_of,
@@ -34,7 +35,6 @@ from stereotrack_core.recording.importing.files import files_of
 from stereotrack_core.recording.importing.making import calibration_notes, check_place
 from stereotrack_core.recording.importing.proposing import possible_units, propose
 from stereotrack_core.recording.importing.readers import first_picture
-from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.importing.sources import Found, look_at
 
 from ....widgets.forms.form_dialog import ask_for_folder, line_edit, push_button, say_in

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QWidget, QWizard, QWizardPage
 
 from stereotrack_core.errors import InputError
@@ -18,15 +17,13 @@ from stereotrack_core.recording.importing.synchronise import (
     synchronised,
 )
 
-from ....context import Context
-from ....session.changes import Part
 from ....session.jobs import Job, NewestJob, Task, TaskList
 from ....session.messages import message_of
-from ....widgets.forms.form_dialog import ask_for_folder, push_button, say_in
+from ....widgets.forms.form_dialog import push_button, say_in
 from ....widgets.forms.numbers import NumberField, refusal_in
 from ....widgets.style.building import choice, hbox, label, label_of, vbox
 from .calibration_page import CalibrationPage
-from .sources_page import Looked, PlacePage, SourcesPage, look
+from .sources_page import Looked, PlacePage, SourcesPage
 
 _WORDS = (
     "Frame k of every source must show the same instant. Where the cameras were started one after "
@@ -274,38 +271,3 @@ class ImportWizard(QWizard):
     def _stand_still(self, words: str, *, error: bool = False) -> None:
         self._show_working(working=False)
         say_in(self.place.words, words, error=error)
-
-
-class ImportController:
-    """From dropped videos, or a folder without a recording.toml, to an open recording."""
-
-    def __init__(self, context: Context) -> None:
-        self._context = context
-        self._looking = NewestJob(context.tasks)
-        self.wizard: ImportWizard | None = None
-        self._session = context.session
-        context.session.changes.hear(Part.IMPORT_WANTED, self.offer)
-
-    def ask_for_videos(self) -> None:
-        parent, start = self._context.docks.dialog_parent, self._session.recent_folder()
-        title = "Folder of the videos or images"
-        ask_for_folder(parent, title, start, lambda path: self.offer((path,)))
-
-    def offer(self, paths: tuple[Path, ...]) -> None:
-        if self.wizard is not None:  # what is being filled in is not thrown away
-            self.wizard.raise_()
-            return
-        self._looking.run(Job("looking at the videos", lambda _task: look(paths), self._show))
-
-    def _show(self, looked: Looked) -> None:
-        if self.wizard is not None:
-            return
-        parent = self._context.docks.dialog_parent
-        wizard = ImportWizard(looked, self._context.tasks, self._session.open, parent)
-        wizard.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        wizard.finished.connect(self._on_finished)
-        self.wizard = wizard
-        wizard.open()
-
-    def _on_finished(self) -> None:
-        self.wizard = None

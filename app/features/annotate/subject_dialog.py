@@ -12,21 +12,21 @@ from stereotrack_core.annotation.click_points import MeasuredLength, lengths_of_
 from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.project.entries import Choose, UseSubject
+from stereotrack_core.project.entries import choose, use_subject
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import SUBJECT
 from stereotrack_core.recording.description import LENGTHS, Subject, read_subject, write_subject
 
-from ....session.jobs import TaskList
-from ....widgets.forms.form_dialog import (
+from ...session.jobs import Job, TaskList
+from ...widgets.forms.form_dialog import (
     FormDialog,
     ask_to_open,
     ask_to_save,
     line_edit,
     push_button,
 )
-from ....widgets.forms.numbers import NumberField
-from ....widgets.style.building import hbox, label, label_of
+from ...widgets.forms.numbers import NumberField
+from ...widgets.style.building import hbox, label, label_of
 
 _FILES = "Subject (*.toml)"
 _DIVIDED = (
@@ -100,14 +100,8 @@ class SubjectDialog(FormDialog):
         self.recorded_button = push_button("As in the &recording", again)
         kept = hbox(self.recorded_button, load_button, self.store_button, None)
         measured = hbox(self.measure_button, self.take_button, None)
-        self.lay_out(
-            hbox(label_of(self.name, "&Name"), self.name),
-            kept,
-            self._form(),
-            measured,
-            None,
-            size=(560, 420),
-        )
+        name = hbox(label_of(self.name, "&Name"), self.name)
+        self.lay_out(name, kept, self._form(), measured, None, size=(560, 420))
 
     def _form(self) -> QGridLayout:
         grid = QGridLayout()
@@ -174,7 +168,7 @@ class SubjectDialog(FormDialog):
             return _Measured(subject_of("", found), found)
 
         self.measure_button.setEnabled(False)
-        self._tasks.begin("measuring segment lengths", work, self._on_measured)
+        self._tasks.run(Job("measuring segment lengths", work, self._on_measured))
 
     def _on_measured(self, found: _Measured | InputError) -> None:
         self.measure_button.setEnabled(True)
@@ -198,9 +192,9 @@ class SubjectDialog(FormDialog):
 
         def use() -> None:
             if self._differs(draft):
-                self._project.apply(UseSubject(draft, self._origin(draft)))
+                self._project.apply(use_subject(draft, self._origin(draft)))
             elif self._project.chosen(self._project.subjects) is not None:
-                self._project.apply(Choose(SUBJECT.name, None))
+                self._project.apply(choose(SUBJECT, None))
 
         if self.attempt(use):
             self.accept()

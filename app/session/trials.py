@@ -1,11 +1,12 @@
 """What-if: a change of a parameter tracks a stretch again, in a process, beside the run."""
 
+from __future__ import annotations
+
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
-from weakref import WeakKeyDictionary
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,119 +20,49 @@ from stereotrack_core.tracking.tuning.process import MakeClouds, TrackTrial, Tri
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
-from ...session.changes import Part
-from ...session.jobs import Job, NewestJob, Task, TaskList
-from ...session.runs import RunEntry
-from ...session.session import Session
+from .changes import Part
+from .jobs import Job, NewestJob, Task
+from .runs import RunEntry
+
+if TYPE_CHECKING:
+    from .session import Session
 
 _AHEAD_MS = 400
-
-
-class TrialRunner:
-    """Has trials tracked in the process.
-
-    `wanted`: the next trial, or None if no clouds are to be made ahead.
-    """
-
-    def __init__(
-        self, session: Session, tasks: TaskList, wanted: Callable[[], Trial | None]
-    ) -> None:
-        self._session, self._wanted = session, wanted
-        self._ahead, self._trial = NewestJob(tasks, quiet=True), NewestJob(tasks)
-        self._pause = session.later(self._begin, _AHEAD_MS)
-
-    def track(
-        self,
-        title: str,
-        entry: RunEntry,
-        trial: Trial,
-        grown: Callable[[RunEntry, list[int]], object],
-        ended: Callable[[RunEntry], object],
-    ) -> Task:
-        """Have a trial tracked, when the one before has ended; its entry gets the frames.
-
-        `grown` is told the numbers of the frames that have come, some of them again, and `ended`
-        that nothing more comes; neither is called once the task is cancelled.
-        """
-        self.cancel()
-        kept = self._session.kept
-        assert kept is not None  # noqa: S101 - there are no trials without
-        todo, process = TrackTrial(kept, trial), self._session.processes.trials
-
-        def take(words: list[Any]) -> None:
-            for begun in (word for word in words if isinstance(word, TrialBegun)):
-                entry.body, entry.origin = begun.body, begun.origin
-            frames = [word for word in words if isinstance(word, TrialFrame)]
-            for word in frames:
-                entry.wall_seconds = word.seconds
-                entry.frames[word.frame.frame] = word.frame
-            if frames:
-                task.report(len(entry.frames) / len(entry.wanted))
-                grown(entry, [word.frame.frame for word in frames])
-
-        work, end = partial(Task.in_process, process=process, todo=todo), partial(ended, entry)
-        task = self._trial.run(Job(title, work, ended=end, told=take))
-        return task
-
-    def leave(self) -> None:
-        """Give up the trial, if any."""
-        self._trial.give_up()
-
-    def make_clouds_soon(self) -> None:
-        self.cancel()
-        self._pause.start()
-
-    def cancel(self) -> None:
-        """Make no more clouds; what is made is kept."""
-        self._pause.stop()
-        self._ahead.give_up()
-
-    def _begin(self) -> None:
-        trial, kept = self._wanted(), self._session.kept
-        if trial is None or kept is None:
-            return
-        todo, process = MakeClouds(kept, trial), self._session.processes.trials
-        work = partial(Task.in_process, process=process, todo=todo)
-        self._ahead.run(Job("clouds", work, failed=_on_failed))
-
-
-def _on_failed(error: Exception) -> None:
-    """Log the error; a trial of the same stretch shows it to the person."""
-    logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)
-
-
 _PAUSE_MS = 100  # time without a further change after which a trial begins
+_SECONDS = 2.0
+"""Length of the stretch around the frame where neither a selection nor the zoom says another."""
+
+_LONGEST_SECONDS = 10.0
 
 
 class TrialPresenter:
     """Trials as entries of the list of runs, drawn beside the active run until dismissed.
 
-    `stretch`: frames that are to be tracked; `changed` is called when what is said of the trials
-    is different.
+    Only one is tracked at a time; where none is, the clouds of the next one are made ahead.
     """
 
-    def __init__(
-        self,
-        session: Session,
-        runner: TrialRunner,
-        stretch: Callable[[], range],
-        changed: Callable[[], None],
-    ) -> None:
+    def __init__(self, session: Session) -> None:
         self._session, self._runs = session, session.runs
-        self._runner, self._stretch, self._changed = runner, stretch, changed
+        self._state, self._tell = session.view_state, session.changes.tell
+        self._job, self._ahead = NewestJob(session.tasks), NewestJob(session.tasks, quiet=True)
         self.live = True
-        """Whether a change is tried at once."""
+        """Whether a change is tried at once, in the workspace Tune."""
         self.running: RunEntry | None = None
-        self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
         self._pause = session.later(self.run, _PAUSE_MS)
-        session.changes.watch(Part.RUNS, self._on_runs)
+        self._soon = session.later(self._make_clouds, _AHEAD_MS)
+        watch = session.changes.watch
+        watch(Part.RUNS, self._on_runs)
+        watch(Part.SETTINGS, self._on_settings)
+        watch(Part.WORKSPACE, self._on_workspace)
+        watch(Part.ACTIVE_RUN | Part.SELECTION | Part.WORKSPACE, self._make_clouds_soon)
+        watch(Part.LEAVING, self.stop)
 
     # ---- facts
 
     @property
     def entries(self) -> tuple[RunEntry, ...]:
         """Trials that are shown, the oldest first; those that were made runs are none."""
-        return tuple(e for e in self._runs.entries if e in self._made and e.kind == "trial")
+        return tuple(entry for entry in self._runs.entries if entry.kind == "trial")
 
     @property
     def waits(self) -> bool:
@@ -144,18 +75,28 @@ class TrialPresenter:
         entry = self._runs.active
         return entry if entry is not None and entry.frames else None
 
+    def stretch(self) -> range:
+        """Frames to try on: the selection, else what is visible, else two seconds here."""
+        document, selected = self._session.document, self._state.selection
+        count = document.frame_count
+        if document.recording is None or not count or selected:
+            return selected or range(0)
+        fps, zoomed = document.recording.fps, self._state.zoomed()
+        if zoomed and len(zoomed) <= _LONGEST_SECONDS * fps:
+            return zoomed
+        length = min(max(round(_SECONDS * fps), 2), count)
+        first = min(max(document.frame - length // 2, 0), count - length)
+        return range(first, first + length)
+
     def wanted(self) -> Trial | None:
-        stretch, base = self._stretch(), self.base()
-        settings, preset = self._session.track.settings, self._session.track.preset
-        if self._session.not_tried() or not len(stretch):
+        session, stretch, base = self._session, self.stretch(), self.base()
+        if session.not_tried() or not len(stretch):
             return None
-        seen = self._session.keypoints.for_trial(settings, stretch)
-        first = self._session.track.first_pose
-        spec = RunSpec(settings, preset, stretch, init=first, keypoints=seen)
-        made = self._made.get(base) if base is not None else None
-        kept = self._session.kept
+        track, kept = session.track, session.kept
+        seen = session.keypoints.for_trial(track.settings, stretch)
+        spec = RunSpec(track.settings, track.preset, stretch, init=track.first_pose, keypoints=seen)
         views = () if kept is None else kept.views
-        return Trial(spec) if base is None else _trial_beside(base, made, spec, views)
+        return Trial(spec) if base is None else _trial_beside(base, spec, views)
 
     def words(self) -> str:
         entry = self.running
@@ -169,32 +110,40 @@ class TrialPresenter:
 
     def unlike(self, entry: RunEntry | None) -> tuple[str, ...]:
         """Differences from the run, besides parameters, of a trial or the next one."""
-        trial = self._made.get(entry) if entry is not None else None
+        trial = None if entry is None else entry.trial
         trial = trial or (self.wanted() if self.base() is not None else None)
         return () if trial is None or trial.start is None else trial.start.unlike
 
     # ---- what a person does
 
-    def on_settings(self) -> None:
-        self.cancel()
-        if self.live:
-            self._pause.start()
-        self._changed()
+    def toggle_live(self) -> None:
+        self.live = not self.live
+        self._tell(Part.TRIALS)
 
     def run(self) -> None:
         self.cancel()
         trial = self.wanted()
         if trial is not None and not self._known(trial):
-            entry = self._new_entry(trial)
-            # without a run to compare with it is the first one
-            self._runs.add(entry, active=self._runs.active is None)
-            self.running = entry
-            title = f"tracking the trial {entry.name}"
-            self._runner.track(title, entry, trial, self._on_grown, self._on_ended)
-        self._changed()
+            self.begin(trial)
+        self._tell(Part.TRIALS)
+
+    def begin(self, trial: Trial) -> None:
+        """Have a trial tracked; without a run to compare with it is the first one."""
+        self._make_no_clouds()
+        entry, kept = self._new_entry(trial), self._session.kept
+        assert kept is not None  # noqa: S101 - there are no trials without
+        self._runs.add(entry, active=self._runs.active is None)
+        self.running = entry
+        todo, process = TrackTrial(kept, trial), self._session.processes.trials
+        work = partial(Task.in_process, process=process, todo=todo)
+        told, ended = partial(self._on_told, entry), partial(self._on_ended, entry)
+        self._job.run(Job(f"tracking the trial {entry.name}", work, ended=ended, told=told))
 
     def cancel(self) -> None:
-        entry = self._leave()
+        """Give up the trial that is tracked, and the one that is about to begin."""
+        self._pause.stop()
+        self._job.give_up()
+        entry, self.running = self.running, None
         if entry is not None:
             self._runs.remove(entry)
 
@@ -211,11 +160,50 @@ class TrialPresenter:
             self._runs.activate(entry)
             self._runs.tell(Part.RUNS)
 
-    def stop(self) -> None:
-        self.cancel()
-        self._made.clear()
+    # ---- following
 
-    # ---- inside
+    @property
+    def _is_tuning(self) -> bool:
+        return self._state.workspace == "tune"
+
+    def _on_settings(self) -> None:
+        """Try the settings soon, on a stretch that is selected then, so that it stays."""
+        if self._is_tuning or self.running is not None:
+            self.cancel()
+        if self._is_tuning and self.live:
+            self._state.select(self.stretch() or None)
+            self._pause.start()
+        self._tell(Part.TRIALS)
+
+    def _on_workspace(self) -> None:
+        if not self._is_tuning:
+            self.cancel()
+
+    def _on_runs(self) -> None:
+        if self.running is not None and self.running not in self._runs.entries:
+            self.running = None
+            self.cancel()
+
+    def stop(self) -> None:
+        self._make_no_clouds()
+        self.cancel()
+
+    def _make_clouds_soon(self) -> None:
+        self._make_no_clouds()
+        self._soon.start()
+
+    def _make_no_clouds(self) -> None:
+        """Make no more clouds; what is made is kept."""
+        self._soon.stop()
+        self._ahead.give_up()
+
+    def _make_clouds(self) -> None:
+        kept, idle = self._session.kept, self.settled() and not self._session.track.running
+        trial = self.wanted() if self._is_tuning and idle and self.base() is not None else None
+        if trial is not None and kept is not None:
+            todo, process = MakeClouds(kept, trial), self._session.processes.trials
+            work = partial(Task.in_process, process=process, todo=todo)
+            self._ahead.run(Job("clouds", work, failed=_on_failed))
 
     def _known(self, trial: Trial) -> str:
         """Which run has these settings already, as a sentence; empty where none has."""
@@ -224,11 +212,11 @@ class TrialPresenter:
             return ""
         if base.made_with() == trial.settings:
             return "These are the settings of the run. Change a parameter to see its effect."
-        for entry in self._runs.entries:
-            if entry is self.running or entry not in self._made or entry.kind != "trial":
+        for entry in self.entries:
+            other = entry.trial
+            if entry is self.running or other is None or other.settings != trial.settings:
                 continue
-            other = self._made[entry]
-            if other.settings == trial.settings and _starts_alike(other, trial):
+            if _starts_alike(other, trial):
                 return f"The trial “{entry.name}” already has these settings."
         return ""
 
@@ -240,53 +228,58 @@ class TrialPresenter:
         name = runs.next_name(as_run) if base is None else runs.free_name(changes or as_run)
         subject = recording.subject if recording is not None else None
         body = body_of_subject(subject, trial.settings.body)
-        entry = RunEntry(name, trial.spec.preset, trial.settings, body, trial.stretch)
+        entry = RunEntry(name, trial.spec.preset, trial.settings, body, trial.stretch, trial=trial)
         entry.kind = "run" if base is None else "trial"
-        self._made[entry] = trial
         return entry
 
-    def _leave(self) -> RunEntry | None:
-        self._pause.stop()
-        self._runner.leave()
-        entry, self.running = self.running, None
-        return entry
-
-    def _on_runs(self) -> None:
-        if self.running is not None and self.running not in self._runs.entries:
-            self._leave()
-        self._changed()
-
-    def _on_grown(self, entry: RunEntry, frames: list[int]) -> None:
+    def _on_told(self, entry: RunEntry, words: list[Any]) -> None:
+        frames = list[int]()
+        for word in words:
+            match word:
+                case TrialBegun():
+                    entry.body, entry.origin = word.body, word.origin
+                case TrialFrame():
+                    entry.wall_seconds = word.seconds
+                    entry.frames[word.frame.frame] = word.frame
+                    frames.append(word.frame.frame)
+        if not frames:
+            return
+        if self._job.task is not None:
+            self._job.task.report(len(entry.frames) / len(entry.wanted))
         if self._session.document.frame in frames:
             self._session.instant.tell_soon()
         if len(entry.frames) == len(frames):
             # the first frame is shown at once, those after it now and then
             self._session.judging.judge()
-        self._session.changes.tell(Part.RUN_FRAMES)
+        self._tell(Part.RUN_FRAMES)
 
     def _on_ended(self, entry: RunEntry) -> None:
-        self._leave()
+        self.running = None
         if entry.frames:
             self._session.edits.close_last()  # who changes a value again may want this one back
             self._session.judging.judge()
         else:
             self._runs.remove(entry)
-        self._changed()
+        self._tell(Part.TRIALS)
 
 
-def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Sequence[str]) -> Trial:
+def _on_failed(error: Exception) -> None:
+    """Log the error; a trial of the same stretch shows it to the person."""
+    logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)
+
+
+def _trial_beside(run: RunEntry, spec: RunSpec, views: Sequence[str]) -> Trial:
     """The trial to track a stretch from where a run was; by itself where it was nowhere near.
 
-    `made` is the trial that the run was, if any; `spec` has settings, stretch and the first pose if
-    the run states none; `views` are those that trials use.
+    `spec` has settings, stretch and the first pose if the run states none; `views` are those that
+    trials use.
     """
-    known = run.spec()
+    made, known = run.trial, run.spec()
     learned = made.known if made is not None else (known and known.frames) or run.wanted
     seed, seen = (0, None) if known is None else (known.seed, known.seen)
     spec = replace(spec, seed=seed, seen=seen)
-    began = run.origin.began if run.origin is not None else None
-    if run.stored is not None:
-        began = began_of(run.stored.meta)
+    told = run.stored or run.origin
+    began = None if told is None else began_of(told.meta)
     first = spec.frames_of(0).start
     if made is not None and made.start is not None and first == made.stretch.start:
         start: TrialStart | None = made.start
@@ -313,13 +306,10 @@ def _starts_alike(trial: Trial, other: Trial) -> bool:
 
 def _body_of(run: RunEntry, settings: Settings) -> tuple[BodyShape | None, Proportions | None]:
     """Shape and lengths that a run found, if these settings would find them again."""
-    own, shape = run.made_with(), None
+    own, told = run.made_with(), run.origin or run.stored
     if own is None or stage_key(own, Stage.SHAPE) != stage_key(settings, Stage.SHAPE):
         return None, None
-    if run.origin is not None:
-        shape = run.origin.shape
-    elif run.stored is not None:
-        shape = shape_of_meta(run.stored.meta)
+    shape = None if told is None else shape_of_meta(told.meta)
     return shape, run.body.skeleton.proportions
 
 

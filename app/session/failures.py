@@ -1,0 +1,250 @@
+"""The failures of the active run: found when a fact changes, listed, chosen and looped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, explained, stretches_of
+from stereotrack_core.evaluation.failure_segments.segment import FailureRules, FailureSegment
+from stereotrack_core.recording.description import Recording
+
+from .changes import Part
+from .jobs import Job, NewestJob, Task
+from .judgement import Truth
+from .runs import RunEntry
+
+if TYPE_CHECKING:
+    from .session import Session
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Filter of the list; an empty word lists all."""
+
+    limb: str = ""
+    cause: str = ""
+    found: str = ""
+
+    def takes(self, failure: FailureSegment) -> bool:
+        return (
+            (not self.limb or self.limb in failure.limbs)
+            and (not self.cause or self.cause == failure.verdict.cause)
+            and (not self.found or self.found == failure.found)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The failures that were found."""
+
+    state: Hashable  # frames, reference and threshold that they belong to
+    search: FailureSearch | None
+    """Question to the core; None if the run does not state its origin."""
+    failures: tuple[FailureSegment, ...]
+    looked: bool = False  # whether causes are judged by pictures as well
+
+
+def beside(
+    listed: Sequence[FailureSegment], chosen: FailureSegment | None, frame: int, direction: int
+) -> tuple[FailureSegment, bool] | None:
+    """The listed failure after (1) or before (-1) the chosen one or a frame, and whether it wraps.
+
+    None if none is listed.
+    """
+    if not listed:
+        return None
+    if chosen is not None and chosen in listed and frame in chosen.frames:
+        place = listed.index(chosen) + direction
+        return listed[place % len(listed)], not 0 <= place < len(listed)
+    if direction > 0:
+        there = (e for e in listed if e.last >= frame and e.peak_frame > frame)
+    else:
+        there = (e for e in reversed(listed) if e.peak_frame < frame)
+    found = next(there, None)
+    return (found, False) if found is not None else (listed[0 if direction > 0 else -1], True)
+
+
+def found_in(
+    now: RunEntry, recording: Recording, truth: Truth | None, threshold: float, state: Hashable
+) -> Found:
+    """Failures of a run, with causes that need no images."""
+    run = now.run()
+    if run is None:
+        return Found(state, None, ())
+    rules = FailureRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
+    reference = truth.trajectory if truth is not None else None
+    search = FailureSearch(run, recording.fps, reference, recording, rules)
+    failures = explained(replace(search, pictures=False), stretches_of(search))
+    return Found(state, search, failures)
+
+
+def looked_at(known: Found, task: Task) -> Found:
+    """Failures with causes that are classified from images as well; takes seconds."""
+    assert known.search is not None  # noqa: S101 - there are no failures without
+    failures = explained(known.search, known.failures, task.work)
+    return replace(known, failures=failures, looked=True)
+
+
+_DELAY_MS = 200
+_FINDING, _EXPLAINING = "detecting failures", "classifying causes of failures"
+_AROUND = 0.3  # seconds before and after a failure that its loop shows as well
+
+
+class FailurePresenter:
+    """Finds the failures of the active run, and knows which of them are listed and chosen."""
+
+    def __init__(self, session: Session) -> None:
+        self._session, self._document, self._runs = session, session.document, session.runs
+        self._known: WeakKeyDictionary[RunEntry, Found] = WeakKeyDictionary()
+        self._asked: object = None
+        """Run, facts, and whether by pictures: a task that the person stopped is not repeated."""
+        self._job = NewestJob(session.tasks)
+        self._filter = Filter()
+        self._chosen: FailureSegment | None = None
+        self._timer = session.later(self._look, _DELAY_MS)
+        facts = Part.JUDGEMENT | Part.ACTIVE_RUN | Part.RUN_ENDED | Part.THRESHOLD
+        session.changes.watch(facts, self._timer.start)
+
+    # ---- facts
+
+    @property
+    def found(self) -> Found | None:
+        active = self._runs.active
+        return self._known.get(active) if active is not None else None
+
+    @property
+    def listed(self) -> tuple[FailureSegment, ...]:
+        every = self.found.failures if self.found is not None else ()
+        return tuple(failure for failure in every if self._filter.takes(failure))
+
+    @property
+    def chosen(self) -> FailureSegment | None:
+        """The listed failure that was chosen, also where it was found again by other facts."""
+        old, listed = self._chosen, self.listed
+        if old is None or old in listed:
+            return old
+        same = (one for one in listed if one.found == old.found and one.overlaps(old))
+        return next(same, None)
+
+    @property
+    def explaining(self) -> bool:
+        """Whether images are being analysed for causes."""
+        task = self._job.task
+        return task is not None and not task.over and task.title == _EXPLAINING
+
+    @property
+    def looping(self) -> bool:
+        return self._document.loop is not None
+
+    def settled(self) -> bool:
+        return not self._job.busy and not self._timer.isActive()
+
+    def none_listed(self) -> str:
+        if self._runs.active is None:
+            return "There is no run yet. Run the tracker or open a run."
+        if self.found is None and not self.settled():
+            return "Failures are still being detected. Wait for the list."
+        return "" if self.listed else "No failure is listed."
+
+    # ---- what a person does
+
+    def filter(self, limb: str, cause: str, found: str) -> None:
+        """List these alone; an empty word lists all."""
+        self._filter = Filter(limb, cause, found)
+        self._tell()
+
+    def choose(self, failure: FailureSegment | None) -> None:
+        if failure is not self.chosen:
+            self._chosen = failure
+            self._tell()
+
+    def jump(self, failure: FailureSegment) -> None:
+        """Choose a failure and go to its worst frame."""
+        self.choose(failure)
+        if not self.looping:
+            self._document.pause()
+        self._document.go_to(failure.peak_frame)
+
+    def go(self, direction: int) -> None:
+        """Go to the worst frame of the next (1) or previous (-1) listed failure."""
+        listed = self.listed
+        there = beside(listed, self.chosen, self._document.frame, direction)
+        if there is None:
+            return
+        found, wrapped = there
+        self.jump(found)
+        ends = "the last one" if direction > 0 else "the first one"
+        around = f", coming round from {ends}" if wrapped else ""
+        words = f"Failure {listed.index(found) + 1} of {len(listed)}{around}."
+        self._session.changes.tell(Part.SAID, words)
+
+    def toggle_loop(self) -> None:
+        """Play the chosen failure, or the one at the playhead, again and again; or stop that."""
+        document = self._document
+        if self.looping:
+            document.set_loop(None)
+            document.pause()
+            return
+        if self.chosen is None:
+            self.choose(next((one for one in self.listed if document.frame in one.frames), None))
+        if self.chosen is None:
+            words = "Select a failure, or go to a frame inside one."
+            self._session.changes.tell(Part.SAID, words)
+            return
+        document.set_loop(self._stretch())
+        document.play()
+
+    def _stretch(self) -> range | None:
+        chosen, recording = self.chosen, self._document.recording
+        if chosen is None or recording is None:
+            return None
+        around = round(_AROUND * recording.fps)
+        last = min(chosen.last + around, self._document.frame_count - 1)
+        return range(max(0, chosen.first - around), last + 1)
+
+    # ---- finding
+
+    def _look(self) -> None:
+        """Find the failures again if a fact has changed."""
+        session, entry, known = self._session, self._runs.active, self.found
+        recording, truth = self._document.recording, session.judging.truth
+        grows = entry is session.track.entry and session.track.running
+        if recording is not None and entry is not None and entry.frames and not grows:
+            threshold = self._threshold()
+            state = len(entry.frames), truth, threshold, recording
+            if known is None or known.state != state:
+                find = partial(found_in, entry.now(), recording, truth, threshold, state)
+                self._begin(entry, (state, False), _FINDING, lambda _: find())
+
+    def explain(self) -> None:
+        """Judge causes by pictures as well, for who sees the list: it takes seconds."""
+        entry, known = self._runs.active, self.found
+        if entry is None or known is None or known.looked or not self.settled():
+            return
+        if known.search is not None and known.failures:
+            self._begin(entry, (known.state, True), _EXPLAINING, partial(looked_at, known))
+
+    def _threshold(self) -> float:
+        """Error in degrees from which a failure begins."""
+        judgement = self._session.judging.of(self._runs.active)
+        if judgement is not None and judgement.measure == "error":
+            return self._session.view_state.threshold
+        return FailureRules().episode_error
+
+    def _begin(
+        self, entry: RunEntry, what: Hashable, title: str, work: Callable[[Task], Found]
+    ) -> None:
+        if self._asked != (entry, what):
+            self._asked = entry, what
+            done = partial(self._known.__setitem__, entry)
+            self._job.run(Job(title, work, done, ended=self._tell))
+            self._tell()
+
+    def _tell(self) -> None:
+        if self.looping:
+            self._document.set_loop(self._stretch())
+        self._session.changes.tell(Part.FAILURES)
