@@ -18,7 +18,7 @@ from .focus import FocusWalk, is_in_front
 
 
 def stored_bytes(settings: QSettings, key: str) -> QByteArray | None:
-    """What a widget says about its arrangement."""
+    """State of a widget's arrangement from the last start, if there is one."""
     value = settings.value(key)
     return value if isinstance(value, QByteArray) else None
 

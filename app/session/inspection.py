@@ -1,4 +1,4 @@
-"""What the tracker does in the frame that is shown, step by step: asked for, and gone through."""
+"""The steps of the tracker in the frame that is shown: computed in a process, gone through."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the session is handed by whoever shows it, and what it says: messages, failures, a log."""
+"""Messages to the person, and the event loop and preferences that the session is given."""
 
 import logging
 import sys
@@ -113,7 +113,7 @@ class Loop:
 
 
 class Preferences(Protocol):
-    """What is kept for the next start, apart from all data."""
+    """Preferences for the next start, apart from all data."""
 
     def value(self, key: str, /) -> Any:
         """The value of a key, None without one."""

@@ -99,7 +99,7 @@ class Snapshot:
 
     @property
     def tracked(self) -> TrackedFrame | None:
-        """What the active run has of the frame that is shown."""
+        """Frame of the active run that is shown, if it was tracked."""
         return None if self.active is None else self.active.at(self.frame)
 
 

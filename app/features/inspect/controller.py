@@ -1,4 +1,4 @@
-"""What the tracker does in the frame that is shown, as the panel, views and scene show it."""
+"""The steps of the tracker in the frame that is shown: panel, drawing in views and scene."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ _UNUSED = {HIDDEN: "#4d4d4d", INSIDE: "#F0E442", TOO_FAR: "#CC79A7", ON_PARTNER:
 
 
 def drawing_of(trace: StepTrace, step: Step, cloud: Cloud) -> StepDrawing:
-    """What is drawn of one step."""
+    """Marks and models that are drawn for one step."""
     pose, scene = _drawn(trace, step)
     return StepDrawing(trace.frame, name_of(step, trace), trace.body, pose, scene, cloud)
 

@@ -328,7 +328,7 @@ def _body_cells(limb: str, label: str, value: str, words: str, doubtful: bool | 
 
 
 def fit_words(facts: FrameMarks) -> tuple[str, ...]:
-    """What the fit says, the most important first; or what it waits for."""
+    """Warnings and results of the fit, the most important first; or what it waits for."""
     found = facts.doubtful
     if facts.fit is not None:
         said = (*_misfit(facts.fit), *_frame_words(facts, facts.fit))
@@ -362,7 +362,7 @@ def _misfit(fit: ShownFit) -> tuple[str, ...]:
 
 
 def _precision(sigma: float) -> str:
-    """What a standard deviation is called; it holds if the clicks are right."""
+    """Word for a standard deviation, which holds if the clicks are right."""
     limits = {
         3.0: "precise", 6.0: "fairly precise", _UNSURE_DEG: "imprecise",
         UNKNOWN_DEG: "very imprecise",
