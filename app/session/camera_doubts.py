@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from stereotrack_core.annotation import doubts
 from stereotrack_core.errors import Finding
@@ -13,11 +13,10 @@ from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreem
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
+from .base import Base
 from .changes import Part
 from .jobs import LatestOnly
-
-if TYPE_CHECKING:
-    from .session import Session
+from .project import ProjectPresenter
 
 _PAUSE_MS = 400
 
@@ -28,18 +27,18 @@ _Answer: TypeAlias = tuple[Disagreement | None, tuple[CameraResidual, ...]]
 class CameraDoubts:
     """Follows the clicks of the project."""
 
-    def __init__(self, session: Session) -> None:
-        self._changes, self._document = session.changes, session.document
-        self._project = session.project
+    def __init__(self, base: Base, project: ProjectPresenter) -> None:
+        self._changes, self._document = base.changes, base.document
+        self._project = project
         self.now: Disagreement | None = None
         """The camera that contradicts the others."""
         self.residuals: tuple[CameraResidual, ...] = ()
         """How far the clicks of each camera lie from the points that the cameras agree on."""
         take = lambda _question, found: self._take(*found)  # noqa: E731
         self._worker = LatestOnly(
-            session.tasks, lambda compare: compare(), "compare the cameras", take
+            base.tasks, lambda compare: compare(), "compare the cameras", take
         )
-        self._pause = session.later(self._ask, _PAUSE_MS)
+        self._pause = base.later(self._ask, _PAUSE_MS)
 
     def settled(self) -> bool:
         return self._worker.settled() and not self._pause.isActive()

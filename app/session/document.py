@@ -104,11 +104,10 @@ class DocumentPresenter:
         changes: Changes,
         tasks: TaskList,
         tell: Tell,
-        opened: Callable[[], None],
-        closed: Callable[[], None],
     ) -> None:
         self._changes, self._tasks, self._tell = changes, tasks, tell
-        self._opened, self._closed = opened, closed
+        self.on_opened: Callable[[], object] = lambda: None
+        self.on_closed: Callable[[], object] = lambda: None
         self.recording: Recording | None = None
         self.reader: Shared[FrameReader] | None = None
         self.frame = 0
@@ -168,7 +167,7 @@ class DocumentPresenter:
         self.loop = None
         if reader is not None:
             reader.close()
-            self._closed()
+            self.on_closed()
 
     def go_to(self, frame: int) -> None:
         """Show a frame; beyond the ends the first or last one."""
@@ -236,7 +235,7 @@ class DocumentPresenter:
         self.frame_count, final = reader.frame_count_so_far()
         if not final:
             self._count_timer.start()
-        self._opened()
+        self.on_opened()
         if self.frame_count == 0 and final:
             remedy = "See Recording checks for the length of every stream."
             what = "no frame is present in all streams"

@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, explained, stretches_of
 from stereotrack_core.evaluation.failure_segments.segment import FailureRules, FailureSegment
 from stereotrack_core.recording.description import Recording
 
+from .base import Base
 from .changes import Part
 from .jobs import Job, NewestJob, Task
-from .judgement import Truth
+from .judgement import JudgementPresenter, Truth
 from .runs import RunEntry
-
-if TYPE_CHECKING:
-    from .session import Session
+from .tracking import TrackPresenter
 
 
 @dataclass(frozen=True)
@@ -97,17 +95,18 @@ _AROUND = 0.3  # seconds before and after a failure that its loop shows as well
 class FailurePresenter:
     """Finds the failures of the active run, and knows which of them are listed and chosen."""
 
-    def __init__(self, session: Session) -> None:
-        self._session, self._document, self._runs = session, session.document, session.runs
+    def __init__(self, base: Base, track: TrackPresenter, judging: JudgementPresenter) -> None:
+        self._base, self._document, self._runs = base, base.document, base.runs
+        self._track, self._judging = track, judging
         self._known: WeakKeyDictionary[RunEntry, Found] = WeakKeyDictionary()
         self._asked: object = None
         """Run, facts, and whether by pictures: a task that the person stopped is not repeated."""
-        self._job = NewestJob(session.tasks)
+        self._job = NewestJob(base.tasks)
         self._filter = Filter()
         self._chosen: FailureSegment | None = None
-        self._timer = session.later(self._look, _DELAY_MS)
+        self._timer = base.later(self._look, _DELAY_MS)
         facts = Part.JUDGEMENT | Part.ACTIVE_RUN | Part.RUN_ENDED | Part.THRESHOLD
-        session.changes.watch(facts, self._timer.start)
+        base.changes.watch(facts, self._timer.start)
 
     # ---- facts
 
@@ -180,7 +179,7 @@ class FailurePresenter:
         ends = "the last one" if direction > 0 else "the first one"
         around = f", coming round from {ends}" if wrapped else ""
         words = f"Failure {listed.index(found) + 1} of {len(listed)}{around}."
-        self._session.changes.tell(Part.SAID, words)
+        self._base.changes.tell(Part.SAID, words)
 
     def toggle_loop(self) -> None:
         """Play the chosen failure, or the one at the playhead, again and again; or stop that."""
@@ -193,7 +192,7 @@ class FailurePresenter:
             self.choose(next((one for one in self.listed if document.frame in one.frames), None))
         if self.chosen is None:
             words = "Select a failure, or go to a frame inside one."
-            self._session.changes.tell(Part.SAID, words)
+            self._base.changes.tell(Part.SAID, words)
             return
         document.set_loop(self._stretch())
         document.play()
@@ -210,9 +209,9 @@ class FailurePresenter:
 
     def _look(self) -> None:
         """Find the failures again if a fact has changed."""
-        session, entry, known = self._session, self._runs.active, self.found
-        recording, truth = self._document.recording, session.judging.truth
-        grows = entry is session.track.entry and session.track.running
+        entry, known = self._runs.active, self.found
+        recording, truth = self._document.recording, self._judging.truth
+        grows = entry is self._track.entry and self._track.running
         if recording is not None and entry is not None and entry.frames and not grows:
             threshold = self._threshold()
             state = len(entry.frames), truth, threshold, recording
@@ -230,9 +229,9 @@ class FailurePresenter:
 
     def _threshold(self) -> float:
         """Error in degrees from which a failure begins."""
-        judgement = self._session.judging.of(self._runs.active)
+        judgement = self._judging.of(self._runs.active)
         if judgement is not None and judgement.measure == "error":
-            return self._session.view_state.threshold
+            return self._base.view_state.threshold
         return FailureRules().episode_error
 
     def _begin(
@@ -247,4 +246,4 @@ class FailurePresenter:
     def _tell(self) -> None:
         if self.looping:
             self._document.set_loop(self._stretch())
-        self._session.changes.tell(Part.FAILURES)
+        self._base.changes.tell(Part.FAILURES)

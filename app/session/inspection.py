@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -18,13 +18,13 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import Correction, StepTrace, movement
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
+from stereotrack_core.worker_processes import TaskProcess
 
+from .base import Base
 from .changes import Part
 from .jobs import NewestAnswer
 from .runs import RunEntry
-
-if TYPE_CHECKING:
-    from .session import Session
+from .tracking import TrackPresenter
 
 StepKind: TypeAlias = Literal[
     "predict", "points", "pairs", "sigma", "cross", "correct", "settle", "search", "collisions",
@@ -246,18 +246,20 @@ def answer(question: Question) -> Answer:
 
 
 def question_of(
-    frame: int, session: Session, entry: RunEntry | None, settings: Settings
+    frame: int,
+    track: TrackPresenter,
+    process: TaskProcess,
+    entry: RunEntry | None,
+    settings: Settings,
 ) -> Question:
     """About a frame of a run, or about one that no run knows."""
-    kept, process = session.kept, session.processes.trials
+    kept = track.kept
     assert kept is not None  # noqa: S101 - there are no frames without
     seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame))
     before, here = (one.estimate if one is not None else None for one in seen)
     make = _maker(kept, entry, settings)
     spec, here_alone = None if entry is None else entry.spec(), range(frame, frame + 1)
-    keypoints = (
-        session.keypoints.for_trial(settings, here_alone) if spec is None else spec.keypoints
-    )
+    keypoints = track.keypoints.for_trial(settings, here_alone) if spec is None else spec.keypoints
     meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
     of_frame = None if entry is None else entry.at(frame)
     looked = None if of_frame is None else of_frame.keypoints
@@ -312,17 +314,17 @@ _SOON_MS = 60
 class InspectionPresenter:
     """Has the step of the frame that is shown recorded, and goes through its stages."""
 
-    def __init__(self, session: Session) -> None:
-        self._session, self._document = session, session.document
+    def __init__(self, base: Base, track: TrackPresenter) -> None:
+        self._base, self._document, self._track = base, base.document, track
         self.on = False
         """Whether the frame that is shown is inspected."""
         self._asked: Question | None = None
         self._chosen: Step | None = None
         self._newest = NewestAnswer(
-            session.tasks, lambda: self._asked, answer, "record step trace", self._on_known
+            base.tasks, lambda: self._asked, answer, "record step trace", self._on_known
         )
-        self._soon = session.later(self._ask, _SOON_MS)
-        watch = session.changes.watch
+        self._soon = base.later(self._ask, _SOON_MS)
+        watch = base.changes.watch
         watch(Part.FRAME | Part.PLAYING | Part.TRACKING, self._ask_soon)
         watch(Part.ACTIVE_RUN | Part.WORKSPACE | Part.LEAVING, self.leave)
 
@@ -387,12 +389,12 @@ class InspectionPresenter:
             self._soon.start()
 
     def _waits(self) -> bool:
-        return self._document.playing or self._session.track.running
+        return self._document.playing or self._track.running
 
     def _ask_nothing(self) -> None:
         self._asked = None
         self._newest.close()
-        self._session.view_state.draw(None)
+        self._base.view_state.draw(None)
         self._tell()
 
     def _ask(self) -> None:
@@ -403,16 +405,18 @@ class InspectionPresenter:
             if not self._newest.settled():
                 self._ask_nothing()  # the tracker needs the time
             return
-        frame, entry, asked = self._document.frame, self._session.runs.active, self._asked
+        frame, entry, asked = self._document.frame, self._base.runs.active, self._asked
         try:
-            settings = self._session.track.settings if entry is None else _settings_of(entry)
+            settings = self._track.settings if entry is None else _settings_of(entry)
         except InputError as error:
             self.leave()
-            self._session.tasks.failed(error)
+            self._base.tasks.failed(error)
             return
         known = None if asked is None else (asked.frame, asked.source, asked.settings)
         if known != (frame, entry, settings):
-            self._asked = question_of(frame, self._session, entry, settings)
+            self._asked = question_of(
+                frame, self._track, self._base.processes.trials, entry, settings
+            )
             self._newest.ask()
             self._tell()
 
@@ -424,4 +428,4 @@ class InspectionPresenter:
             self._tell()
 
     def _tell(self) -> None:
-        self._session.changes.tell(Part.INSPECTION)
+        self._base.changes.tell(Part.INSPECTION)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from stereotrack_core.annotation.reference import FittedClicks
 from stereotrack_core.body.mesh import PartMesh, body_mesh
@@ -18,15 +17,15 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
 
+from .base import Base
 from .changes import Part, TellChange
 from .document import Shared
 from .jobs import LatestOnly, TaskList
 from .judgement import reference_at
+from .keypoints import KeypointPresenter
 from .runs import RunStyle
+from .tracking import TrackPresenter
 from .view_state import GhostBody, Instant, StepDrawing
-
-if TYPE_CHECKING:
-    from .session import Session
 
 _KEPT = 12
 
@@ -160,16 +159,21 @@ _AROUND_GHOST = 10
 class InstantPresenter:
     """Waits until what the views need is there, then tells it once."""
 
-    def __init__(self, session: Session) -> None:
-        self._changes, self._keypoints = session.changes, session.keypoints
-        self._document, self._clouds = session.document, session.clouds
-        self._runs, self._track = session.runs, session.track
-        self._view_state = session.view_state
+    def __init__(
+        self,
+        base: Base,
+        keypoints: KeypointPresenter,
+        clouds: CloudPresenter,
+        track: TrackPresenter,
+    ) -> None:
+        self._changes, self._view_state = base.changes, base.view_state
+        self._document, self._runs = base.document, base.runs
+        self._keypoints, self._clouds, self._track = keypoints, clouds, track
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
         self._reference_clicks: FittedClicks | None = None
         self.told: Instant | None = None
-        self._soon = session.later(self.tell, 0)
+        self._soon = base.later(self.tell, 0)
 
     def clear(self) -> None:
         """Forget everything about a recording that was closed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -17,12 +17,10 @@ from stereotrack_core.evaluation.summary import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
+from .base import Base
 from .changes import Part
 from .jobs import LatestOnly
 from .runs import RunEntry
-
-if TYPE_CHECKING:
-    from .session import Session
 
 Against: TypeAlias = Literal["recording", "project"]
 
@@ -217,9 +215,9 @@ def _judged(runs: Mapping[RunEntry, RunEntry], truth: Truth | None) -> dict[RunE
 class JudgementPresenter:
     """Judgements by run, made in a thread of their own."""
 
-    def __init__(self, session: Session) -> None:
-        self._changes, self._tasks = session.changes, session.tasks
-        self._document, self._runs = session.document, session.runs
+    def __init__(self, base: Base) -> None:
+        self._changes, self._tasks = base.changes, base.tasks
+        self._document, self._runs = base.document, base.runs
         self._known: dict[RunEntry, _Known] = {}
         self.wanted: Against | None = None
         self._recorded: Truth | None = None
@@ -228,7 +226,7 @@ class JudgementPresenter:
         self._worker = LatestOnly(
             self._tasks, lambda judge: judge(), "judge runs", self._on_answered, self._on_failed
         )
-        self._timer = session.later(self._ask, 0)
+        self._timer = base.later(self._ask, 0)
 
     def of(self, entry: RunEntry | None) -> Judgement | None:
         known = self._known.get(entry) if entry is not None else None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
 
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
@@ -15,20 +14,19 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.tracking.parameters import Settings
 
+from .base import Base
 from .changes import Part
 from .edits import WindowEdit
 from .jobs import Job, Task
-
-if TYPE_CHECKING:
-    from .session import Session
+from .project import ProjectPresenter
 
 
 class KeypointPresenter:
     """Knows which detectors the project has keypoints of; imports and removals are edits."""
 
-    def __init__(self, session: Session) -> None:
-        self._tell, self._tasks = session.changes.tell, session.tasks
-        self._project, self._edits = session.project, session.edits
+    def __init__(self, base: Base, project: ProjectPresenter) -> None:
+        self._tell, self._tasks = base.changes.tell, base.tasks
+        self._project, self._edits = project, base.edits
         self._known: tuple[Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None

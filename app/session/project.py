@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import user
@@ -16,12 +15,10 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
 from stereotrack_core.recording.description import Subject
 
+from .base import Base
 from .changes import Part
 from .jobs import Job, NewestJob
-from .messages import Message, Preferences, Tell, message_of, stored_text
-
-if TYPE_CHECKING:
-    from .session import Session
+from .messages import Message, message_of, stored_text
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"
@@ -30,9 +27,9 @@ _HOME = "projects_folder"
 class ProjectPresenter:
     """Keeps the project that belongs to the open recording."""
 
-    def __init__(self, session: Session, settings: Preferences, tell: Tell) -> None:
-        self._changes, self._tasks, self._tell = session.changes, session.tasks, tell
-        self._document, self._settings = session.document, settings
+    def __init__(self, base: Base) -> None:
+        self._changes, self._tasks, self._tell = base.changes, base.tasks, base.tell
+        self._document, self._settings = base.document, base.settings
         self._opened: OpenedProject | None = None
         self._waiting: OpenedProject | None = None
         self._of_file, self._of_recording = NewestJob(self._tasks), NewestJob(self._tasks)

@@ -1,6 +1,5 @@
 """What is open and what is known about it, brought together."""
 
-import dataclasses
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,12 +20,11 @@ from stereotrack_core.study.description import SUFFIX as STUDY_SUFFIX
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.tuning.process import KeptRecording, forget
+from stereotrack_core.tracking.tuning.process import forget
 
+from .base import Base
 from .camera_doubts import CameraDoubts
 from .changes import PROJECT, Changes, Part
-from .document import DocumentPresenter
-from .edits import EditStack
 from .failures import FailurePresenter
 from .inspection import InspectionPresenter
 from .instant import CloudPresenter, InstantPresenter
@@ -35,7 +33,7 @@ from .judgement import Judgement, JudgementPresenter, Truth
 from .keypoints import KeypointPresenter
 from .messages import Message, Preferences, Tell, stored_texts
 from .project import ProjectPresenter
-from .runs import RunEntry, RunList, RunStyle
+from .runs import RunEntry, RunStyle
 from .study import StudyPresenter
 from .tracking import TrackPresenter
 from .trials import TrialPresenter
@@ -103,7 +101,7 @@ class Snapshot:
         return None if self.active is None else self.active.at(self.frame)
 
 
-class Session:
+class Session(Base):
     """The open recording with its project, its runs and what follows from them."""
 
     def __init__(
@@ -115,33 +113,27 @@ class Session:
         settings: Preferences,
         processes: Processes | None = None,
     ) -> None:
-        self.changes, self._tell, self.tasks = changes, tell, tasks
-        self.later = changes.loop.later
-        """Make a timer that calls a function once, so many milliseconds after its start."""
-        self.view_state, self._settings = view_state, settings
+        super().__init__(changes, tell, tasks, view_state, settings, processes)
+        self._own_processes = processes is None
         self._finding = NewestJob(tasks)
         self._ended = False
         self.asked = self._due = Asked()
         """What was asked for when opening last."""
-        self.runs = RunList(changes.tell)
-        self.document = DocumentPresenter(changes, tasks, tell, self._on_opened, self._on_closed)
-        self.project = ProjectPresenter(self, settings, tell)
-        self.edits = EditStack(changes.tell, tell)
-        """Everything that a person did, to be undone and redone in one order."""
-        self.keypoints = KeypointPresenter(self)
+        self.document.on_opened, self.document.on_closed = self._on_opened, self._on_closed
+        self.project = ProjectPresenter(self)
+        self.keypoints = KeypointPresenter(self, self.project)
         self.clouds = CloudPresenter(changes.tell, tasks)
-        self.processes = processes or Processes()
-        self._own_processes = processes is None
-        self._kept: KeptRecording | None = None
-        self.track = TrackPresenter(self, self.processes.run, tell)
+        self.track = TrackPresenter(self, self.project, self.keypoints)
         self.judging = JudgementPresenter(self)
-        self.cameras = CameraDoubts(self)
+        self.cameras = CameraDoubts(self, self.project)
         """Whether a camera contradicts the others."""
-        self.instant = InstantPresenter(self)
+        self.instant = InstantPresenter(self, self.keypoints, self.clouds, self.track)
         self.clouds.parameters = self.track.settings.depth
         self._follow()
-        self.trials, self.inspection = TrialPresenter(self), InspectionPresenter(self)
-        self.failures, self.study = FailurePresenter(self), StudyPresenter(self)
+        self.trials = TrialPresenter(self, self.track, self.judging, self.instant, self.not_tried)
+        self.inspection = InspectionPresenter(self, self.track)
+        self.failures = FailurePresenter(self, self.track, self.judging)
+        self.study = StudyPresenter(self, self.track)
         tasks.watch(self.settled)
 
     def _follow(self) -> None:
@@ -150,7 +142,7 @@ class Session:
         # what undo does next is known before anybody asks for it, and so is the subject
         hear(Part.EDIT, self.edits.follow)
         watch(PROJECT, lambda: self.edits.set_project(self.project.project))
-        watch(PROJECT, lambda: self.kept)  # a damaged subject is told at once
+        watch(PROJECT, lambda: self.track.kept)  # a damaged subject is told at once
         # keypoints of another project come before what is drawn and tracked with them
         watch(PROJECT, self.keypoints.on_project)
         # runs are judged, and drawn, before panels ask how good they are
@@ -214,7 +206,7 @@ class Session:
 
     def recents(self) -> list[Path]:
         """Recordings and projects opened last that are still there, the newest first."""
-        known = [Path(path) for path in stored_texts(self._settings, _RECENT) or ()]
+        known = [Path(path) for path in stored_texts(self.settings, _RECENT) or ()]
         return [path for path in known if os.path.isdir(path) or _is_project(path)]
 
     def recent_folder(self) -> Path:
@@ -223,7 +215,7 @@ class Session:
         return recent[0].parent if recent else Path.home()
 
     def forget_recents(self) -> None:
-        self._settings.setValue(_RECENT, [])
+        self.settings.setValue(_RECENT, [])
         self.changes.tell(Part.RECENT)
 
     def open(
@@ -303,7 +295,7 @@ class Session:
             return
         opened = self.asked.project or recording.folder.resolve()
         others = [path for path in self.recents() if path != opened]
-        self._settings.setValue(_RECENT, [str(path) for path in (opened, *others)][:MOST_RECENT])
+        self.settings.setValue(_RECENT, [str(path) for path in (opened, *others)][:MOST_RECENT])
         self.changes.tell(Part.RECENT)
 
     # ---- why something cannot be done now, in sentences
@@ -369,19 +361,6 @@ class Session:
         there = active is not None and active.frames and active is not self.track.entry
         return active if there else None
 
-    @property
-    def kept(self) -> KeptRecording | None:
-        """What is open with the subject that runs track, for tasks that use each other's clouds."""
-        recording, kept = self.document.recording, self._kept
-        if recording is None:
-            return None
-        subject, mono = self.project.subject(), self.keypoints.mono_views(recording)
-        if kept is None or (kept.recording.subject, kept.mono) != (subject, mono):
-            # the tracker never sees the truth
-            unaided = dataclasses.replace(recording, reference=None, subject=subject)
-            kept = self._kept = KeptRecording(unaided, mono)
-        return kept
-
     # ---- following
 
     def _take_detected(self) -> None:
@@ -411,7 +390,7 @@ class Session:
             self.tasks.failed(refused)
         if recording is not None and recording.guessed:
             what = "the cameras of this recording are guessed from the size of the images"
-            self._tell(Message("note", what, recording.name, _GUESSED))
+            self.tell(Message("note", what, recording.name, _GUESSED))
         self.project.follow_recording()
         self._remember()
 
@@ -430,7 +409,6 @@ class Session:
         self.instant.clear()
         self.view_state.begin_anew()
         self.clouds.set_recording(None)
-        self._kept = None
         if self.processes.trials.pid is not None:
             self._warm("forgetting the clouds", partial(self.processes.trials, forget))
         self.changes.tell(Part.RECORDING_CLOSED)

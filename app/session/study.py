@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -19,11 +19,10 @@ from stereotrack_core.study.store import stored_results
 from stereotrack_core.study.workers import LocalWorkers
 from stereotrack_core.tracking.presets import preset
 
+from .base import Base
 from .changes import Part
 from .jobs import Job, NewestJob, Task
-
-if TYPE_CHECKING:
-    from .session import Session
+from .tracking import TrackPresenter
 
 _BUSY = "A study is at work. Wait, or stop it before another one is opened."
 _CHANGED = "another program has changed the study file, so nothing was written"
@@ -32,9 +31,10 @@ _CHANGED = "another program has changed the study file, so nothing was written"
 class StudyPresenter:
     """Opens a study, keeps its rows up to date, and does what a person wants with them."""
 
-    def __init__(self, session: Session) -> None:
-        self._session, self._tell = session, partial(session.changes.tell, Part.STUDY)
-        self._job, self._reads = NewestJob(session.tasks), False
+    def __init__(self, base: Base, track: TrackPresenter) -> None:
+        self._base, self._track = base, track
+        self._tell = partial(base.changes.tell, Part.STUDY)
+        self._job, self._reads = NewestJob(base.tasks), False
         self._content = b""
         self.study: Study | None = None
         self.rows: tuple[RowStatus, ...] = ()
@@ -54,7 +54,7 @@ class StudyPresenter:
 
     def panel_settings(self, settings: StudySettings) -> StudySettings:
         """Settings with the preset and the parameters of the next run."""
-        track = self._session.track
+        track = self._track
         base = preset(track.preset).values()
         changes = tuple(
             f"{name}={value!r}" if isinstance(value, float) else f"{name}={value_text(value)}"
@@ -68,7 +68,7 @@ class StudyPresenter:
     def open(self, path: Path) -> None:
         """Show a study, unless another one is at work. Raises InputError if it cannot be read."""
         if self.busy:
-            self._session.changes.tell(Part.SAID, _BUSY)
+            self._base.changes.tell(Part.SAID, _BUSY)
             return
         self._read(path.resolve())
         self._say("")
@@ -177,7 +177,7 @@ class StudyPresenter:
         if outcome.stopped:
             words = f"Stopped. Finished runs are kept; Track goes on. {words}"
         self._say(f"{words}.")
-        self._session.changes.tell(Part.SAID, f"Study: {words}.")
+        self._base.changes.tell(Part.SAID, f"Study: {words}.")
 
     def stop(self) -> None:
         self._job.cancel()
@@ -215,7 +215,7 @@ class StudyPresenter:
         if isinstance(error, InputError):
             self._say(str(error), error=True)
         else:
-            self._session.tasks.failed(error)
+            self._base.tasks.failed(error)
 
     def _on_ended(self) -> None:
         self.doing = ""

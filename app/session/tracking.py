@@ -6,7 +6,7 @@ import dataclasses
 import time
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.pose import Pose
@@ -18,17 +18,18 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import CHECK, untracked_in
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
+from stereotrack_core.tracking.tuning.process import KeptRecording
 from stereotrack_core.tracking.tuning.stages import changed_names, changes_in_words
-from stereotrack_core.worker_processes import Lost, TaskProcess
+from stereotrack_core.worker_processes import Lost
 
+from .base import Base
 from .changes import Part
 from .edits import WindowEdit
 from .jobs import Job, Task
-from .messages import Message, Tell, message_of
+from .keypoints import KeypointPresenter
+from .messages import Message, message_of
+from .project import ProjectPresenter
 from .runs import LiveRun, RunEntry
-
-if TYPE_CHECKING:
-    from .session import Session
 
 UPDATE_MS = 50
 _LOST = (
@@ -69,11 +70,12 @@ class Chosen:
 class TrackPresenter:
     """Controls the tracker, follows it with the views, and collects at most 20 times a second."""
 
-    def __init__(self, session: Session, process: TaskProcess, tell: Tell) -> None:
-        self._changes, self._tasks, self._edits = session.changes, session.tasks, session.edits
-        self._document, self._project = session.document, session.project
-        self._runs, self._keypoints = session.runs, session.keypoints
-        self._view_state, self._process, self._tell = session.view_state, process, tell
+    def __init__(self, base: Base, project: ProjectPresenter, keypoints: KeypointPresenter) -> None:
+        self._changes, self._tasks, self._edits = base.changes, base.tasks, base.edits
+        self._document, self._runs, self._tell = base.document, base.runs, base.tell
+        self._project, self.keypoints = project, keypoints
+        self._view_state, self._process = base.view_state, base.processes.run
+        self._kept: KeptRecording | None = None
         self.live: LiveRun | None = None
         self._ending: list[LiveRun] = []
         self._depths = False
@@ -86,7 +88,7 @@ class TrackPresenter:
         self.follow = True
         """Whether the views show the newest frame."""
         self._collected = time.monotonic()
-        self._timer = session.later(self._collect, UPDATE_MS)
+        self._timer = base.later(self._collect, UPDATE_MS)
 
     @property
     def entry(self) -> RunEntry | None:
@@ -100,6 +102,19 @@ class TrackPresenter:
     @property
     def paused(self) -> bool:
         return self.live is not None and self.live.held
+
+    @property
+    def kept(self) -> KeptRecording | None:
+        """What is open with the subject that runs track, for tasks that use each other's clouds."""
+        recording, kept = self._document.recording, self._kept
+        if recording is None:
+            return None
+        subject, mono = self._project.subject(), self.keypoints.mono_views(recording)
+        if kept is None or (kept.recording.subject, kept.mono) != (subject, mono):
+            # the tracker never sees the truth
+            unaided = dataclasses.replace(recording, reference=None, subject=subject)
+            kept = self._kept = KeptRecording(unaided, mono)
+        return kept
 
     def holds(self, entry: RunEntry) -> bool:
         """Whether a run is in progress, or has been stopped and may still get a frame."""
@@ -224,7 +239,7 @@ class TrackPresenter:
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         if project is not None and not project.read_only:
             entry.journal = place_for_run(project.path)
-        seen = self._keypoints.for_run(self.settings, frames)
+        seen = self.keypoints.for_run(self.settings, frames)
         spec = RunSpec(self.settings, self.preset, frames=frames, init=init, keypoints=seen)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None, subject=subject)
@@ -306,7 +321,7 @@ class TrackPresenter:
                     word.origin.spec.keypoints if isinstance(word, run_process.Prepared) else None
                 )
                 if live.detects and seen is not None:
-                    self._keypoints.remember(live.entry.wanted, seen)
+                    self.keypoints.remember(live.entry.wanted, seen)
 
     def _collect(self) -> None:
         """Take what has come, and show the newest frame of the run in progress."""

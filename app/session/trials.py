@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,12 +20,13 @@ from stereotrack_core.tracking.tuning.process import MakeClouds, TrackTrial, Tri
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
+from .base import Base
 from .changes import Part
+from .instant import InstantPresenter
 from .jobs import Job, NewestJob, Task
+from .judgement import JudgementPresenter
 from .runs import RunEntry
-
-if TYPE_CHECKING:
-    from .session import Session
+from .tracking import TrackPresenter
 
 _AHEAD_MS = 400
 _PAUSE_MS = 100  # time without a further change after which a trial begins
@@ -41,16 +42,24 @@ class TrialPresenter:
     Only one is tracked at a time; where none is, the clouds of the next one are made ahead.
     """
 
-    def __init__(self, session: Session) -> None:
-        self._session, self._runs = session, session.runs
-        self._state, self._tell = session.view_state, session.changes.tell
-        self._job, self._ahead = NewestJob(session.tasks), NewestJob(session.tasks, quiet=True)
+    def __init__(
+        self,
+        base: Base,
+        track: TrackPresenter,
+        judging: JudgementPresenter,
+        instant: InstantPresenter,
+        why_not: Callable[[], str],
+    ) -> None:
+        self._base, self._track, self._judging, self._instant = base, track, judging, instant
+        self._why_not, self._runs = why_not, base.runs
+        self._state, self._tell = base.view_state, base.changes.tell
+        self._job, self._ahead = NewestJob(base.tasks), NewestJob(base.tasks, quiet=True)
         self.live = True
         """Whether a change is tried at once, in the workspace Tune."""
         self.running: RunEntry | None = None
-        self._pause = session.later(self.run, _PAUSE_MS)
-        self._soon = session.later(self._make_clouds, _AHEAD_MS)
-        watch = session.changes.watch
+        self._pause = base.later(self.run, _PAUSE_MS)
+        self._soon = base.later(self._make_clouds, _AHEAD_MS)
+        watch = base.changes.watch
         watch(Part.RUNS, self._on_runs)
         watch(Part.SETTINGS, self._on_settings)
         watch(Part.WORKSPACE, self._on_workspace)
@@ -77,7 +86,7 @@ class TrialPresenter:
 
     def stretch(self) -> range:
         """Frames to try on: the selection, else what is visible, else two seconds here."""
-        document, selected = self._session.document, self._state.selection
+        document, selected = self._base.document, self._state.selection
         count = document.frame_count
         if document.recording is None or not count or selected:
             return selected or range(0)
@@ -89,11 +98,10 @@ class TrialPresenter:
         return range(first, first + length)
 
     def wanted(self) -> Trial | None:
-        session, stretch, base = self._session, self.stretch(), self.base()
-        if session.not_tried() or not len(stretch):
+        track, stretch, base = self._track, self.stretch(), self.base()
+        if self._why_not() or not len(stretch):
             return None
-        track, kept = session.track, session.kept
-        seen = session.keypoints.for_trial(track.settings, stretch)
+        kept, seen = track.kept, track.keypoints.for_trial(track.settings, stretch)
         spec = RunSpec(track.settings, track.preset, stretch, init=track.first_pose, keypoints=seen)
         views = () if kept is None else kept.views
         return Trial(spec) if base is None else _trial_beside(base, spec, views)
@@ -130,11 +138,11 @@ class TrialPresenter:
     def begin(self, trial: Trial) -> None:
         """Have a trial tracked; without a run to compare with it is the first one."""
         self._make_no_clouds()
-        entry, kept = self._new_entry(trial), self._session.kept
+        entry, kept = self._new_entry(trial), self._track.kept
         assert kept is not None  # noqa: S101 - there are no trials without
         self._runs.add(entry, active=self._runs.active is None)
         self.running = entry
-        todo, process = TrackTrial(kept, trial), self._session.processes.trials
+        todo, process = TrackTrial(kept, trial), self._base.processes.trials
         work = partial(Task.in_process, process=process, todo=todo)
         told, ended = partial(self._on_told, entry), partial(self._on_ended, entry)
         self._job.run(Job(f"tracking the trial {entry.name}", work, ended=ended, told=told))
@@ -155,7 +163,7 @@ class TrialPresenter:
     def make_run(self, entry: RunEntry) -> None:
         if entry is not self.running and entry in self.entries:
             if entry.settings is not None:
-                entry.name = self._runs.next_name(self._session.track.name_of(entry.settings))
+                entry.name = self._runs.next_name(self._track.name_of(entry.settings))
             entry.kind = "run"
             self._runs.activate(entry)
             self._runs.tell(Part.RUNS)
@@ -198,10 +206,10 @@ class TrialPresenter:
         self._ahead.give_up()
 
     def _make_clouds(self) -> None:
-        kept, idle = self._session.kept, self.settled() and not self._session.track.running
+        kept, idle = self._track.kept, self.settled() and not self._track.running
         trial = self.wanted() if self._is_tuning and idle and self.base() is not None else None
         if trial is not None and kept is not None:
-            todo, process = MakeClouds(kept, trial), self._session.processes.trials
+            todo, process = MakeClouds(kept, trial), self._base.processes.trials
             work = partial(Task.in_process, process=process, todo=todo)
             self._ahead.run(Job("clouds", work, failed=_on_failed))
 
@@ -221,10 +229,10 @@ class TrialPresenter:
         return ""
 
     def _new_entry(self, trial: Trial) -> RunEntry:
-        base, as_run = self.base(), self._session.track.name_of(trial.settings)
+        base, as_run = self.base(), self._track.name_of(trial.settings)
         own = None if base is None else base.made_with()
         changes = "" if own is None else changes_in_words(own, trial.settings)
-        runs, recording = self._runs, self._session.document.recording
+        runs, recording = self._runs, self._base.document.recording
         name = runs.next_name(as_run) if base is None else runs.free_name(changes or as_run)
         subject = recording.subject if recording is not None else None
         body = body_of_subject(subject, trial.settings.body)
@@ -246,18 +254,18 @@ class TrialPresenter:
             return
         if self._job.task is not None:
             self._job.task.report(len(entry.frames) / len(entry.wanted))
-        if self._session.document.frame in frames:
-            self._session.instant.tell_soon()
+        if self._base.document.frame in frames:
+            self._instant.tell_soon()
         if len(entry.frames) == len(frames):
             # the first frame is shown at once, those after it now and then
-            self._session.judging.judge()
+            self._judging.judge()
         self._tell(Part.RUN_FRAMES)
 
     def _on_ended(self, entry: RunEntry) -> None:
         self.running = None
         if entry.frames:
-            self._session.edits.close_last()  # who changes a value again may want this one back
-            self._session.judging.judge()
+            self._base.edits.close_last()  # who changes a value again may want this one back
+            self._judging.judge()
         else:
             self._runs.remove(entry)
         self._tell(Part.TRIALS)

@@ -9,6 +9,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.sampling import SurfacePoints
 
 # Factors of torso, upper arms and forearms; see :func:`overconfidence`.
 _OVERCONFIDENCE: Mapping[str, tuple[float, float, float]] = MappingProxyType(
@@ -44,6 +45,31 @@ class Correspondences:
     residual: FloatArray  # (m,), metres. z - z_hat, of the measured points
     sigma: FloatArray  # (m,), metres. Standard deviation that the measurement is taken to have.
     weight: FloatArray  # (m,). 1 for full trust, 0 for none
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Pairs of points, each projected on the line that joins them, (3.5) to (3.8)."""
+
+    drawn: SurfacePoints
+    sampled: SurfacePoints  # model points: all, and those apart from their partners
+    predicted: FloatArray  # (m, 3), world. The model points at x_hat: p_zhat.
+    measured: FloatArray  # (m, 3), world. Their nearest measured points: p_z.
+    # (m, 3). Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed
+    # for every sigma point the tracker is destroyed.
+    e: FloatArray
+
+    @property
+    def z(self) -> FloatArray:
+        """The measurement vector (m,): (3.6) and (3.8)."""
+        return np.asarray(np.einsum("mi,mi->m", self.e, self.measured))
+
+    def z_hat(self, frames: PartFrames) -> FloatArray:
+        """Predicted measurements (S, m) of stacked poses: (3.5), (3.7) and (3.11)."""
+        rotations = frames.rotations[:, self.sampled.part]
+        points = np.einsum("smij,mj->smi", rotations, self.sampled.points)
+        points += frames.origins[:, self.sampled.part]
+        return np.asarray(np.einsum("mi,smi->sm", self.e, points))
 
 
 @dataclass(frozen=True, eq=False)

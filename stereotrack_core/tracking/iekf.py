@@ -227,7 +227,8 @@ class Follower:
         least = search.cost(evidence, expected, here) - evidence.gain
         if trace is not None:
             trace.searching(search, evidence, expected)
-        for proposed in search.best_pairs(evidence, expected, here, rng, trace):
+        tell = None if trace is None else trace.proposed
+        for proposed in search.best_pairs(evidence, expected, here, rng, tell):
             found = self.refine(measured, proposed, prior.P)
             tried.append((proposed, found.pose))
             cost = search.cost(evidence, expected, found.pose)

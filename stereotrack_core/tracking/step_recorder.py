@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,7 +26,8 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.arms import Arms
-from stereotrack_core.tracking.estimate import Correspondences, Estimate
+from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Projection
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.thesis_collisions import Jump
@@ -46,10 +46,6 @@ from stereotrack_core.tracking.trace import (
     StepTrace,
     Unused,
 )
-
-if TYPE_CHECKING:
-    from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
-    from stereotrack_core.tracking.thesis import Projection
 
 _REINITIALISED = (
     "The previous frame was not tracked, so the pose was re-initialised. The steps start from the "

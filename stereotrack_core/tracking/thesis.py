@@ -12,43 +12,18 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names, state_of_pose
-from stereotrack_core.body.pose import PartFrames, Pose, t_pose
+from stereotrack_core.body.pose import Pose, t_pose
 from stereotrack_core.body.sampling import SurfacePoints, visible_points
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior, Projection
 from stereotrack_core.tracking.failure.features import judged
 from stereotrack_core.tracking.residuals.limits import LEAST_ELBOW_ANGLE
 from stereotrack_core.tracking.state import Belief, Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.thesis_collisions import collisions_avoided
 from stereotrack_core.tracking.trace import SigmaPoints
-
-
-@dataclass(frozen=True, eq=False)
-class Projection:
-    """Pairs of points, each projected on the line that joins them, (3.5) to (3.8)."""
-
-    drawn: SurfacePoints
-    sampled: SurfacePoints  # model points: all, and those apart from their partners
-    predicted: FloatArray  # (m, 3), world. The model points at x_hat: p_zhat.
-    measured: FloatArray  # (m, 3), world. Their nearest measured points: p_z.
-    # (m, 3). Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed
-    # for every sigma point the tracker is destroyed.
-    e: FloatArray
-
-    @property
-    def z(self) -> FloatArray:
-        """The measurement vector (m,): (3.6) and (3.8)."""
-        return np.asarray(np.einsum("mi,mi->m", self.e, self.measured))
-
-    def z_hat(self, frames: PartFrames) -> FloatArray:
-        """Predicted measurements (S, m) of stacked poses: (3.5), (3.7) and (3.11)."""
-        rotations = frames.rotations[:, self.sampled.part]
-        points = np.einsum("smij,mj->smi", rotations, self.sampled.points)
-        points += frames.origins[:, self.sampled.part]
-        return np.asarray(np.einsum("mi,smi->sm", self.e, points))
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,7 +126,7 @@ def personalised(window, qtbot, recording):
     assert "The trunk leans " in said
     assert len(session.project.subject().offsets) == 9
     assert session.project.subject() == session.project.project.subject()
-    assert session.kept.recording.subject == session.project.subject()
+    assert session.track.kept.recording.subject == session.project.subject()
     assert undo_words(window) == "use subject P, personalised"
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)

@@ -46,8 +46,8 @@ def test_they_are_bit_identical_to_those_that_are_tracked_here(shown, opened, be
         shown.until(opened.trials.settled)
         assert len(entries[-1].frames) == 2
     assert [entry.kind for entry in entries] == ["run", "trial"], "the first one is the run"
-    reader = FrameReader(opened.kept.recording, colour=False)
-    store = CloudStore(opened.kept.recording, reader)
+    reader = FrameReader(opened.track.kept.recording, colour=False)
+    store = CloudStore(opened.track.kept.recording, reader)
     for each, entry in zip(trials, entries, strict=True):
         with each.begun(store) as (run, _):
             frames, run = go_on(run, each.stretch)

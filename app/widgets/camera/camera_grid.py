@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import log
 from typing import TypeAlias
 
-from PySide6.QtCore import QRectF, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QRectF, QSignalBlocker, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -25,7 +25,7 @@ from stereotrack_core.recording.description import View
 from ...session.view_state import PICTURE_KINDS, Arrangement, Display, PictureKind, kinds_of
 from ..redraw import RedrawQueue
 from ..style.building import choice, hbox, label, vbox
-from .camera_view import CameraView
+from .camera_view import CameraView, ViewActs
 from .click_marks import ClickMarks
 from .picture import Picture
 
@@ -60,20 +60,13 @@ class CameraTile(QFrame):
         self.note.setToolTip(note)
 
 
-class CameraGrid(QWidget):
+class CameraGrid(ViewActs):
     """The views of a recording, in rows and columns that give their pictures the most room.
 
     `choose_kind` is called with a kind of picture that shall be shown and the name of the view,
     `choose_limb` with a limb that was clicked, empty beside the model, and `tap_space` when the
     space bar was pressed, but not to move the picture.
     """
-
-    hovered = Signal(str)  # words about the pixel under the cursor; empty when the cursor leaves
-    activated = Signal(str)  # name of the view that keys shall act on
-    at_hand_changed = Signal(str)
-    """Name of the view that a click goes to, and keys about clicks act on."""
-    clicked = Signal(object)  # action that a click in a view means, if `set_clicking` allows clicks
-    refused = Signal(str)  # why a click was not taken
 
     def __init__(
         self,
@@ -82,11 +75,10 @@ class CameraGrid(QWidget):
         choose_limb: Callable[[str], object],
         tap_space: Callable[[], object],
     ) -> None:
-        super().__init__()
-        self.redraw, self.choose_kind = redraw, choose_kind
-        self.choose_limb, self.tap_space = choose_limb, tap_space
+        super().__init__(redraw, choose_limb, tap_space)
+        self.choose_kind = choose_kind
         self.tiles: dict[str, CameraTile] = {}
-        self.active = self._at_hand = ""
+        self.active = ""
         """Name of the view that keys act on; empty without views."""
         self._aspects: Mapping[str, float] = {}
         self._whole: Mapping[str, float] = {}
@@ -94,7 +86,6 @@ class CameraGrid(QWidget):
         self._places: _Places = {}
         self._display = Display()
         self._lights: Mapping[str, tuple[float, float]] = {}
-        self.clicking, self.why_no_clicks = False, ""
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(3)
@@ -192,12 +183,6 @@ class CameraGrid(QWidget):
             tile.name.setText(f"▸ {each}" if each == name and len(self.tiles) > 1 else each)
         self._arrange()
         self.point_at(name)
-
-    def point_at(self, name: str) -> None:
-        """Let clicks go to the view that the mouse is over."""
-        if name != self._at_hand:
-            self._at_hand = name
-            self.at_hand_changed.emit(name)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

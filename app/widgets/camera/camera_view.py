@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import hypot
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QEnterEvent,
@@ -18,9 +18,9 @@ from PySide6.QtGui import (
     QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QRubberBand
+from PySide6.QtWidgets import QRubberBand, QWidget
 
-from ..redraw import takes_key
+from ..redraw import RedrawQueue, takes_key
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .click_marks import ClickAct, ClickMarks, Offer
@@ -28,9 +28,6 @@ from .click_painting import paint_marks, paint_notes
 from .cursor import ClickHand, CursorLabel, loupe, loupe_size
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
-
-if TYPE_CHECKING:
-    from .camera_grid import CameraGrid
 
 _CLICK_PIXELS, _BAND_PIXELS = 4, 12
 _COMPUTED = (
@@ -46,12 +43,40 @@ _BY_KEYS = {
 }
 
 
-class CameraView(PictureView):
-    """Paints one :class:`Picture`; its grid tells what a person does in it."""
+class ViewActs(QWidget):
+    """Parent of all views: what a person does in any of them is told here."""
 
-    def __init__(self, name: str, grid: CameraGrid) -> None:
-        super().__init__(grid.redraw, grid)
-        self._name, self._grid = name, grid
+    hovered = Signal(str)  # words about the pixel under the cursor; empty when the cursor leaves
+    activated = Signal(str)  # name of the view that keys shall act on
+    at_hand_changed = Signal(str)
+    """Name of the view that a click goes to, and keys about clicks act on."""
+    clicked = Signal(object)  # action that a click in a view means, if `set_clicking` allows clicks
+    refused = Signal(str)  # why a click was not taken
+
+    def __init__(
+        self,
+        redraw: RedrawQueue,
+        choose_limb: Callable[[str], object],
+        tap_space: Callable[[], object],
+    ) -> None:
+        super().__init__()
+        self.redraw, self.choose_limb, self.tap_space = redraw, choose_limb, tap_space
+        self.clicking, self.why_no_clicks = False, ""
+        self._at_hand = ""
+
+    def point_at(self, name: str) -> None:
+        """Let clicks go to the view that the mouse is over."""
+        if name != self._at_hand:
+            self._at_hand = name
+            self.at_hand_changed.emit(name)
+
+
+class CameraView(PictureView):
+    """Paints one :class:`Picture`."""
+
+    def __init__(self, name: str, acts: ViewActs) -> None:
+        super().__init__(acts.redraw, acts)
+        self._name, self._acts = name, acts
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
         self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
@@ -105,7 +130,7 @@ class CameraView(PictureView):
         """Why this picture takes no clicks now, as a sentence; empty where it does."""
         if self.picture is not None and not self.picture.camera:
             return _COMPUTED
-        return self._grid.why_no_clicks
+        return self._acts.why_no_clicks
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current_theme()
@@ -160,13 +185,13 @@ class CameraView(PictureView):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
-        self._grid.point_at(self._name)
-        self._grid.activated.emit(self._name)
+        self._acts.point_at(self._name)
+        self._acts.activated.emit(self._name)
         left, marks = event.button() == Qt.MouseButton.LeftButton, self.marks
-        if left and self._grid.clicking and self._space is None:
+        if left and self._acts.clicking and self._space is None:
             why_not = self.why_no_clicks()
             if why_not or marks is None:
-                self._grid.refused.emit(why_not or "Loading image …")
+                self._acts.refused.emit(why_not or "Loading image …")
             else:
                 self._hand.press(event.position(), marks)
                 self.update()
@@ -177,7 +202,7 @@ class CameraView(PictureView):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
-        self._grid.point_at(self._name)
+        self._acts.point_at(self._name)
         if self._drag is not None:
             start, last = self._drag
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
@@ -212,9 +237,9 @@ class CameraView(PictureView):
             if marks is not None:
                 done = self._hand.release(event.position(), marks, event.modifiers())
                 if done is not None:
-                    self._grid.clicked.emit(done)
+                    self._acts.clicked.emit(done)
                 elif not dragged and not marks.offer.landmark:
-                    self._grid.refused.emit(f"{marks.offer.words.capitalize()}.")
+                    self._acts.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
             self.update()
         elif self._band.isVisible():
@@ -231,15 +256,15 @@ class CameraView(PictureView):
     def _click_without_hand(self, event: QMouseEvent) -> None:
         """A click that places nothing: it selects a limb, or with the right button a click."""
         marks, button = self.marks, event.button()
-        if not self._grid.clicking and button == Qt.MouseButton.LeftButton:
-            self._grid.choose_limb(self._limb_at(event.position()))
-        elif self._grid.clicking and button == Qt.MouseButton.RightButton and marks is not None:
+        if not self._acts.clicking and button == Qt.MouseButton.LeftButton:
+            self._acts.choose_limb(self._limb_at(event.position()))
+        elif self._acts.clicking and button == Qt.MouseButton.RightButton and marks is not None:
             mark = self._hand.mark_at(event.position(), marks)
             if mark is not None:
-                self._grid.clicked.emit(ClickAct("pick", marks.key(mark.landmark)))
+                self._acts.clicked.emit(ClickAct("pick", marks.key(mark.landmark)))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        if self._grid.clicking and event.button() == Qt.MouseButton.LeftButton:
+        if self._acts.clicking and event.button() == Qt.MouseButton.LeftButton:
             return  # the first of both has placed something; a second click would move it
         self.fit()
 
@@ -260,12 +285,12 @@ class CameraView(PictureView):
             used, self._space = self._space, None
             self._show_cursor()
             if not used:
-                self._grid.tap_space()
+                self._acts.tap_space()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         self._by_keys = event.reason() in _BY_KEYS
         if self._by_keys:
-            self._grid.activated.emit(self._name)
+            self._acts.activated.emit(self._name)
         super().focusInEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
@@ -275,12 +300,12 @@ class CameraView(PictureView):
 
     def _is_space(self, event: QKeyEvent) -> bool:
         plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
-        return self._grid.clicking and plain and event.key() == Qt.Key.Key_Space
+        return self._acts.clicking and plain and event.key() == Qt.Key.Key_Space
 
     def _show_cursor(self) -> None:
         """The cursor and what is written beside it say what the left button would do."""
         self._say_offer()
-        if not self._grid.clicking or not any(self._size()):
+        if not self._acts.clicking or not any(self._size()):
             self.unsetCursor()
         elif self._space is not None:
             self.setCursor(Qt.CursorShape.OpenHandCursor)
@@ -295,7 +320,7 @@ class CameraView(PictureView):
         marks, cursor = self.marks, self._cursor
         moving = self._drag is not None or self._space is not None or self._hand.dragging
         offer = Offer()
-        if self._grid.clicking and marks is not None and cursor is not None and not moving:
+        if self._acts.clicking and marks is not None and cursor is not None and not moving:
             there = self.inside(self.pixel_at(cursor)) and not self.why_no_clicks()
             offer = self._hand.offer_at(cursor, marks) if there else offer
         if cursor is None or not offer.words:
@@ -306,14 +331,14 @@ class CameraView(PictureView):
 
     def enterEvent(self, event: QEnterEvent) -> None:
         self._cursor = event.position()
-        self._grid.point_at(self._name)
+        self._acts.point_at(self._name)
         self._show_cursor()
         self._tell_hover()
 
     def leaveEvent(self, _event: QEvent) -> None:
         self._cursor = None
         self._say_offer()
-        self._grid.hovered.emit("")
+        self._acts.hovered.emit("")
         self.update()
 
     def _limb_at(self, position: QPointF) -> str:
@@ -331,4 +356,4 @@ class CameraView(PictureView):
         if self.inside(pixel):
             value = self.picture.value_at(pixel.x(), pixel.y())
             words = f"{self._name}  x {pixel.x():.1f}  y {pixel.y():.1f}  {value}"
-        self._grid.hovered.emit(words)
+        self._acts.hovered.emit(words)

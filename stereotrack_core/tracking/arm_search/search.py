@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -39,7 +40,6 @@ from stereotrack_core.tracking.arm_search.score import (
 
 if TYPE_CHECKING:
     from stereotrack_core.tracking.parameters import TrackingParameters
-    from stereotrack_core.tracking.step_recorder import StepRecorder
 
 # Costs by which a pair must be better than the tracked arms. Keypoints and silhouettes alone hardly
 # tell arms before the trunk: with 3, 32 % of the arms that cross are lost, with 8 6 %.
@@ -122,9 +122,12 @@ class ArmSearch:
         predicted: Pose,
         pose: Pose,
         rng: np.random.Generator,
-        trace: StepRecorder | None = None,
+        tell: Callable[[int, Arms, Arms, Arms, FloatArray], object] | None = None,
     ) -> list[Pose]:
-        """Poses with the best pairs of arms, best first; the body stays as in `pose`."""
+        """Poses with the best pairs of arms, best first; the body stays as in `pose`.
+
+        `tell` is told a side, its places, those kept, the expected one and how far the other is.
+        """
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         present = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
         expected = [arm_of_pose(before, side) for side in (LEFT, RIGHT)]
@@ -147,8 +150,8 @@ class ArmSearch:
             proposed = proposed if shown is None else joined(proposed, shown)
             other = at_present[1 - shape.side]
             kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
-            if trace is not None:
-                trace.proposed(shape.side, proposed, kept[-1][0], expected[shape.side], other)
+            if tell is not None:
+                tell(shape.side, proposed, kept[-1][0], expected[shape.side], other)
         return self._pairs(evidence, kept, pose)
 
     def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:
