@@ -68,9 +68,7 @@ class DepthParameters(ParameterGroup):
         "Match the whole image, or only regions that differ from the background image (faster; "
         "elsewhere the disparity of the empty scene is used)."
     )
-    subpixel: str = parameter(
-        "aligned", _MATCH, choices=("matcher", "aligned"), thesis="matcher", fast="matcher"
-    )(
+    subpixel: str = parameter("aligned", _MATCH, choices=("matcher", "aligned"), thesis="matcher")(
         "Source of subpixel disparities: the matcher's parabola, which is biased towards whole "
         "pixels; or image alignment around every pixel that becomes a point, using only the "
         "person's pixels (needs the silhouette to exclude the background)."

@@ -47,7 +47,6 @@ def refined_disparity(
 @compiled()
 def _align(left: Any, right: Any, person: Any, pixels: Any, near: Any, disparity: Any) -> None:
     """Refine all disparities (N,) in place."""
-    sums = np.empty(9)
     for i in range(len(pixels)):
         start = disparity[i]
         if not math.isfinite(start):
@@ -56,7 +55,8 @@ def _align(left: Any, right: Any, person: Any, pixels: Any, near: Any, disparity
         found = False
         for k in range(_ITERATIONS):
             place = (pixels[i, 0], pixels[i, 1], d, gain, offset)
-            if _gather(left, right, person, place, k > 0, near, sums) < _LEAST_WEIGHT:
+            sums = _gather(left, right, person, place, k > 0, near)
+            if sums[5] < _LEAST_WEIGHT:
                 found = False
                 break
             found, step, more, further = _solved(sums, gain)
@@ -70,10 +70,8 @@ def _align(left: Any, right: Any, person: Any, pixels: Any, near: Any, disparity
 
 
 @compiled()
-def _gather(
-    left: Any, right: Any, person: Any, place: Any, robust: bool, near: Any, sums: Any
-) -> float:
-    """Sum up the normal equations of step, gain and offset; returns the sum of weights."""
+def _gather(left: Any, right: Any, person: Any, place: Any, robust: bool, near: Any) -> Any:
+    """Sums (9,) of the normal equations of step, gain and offset; the weights are the sixth."""
     column, row, d, gain, offset = place
     height, width = right.shape
     half = near.shape[0] // 2
@@ -82,8 +80,7 @@ def _gather(
     # noise of the grey values, which costs more.
     f = np.float32(d - whole)
     g = np.float32(1.0) - f
-    sums[:] = 0.0
-    total = 0.0
+    ss = sg = s1 = gg = g1 = total = sr = gr = r1 = 0.0
     for dv in range(max(-half, -row), min(half, height - 1 - row) + 1):
         v = row + dv
         first = max(-half, -column, 1 - whole - column)
@@ -101,17 +98,16 @@ def _gather(
             if robust:
                 w /= 1.0 + (r / _GREY) * (r / _GREY)
             ws, wg = w * slope, w * grey
+            ss += ws * slope
+            sg += ws * grey
+            s1 += ws
+            gg += wg * grey
+            g1 += wg
             total += w
-            sums[0] += ws * slope
-            sums[1] += ws * grey
-            sums[2] += ws
-            sums[3] += wg * grey
-            sums[4] += wg
-            sums[5] += w
-            sums[6] += ws * r
-            sums[7] += wg * r
-            sums[8] += w * r
-    return total
+            sr += ws * r
+            gr += wg * r
+            r1 += w * r
+    return ss, sg, s1, gg, g1, total, sr, gr, r1
 
 
 @compiled()
