@@ -102,6 +102,9 @@ def show(opening: Opening, say: Callable[[str], None]) -> bool:
     """
     _check(opening)
     prepare(needs_screen=opening.picture is None)
+    # Qt reads the source of each module that is imported after it: half a second for the core's.
+    from .session import session  # noqa: F401
+
     load_qt()
     before = signal.signal(signal.SIGINT, _leave_at_once)
     try:
