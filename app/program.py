@@ -36,10 +36,11 @@ from .features.view import feature as view
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise
 from .session.changes import Part
-from .session.jobs import Processes, wait_for_threads
+from .session.jobs import Processes
 from .session.messages import open_log
 from .session.runs import RunEntry
 from .session.tracking import Chosen
+from .session.work_threads import wait_for_threads
 from .shell.dialogs import write_picture
 from .shell.main_window import MainWindow
 from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, icon

@@ -94,9 +94,7 @@ class CloudPresenter:
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
             measure, answers = _measuring(self._store), (self._on_measured, self._on_failed)
-            self._worker = LatestOnly(
-                self._tasks, measure, "measure points", *answers, late_is_welcome=True
-            )
+            self._worker = LatestOnly(self._tasks, measure, "measure points", *answers, late=True)
 
     @property
     def available(self) -> bool:

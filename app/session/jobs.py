@@ -16,18 +16,7 @@ from stereotrack_core.work import Work
 from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from .messages import Loop
-
-
-class WorkThread(threading.Thread):
-    """A thread of the window's; the program does not wait for it for ever."""
-
-
-def wait_for_threads(seconds: float) -> None:
-    """Let the window's threads end that were told to; called when nobody looks any more."""
-    end = time.monotonic() + seconds
-    for thread in threading.enumerate():
-        if isinstance(thread, WorkThread):
-            thread.join(max(end - time.monotonic(), 0.0))
+from .work_threads import WorkThread
 
 
 class CancelToken(threading.Event):
@@ -91,14 +80,16 @@ class Task:
         self._told: list[Any] = []
         self._progressed = False
         self._begun = time.monotonic()
-        self._thread: WorkThread | None = None
+        self._ended = threading.Event()
+        self._ended.set()
 
     @property
     def title(self) -> str:
         return self.job.title
 
-    def start(self, ended: Callable[[Any, Exception | None], object]) -> None:
+    def start(self, thread: WorkThread, ended: Callable[[Any, Exception | None], object]) -> None:
         """Do the work in a thread; `ended` gets result and error in the window's thread."""
+        self._ended.clear()
 
         def run() -> None:
             result: Any = None
@@ -109,10 +100,10 @@ class Task:
                 error = problem
             finally:
                 self._loop.post(partial(ended, result, error))
+                self._ended.set()
 
         load_before_threads()
-        self._thread = WorkThread(target=run, name=self.title, daemon=True)
-        self._thread.start()
+        thread.do(self.title, run)
 
     def end(
         self, result: Any, error: Exception | None, failed: Callable[[Exception], object]
@@ -143,9 +134,7 @@ class Task:
 
     def join(self, seconds: float | None = None) -> bool:
         """Wait for the end of the work, for at most so long; False where it still runs."""
-        if self._thread is not None:
-            self._thread.join(seconds)
-        return self._thread is None or not self._thread.is_alive()
+        return self._ended.wait(seconds)
 
     def report(self, share: float, words: str = "") -> None:
         """Say how far the work is (0: nobody knows, to 1); may be called from any thread."""
@@ -218,6 +207,7 @@ class TaskList:
         self._all: list[Task] = []
         self._later: list[tuple[bool, Callable[[], object]]] = []
         self._settled: list[Callable[[], bool]] = []
+        self._idle: list[WorkThread] = []
 
     def watch(self, settled: Callable[[], bool]) -> None:
         """Ask this too whether everything that was asked for is done."""
@@ -239,7 +229,8 @@ class TaskList:
             task.give_up()
             return task
         self._all.append(task)
-        task.start(partial(self._on_ended, task))
+        thread = self._idle.pop() if self._idle else WorkThread(self._idle)
+        task.start(thread, partial(self._on_ended, task))
         changed()
         return task
 
@@ -294,7 +285,6 @@ class TaskList:
         self._all.clear()
 
     def _on_ended(self, task: Task, result: Any, error: Exception | None) -> None:
-        task.join()  # it has said its last word
         self._all = [kept for kept in self._all if kept is not task]
         task.end(result, error, self.failed)
         if self._closed:
@@ -339,7 +329,7 @@ class LatestOnly:
     `answer` leads from a question to its answer, in another thread, which has the `name`;
     `answered` and `failed` are called in this thread with a question and its answer or error.
     Those of a question that was overtaken while it was being answered are dropped, unless they
-    are welcome all the same.
+    are `late` and welcome all the same.
     """
 
     def __init__(
@@ -350,9 +340,9 @@ class LatestOnly:
         answered: Callable[[Any, Any], object],
         failed: Callable[[Any, Exception], object] | None = None,
         *,
-        late_is_welcome: bool = False,
+        late: bool = False,
     ) -> None:
-        self._late_is_welcome = late_is_welcome
+        self._late = late
         self._answer, self._name, self._answered = answer, name, answered
         self._failed = failed or (lambda _question, error: tasks.failed(error))
         self._asked: Hashable | None = None
@@ -385,7 +375,7 @@ class LatestOnly:
             self._begin(self._asked)
         else:
             self._asked = None
-        if not overtaken or self._late_is_welcome:
+        if not overtaken or self._late:
             tell(question, found)
 
 
@@ -414,7 +404,7 @@ class NewestAnswer(Generic[A]):
         self.known: A | None = None
         """The newest answer, be it about the frame before."""
         answers = self._on_answered, self._on_failed
-        self._worker = LatestOnly(tasks, answer, name, *answers, late_is_welcome=True)
+        self._worker = LatestOnly(tasks, answer, name, *answers, late=True)
 
     def at(self, frame: int) -> A | None:
         """The answer about a frame, be it to the question before the newest; None without one."""

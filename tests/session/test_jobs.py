@@ -4,7 +4,8 @@ import threading
 
 import pytest
 
-from app.session.jobs import Job, LatestOnly, NewestJob, wait_for_threads
+from app.session.jobs import Job, LatestOnly, NewestJob
+from app.session.work_threads import wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
 from tests.session.plain_loop import PATIENCE_S
 
@@ -89,18 +90,26 @@ def test_work_that_outlives_the_window_is_heard_of_by_nobody(plain, tasks):
     assert told == []
 
 
-@pytest.mark.parametrize("late_is_welcome", [False, True])
-def test_of_questions_that_wait_only_the_newest_is_answered(plain, tasks, late_is_welcome):
+@pytest.mark.parametrize("late", [False, True])
+def test_of_questions_that_wait_only_the_newest_is_answered(plain, tasks, late):
     held, told = Held(), []
-    newest = LatestOnly(
-        tasks, held, "ask", lambda *both: told.append(both), late_is_welcome=late_is_welcome
-    )
-    for question in (1, 2, 3):
-        newest.ask(question)
-    assert held.begun.wait(PATIENCE_S)
+    newest = LatestOnly(tasks, held, "ask", lambda *both: told.append(both), late=late)
+    newest.ask(1)
+    plain.until(held.begun.is_set)
+    newest.ask(2)
+    newest.ask(3)
     held.go.set()
     plain.until(newest.settled)
-    assert told == [(1, 1), (3, 3)][not late_is_welcome :]
+    assert told == [(1, 1), (3, 3)][not late :]
+
+
+def test_a_thread_that_has_nothing_to_do_does_the_next_work(plain, tasks):
+    threads = []
+    for _ in range(2):
+        task = tasks.run(Job("work", lambda _task: threads.append(threading.current_thread())))
+        plain.until(lambda task=task: task.over)
+        plain.until(lambda: threads[-1].name != "work")
+    assert threads[0] is threads[1]
 
 
 def test_the_program_waits_for_its_threads_but_not_for_ever(tasks):

@@ -138,7 +138,7 @@ class NextPresenter:
         if self._worker is None:
             ranker = _Ranker(self._project, self._cameras)
             how = ranker, "rank clicks", self._on_ranked, self._on_failed
-            self._worker = LatestOnly(self._tasks, *how, late_is_welcome=True)
+            self._worker = LatestOnly(self._tasks, *how, late=True)
         # what no answer has taken in yet; a frame that is taken in twice does no harm
         self._build, self._edited = self._build or build, self._edited | frames
         order = _Order(self._fit, self._run, self._wish, self.wanted_deg, self._build, self._edited)
